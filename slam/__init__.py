@@ -1,0 +1,1 @@
+"""Line-based SLAM with a planar lidar: arrays and values, no engine and no port."""

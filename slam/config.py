@@ -1,0 +1,86 @@
+"""The settings of the method, named as in the paper, in SI units and radians. Defaults are the paper's (section 5.1)."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+
+class Section(BaseModel):
+    """A part of a configuration: immutable, and an unknown key is an error."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class LineConfig(Section):
+    """Line extraction, sections 3.1 to 3.3."""
+
+    sigma_Th: float = Field(25.0 / 1024, gt=0)
+    """Threshold on the smallest singular value sigma_3, metres."""
+    L_Th: int = Field(4, ge=3)
+    """A segment is kept when it has more than this many points (Proc. 7). The paper gives no value."""
+    psi: int = Field(1, ge=0)
+    """Hopping factor: points skipped between two tests."""
+    kernel: Literal["svd", "prefix_sums"] = "prefix_sums"
+    """How sigma_3 < sigma_Th is tested: by the SVD of A_i(l) as printed, or by prefix sums of A^T A. Same segments."""
+    split_gap: float = Field(float("inf"), gt=0)
+    """Not in the paper: neighbouring points farther apart than this, in metres, never share a segment."""
+
+    @model_validator(mode="after")
+    def _no_over_hopping(self) -> Self:
+        if not self.psi < self.L_Th / 2:
+            raise ValueError(
+                f"psi = {self.psi} over-hops: it must be below L_Th / 2 = {self.L_Th / 2:g} (section 3.3); "
+                f"lower psi or raise L_Th"
+            )
+        return self
+
+
+class MapConfig(Section):
+    """The point map, section 4.1, and the part of it that is matched, section 5.1."""
+
+    draw: float = Field(0.75, gt=0, le=1)
+    """Share of the map points in the sensor's reach that is drawn at random for one matching."""
+
+
+class MatchConfig(Section):
+    """Matching of map points to segments, section 4.2."""
+
+    gamma_f: float = Field(0.001, gt=0)
+    """Gain of the translation, eq. (24)."""
+    kappa: float = Field(3.0, gt=0)
+    """Exponent of the fall of the force with distance, eq. (24)."""
+    epsilon: float = Field(0.0001, gt=0)
+    """Softening of the force, eq. (24), m^kappa: the force peaks at (epsilon / 2)^(1/3) = 3.7 cm for kappa = 3."""
+    gamma_M: float = Field(10.0, gt=0)
+    """Gain of the rotation, eq. (32), rad/m^2 (dimensionless with moment = inertia)."""
+    moment: Literal["printed", "inertia"] = "printed"
+    """``inertia``, not in the paper, divides the moment by the points' mean squared distance from their centre of
+    gravity, which makes gamma_M independent of the size of the scene."""
+    xi: float = Field(0.99, ge=0, le=1)
+    """Leak of eqs. (34)-(35)."""
+    eta: float = Field(1.0, gt=0)
+    """Proportional gain of eqs. (34)-(35)."""
+    zeta: float = Field(0.01, ge=0)
+    """Integral gain of eqs. (34)-(35)."""
+    rho_f: float = Field(1e-5, gt=0)
+    """The iteration ends when the translation correction is below this, metres ..."""
+    rho_M: float = Field(1e-5, gt=0)
+    """... and the rotation correction below this, radians."""
+    max_iterations: int = Field(1000, ge=1)
+    """Upper limit of the number of iterations q."""
+
+
+class SlamConfig(Section):
+    """The whole method, Fig. 14."""
+
+    lines: LineConfig = LineConfig()
+    map: MapConfig = MapConfig()
+    matching: MatchConfig = MatchConfig()
+    odometry: bool = True
+    """Start matching from odometry, eqs. (38)-(44); without it from the last pose, as the paper's simulation does."""
+    update_distance: float = Field(0.0, ge=0)
+    """Extract, match and map only after this much motion since the last update, metres; odometry fills in between."""
+    update_angle: float = Field(0.0, ge=0)
+    """... or after this much turning, radians. With both at 0 every scan is used."""

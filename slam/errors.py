@@ -1,0 +1,39 @@
+"""Every error that hopslam raises on purpose.
+
+    HopslamError
+    ├── InputError          what the user gave cannot be used          (exit code 2)
+    │   ├── ScenarioError   a scenario, a setting or a ``--set``
+    │   └── LogError        a recorded log
+    └── RobotError          a device or back end failed                (exit code 3)
+        └── RobotTimeout    no data within the time asked for
+"""
+
+
+class HopslamError(Exception):
+    """Base of all errors of this project; its message is one line that says what to do next."""
+
+    exit_code = 1
+
+
+class InputError(HopslamError):
+    """What the user gave cannot be used."""
+
+    exit_code = 2
+
+
+class ScenarioError(InputError):
+    """A scenario file, or a setting given on the command line, is wrong."""
+
+
+class LogError(InputError):
+    """A recorded log cannot be read."""
+
+
+class RobotError(HopslamError):
+    """A device or a back end failed."""
+
+    exit_code = 3
+
+
+class RobotTimeout(RobotError, TimeoutError):
+    """No data within the time asked for."""

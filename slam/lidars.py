@@ -1,0 +1,72 @@
+"""The planar lidars that hopslam knows by name, with the errors their makers admit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, radians
+from typing import Final
+
+import numpy as np
+
+from slam.errors import ScenarioError
+from slam.pose import FloatArray
+from slam.scan import Lidar
+
+
+@dataclass(frozen=True, slots=True)
+class LidarModel:
+    """A lidar and its accuracy: plus or minus ``near_accuracy`` metres up to ``near_range``, beyond it plus or minus
+    ``far_accuracy`` times the range. ``resolution`` is the step of the range, metres."""
+
+    lidar: Lidar
+    resolution: float
+    near_accuracy: float
+    near_range: float
+    far_accuracy: float
+
+    def accuracy(self, ranges: FloatArray) -> FloatArray:
+        """The bound, metres, that the maker gives for the error at each of these ranges (metres)."""
+        return np.where(ranges <= self.near_range, self.near_accuracy, self.far_accuracy * ranges)
+
+
+TABLE1: Final = LidarModel(
+    lidar=Lidar(
+        angle_min=radians(-120.0 + 240.0 / 128 / 2),
+        angle_increment=radians(240.0 / 128),
+        beams=128,
+        range_min=0.06,
+        range_max=4.0,
+        scan_time=0.1,
+    ),
+    resolution=(4.0 - 0.06) / 1024,
+    near_accuracy=0.025,
+    near_range=1.0,
+    far_accuracy=0.025,
+)
+"""The simulated URG-04LX of the paper's Table 1: the real one with an eighth of its beams."""
+
+URG04LX: Final = LidarModel(
+    lidar=Lidar(
+        angle_min=(44 - 384) * 2.0 * pi / 1024,
+        angle_increment=2.0 * pi / 1024,
+        beams=725 - 44 + 1,
+        range_min=0.06,
+        range_max=4.095,
+        scan_time=0.1,
+    ),
+    resolution=0.001,
+    near_accuracy=0.025,
+    near_range=1.0,
+    far_accuracy=0.025,
+)
+"""Hokuyo URG-04LX: steps 44 to 725 of 1024 a turn, front at step 384, so the fan is not symmetric; 600 rpm."""
+
+LIDARS: Final = {"table1": TABLE1, "urg04lx": URG04LX}
+
+
+def lidar_model(name: str) -> LidarModel:
+    """The lidar of that name; ScenarioError lists the known ones."""
+    try:
+        return LIDARS[name]
+    except KeyError:
+        raise ScenarioError(f"no lidar named {name!r}; choose one of {', '.join(LIDARS)}") from None

@@ -1,0 +1,71 @@
+"""Poses in the plane: the group SE(2).
+
+``T_a_b`` is the pose of frame ``b`` in frame ``a``: it takes coordinates in ``b`` to coordinates in ``a``, so
+``T_map_laser = T_map_base @ T_base_laser``. Axes follow REP-103: x forward, y left, angles counter-clockwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import atan2, cos, hypot, pi, remainder, sin
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+def wrap_angle(angle: float) -> float:
+    """The same angle in (-pi, pi]; radians."""
+    wrapped = remainder(angle, 2.0 * pi)
+    return pi if wrapped == -pi else wrapped
+
+
+@dataclass(frozen=True, slots=True)
+class Pose2D:
+    """An element of SE(2): metres and radians; ``theta`` is kept as given by the user and wrapped by the operations."""
+
+    x: float = 0.0
+    y: float = 0.0
+    theta: float = 0.0
+
+    def __matmul__(self, other: Pose2D) -> Pose2D:
+        """``T_a_c = T_a_b @ T_b_c``."""
+        c, s = cos(self.theta), sin(self.theta)
+        return Pose2D(
+            self.x + c * other.x - s * other.y,
+            self.y + s * other.x + c * other.y,
+            wrap_angle(self.theta + other.theta),
+        )
+
+    def inverse(self) -> Pose2D:
+        """``T_b_a`` of ``T_a_b``."""
+        c, s = cos(self.theta), sin(self.theta)
+        return Pose2D(-c * self.x - s * self.y, s * self.x - c * self.y, wrap_angle(-self.theta))
+
+    def between(self, other: Pose2D) -> Pose2D:
+        """The motion ``T_self_other`` from this pose to the other, both given in one frame."""
+        return self.inverse() @ other
+
+    def distance(self, other: Pose2D) -> float:
+        """Metres between the two origins."""
+        return hypot(other.x - self.x, other.y - self.y)
+
+    def bearing(self, other: Pose2D) -> float:
+        """Direction of the other's origin as seen from this pose, (-pi, pi] radians."""
+        return wrap_angle(atan2(other.y - self.y, other.x - self.x) - self.theta)
+
+    @property
+    def rotation(self) -> FloatArray:
+        """T(theta) of eq. (16), shape (2, 2)."""
+        c, s = cos(self.theta), sin(self.theta)
+        return np.array([[c, -s], [s, c]])
+
+    @property
+    def translation(self) -> FloatArray:
+        """Shape (2,), metres."""
+        return np.array([self.x, self.y])
+
+    def transform(self, points: FloatArray) -> FloatArray:
+        """Points (N, 2) given in frame ``b``, returned in frame ``a``: eq. (17)."""
+        return points @ self.rotation.T + self.translation

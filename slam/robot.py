@@ -1,0 +1,47 @@
+"""The seam: what the method, the gym env, the runner and the viewer know of a robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Protocol, Self
+
+from slam.odometry import Odometry, Twist2D
+from slam.pose import Pose2D
+from slam.scan import LaserScan
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """One scan, the odometry at its stamp and, where the back end knows it, the truth."""
+
+    scan: LaserScan
+    odometry: Odometry
+    T_map_base: Pose2D | None = None
+    collided: bool = False
+
+
+class Robot(Protocol):
+    """A differential-drive base that carries a planar lidar: simulated, real, or recorded.
+
+    Use it as a context manager; leaving the block stops the robot and frees its devices. ``T_base_laser`` is where the
+    lidar sits on the base.
+    """
+
+    T_base_laser: Pose2D
+
+    def __enter__(self) -> Self: ...
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
+    ) -> None: ...
+
+    def observe(self, timeout: float = 1.0) -> Observation | None:
+        """Wait for the next scan; None when there will be no more.
+
+        Raises RobotTimeout when nothing comes within ``timeout`` seconds, RobotError when the robot is closed or broken.
+        """
+        ...
+
+    def drive(self, command: Twist2D) -> Twist2D:
+        """Command a velocity, and return the one really applied: clipped, or the recorded one in a replay."""
+        ...

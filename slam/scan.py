@@ -1,0 +1,68 @@
+"""One turn of a planar lidar, with the field names of ``sensor_msgs/LaserScan``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from slam.pose import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Lidar:
+    """What a planar lidar is: its fan and its reach. Radians, metres, seconds."""
+
+    angle_min: float
+    angle_increment: float
+    beams: int
+    range_min: float
+    range_max: float
+    scan_time: float
+
+    @property
+    def angle_max(self) -> float:
+        """Bearing of the last beam."""
+        return self.angle_min + (self.beams - 1) * self.angle_increment
+
+    @property
+    def angles(self) -> FloatArray:
+        """Bearings of all beams in the sensor frame, shape (beams,): theta_k(j) of eq. (1)."""
+        return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LaserScan:
+    """One scan in the sensor frame (x forward, y left); beam ``j`` points at ``angle_min + j * angle_increment``.
+
+    ``ranges`` has shape (N,), in metres; as REP-117 has it, ``inf`` means no echo, ``-inf`` too close and ``nan`` an
+    erroneous reading. ``stamp`` is the time of the first beam in seconds; ``time_increment`` the time between two beams
+    (0 when they are taken at once).
+    """
+
+    stamp: float
+    angle_min: float
+    angle_increment: float
+    range_min: float
+    range_max: float
+    ranges: FloatArray
+    time_increment: float = 0.0
+    scan_time: float = 0.1
+
+    @property
+    def lidar(self) -> Lidar:
+        """The sensor that took this scan."""
+        return Lidar(
+            self.angle_min, self.angle_increment, len(self.ranges), self.range_min, self.range_max, self.scan_time
+        )
+
+    @property
+    def echoes(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+        """Which beams came back with a range inside the sensor's reach, shape (N,)."""
+        return np.isfinite(self.ranges) & (self.ranges >= self.range_min) & (self.ranges <= self.range_max)
+
+    def points(self) -> FloatArray:
+        """End points of the beams that came back, in beam order, shape (M, 2), sensor frame: eq. (1)."""
+        echoes = self.echoes
+        d, theta = self.ranges[echoes], self.lidar.angles[echoes]
+        return np.column_stack([d * np.cos(theta), d * np.sin(theta)])  # eq. (1)

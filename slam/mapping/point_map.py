@@ -1,0 +1,55 @@
+"""The map of points: section 4.1."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slam.pose import FloatArray, Pose2D
+from slam.scan import Lidar
+
+
+class PointMap:
+    """W_k of eq. (18): every point of every scan, in the map frame. It grows with the run, as the paper's does."""
+
+    def __init__(self) -> None:
+        self._store = np.empty((1024, 2))
+        self._count = 0
+
+    def __len__(self) -> int:
+        return self._count
+
+    @property
+    def points(self) -> FloatArray:
+        """All points so far, shape (N_map, 2), metres; a view that must not be written to."""
+        return self._store[: self._count]
+
+    def add(self, points: FloatArray, T_map_laser: Pose2D) -> None:
+        """Append a scan's points (N, 2), given in the sensor frame: W_k = [W_{k-1} V_k], eqs. (15)-(18)."""
+        count = self._count + len(points)
+        if count > len(self._store):
+            store = np.empty((max(count, 2 * len(self._store)), 2))
+            store[: self._count] = self.points
+            self._store = store
+        self._store[self._count : count] = T_map_laser.transform(points)  # eq. (17)
+        self._count = count
+
+    def draw_visible(
+        self, T_map_laser: Pose2D, lidar: Lidar, share: float, random: np.random.Generator
+    ) -> FloatArray:
+        """A random share of the points that ``lidar`` could see from there, in the sensor frame, shape (N*, 2).
+
+        w* of eq. (20), kept where the sensor reaches, and thinned as section 5.1 does (75 %).
+        """
+        T_laser_map = T_map_laser.inverse()
+        near = self.points[np.abs(self.points - T_map_laser.translation).max(axis=1, initial=0.0) <= lidar.range_max]
+        local = T_laser_map.transform(near)  # eq. (20)
+        local = local[_in_reach(local, lidar)]
+        return local[random.random(len(local)) < share]
+
+
+def _in_reach(points: FloatArray, lidar: Lidar) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """Which of the points (N, 2), sensor frame, lie in the fan and the range of the lidar."""
+    distance = np.hypot(points[:, 0], points[:, 1])
+    bearing = np.arctan2(points[:, 1], points[:, 0])
+    in_fan = (bearing >= lidar.angle_min) & (bearing <= lidar.angle_max)
+    return in_fan & (distance >= lidar.range_min) & (distance <= lidar.range_max)

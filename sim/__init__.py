@@ -1,1 +1,8 @@
-"""The simulated robot: a PyBullet world, a Pioneer P3-DX and a URG-04LX. Importing this registers the gym ids."""
+"""The simulated robot: a PyBullet world, a Pioneer P3-DX and a URG-04LX. Importing this registers the gym ids.
+
+It costs no PyBullet: the engine is loaded when an environment is made.
+"""
+
+import gymnasium
+
+gymnasium.register(id="hopslam/P3DX-v0", entry_point="sim.env:P3DXEnv")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from numba import njit
 
@@ -16,5 +16,4 @@ def compiled(function: F) -> F:
     Additions may be reordered, which lets the compiler use vector registers; a NaN stays a NaN. On one machine the same
     input gives the same bits.
     """
-    compiled_function: F = njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"})(function)
-    return compiled_function
+    return cast(F, njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"})(function))

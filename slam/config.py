@@ -1,4 +1,4 @@
-"""The settings of the method, named as in the paper, in SI units and radians. Defaults are the paper's (section 5.1)."""
+"""The settings of the method, named as in the paper, in SI units and radians. Defaults are those of section 5.1."""
 
 from __future__ import annotations
 
@@ -54,10 +54,12 @@ class MatchConfig(Section):
     epsilon: float = Field(0.0001, gt=0)
     """Softening of the force, eq. (24), m^kappa: the force peaks at (epsilon / 2)^(1/3) = 3.7 cm for kappa = 3."""
     gamma_M: float = Field(10.0, gt=0)
-    """Gain of the rotation, eq. (32), rad/m^2 (dimensionless with moment = inertia)."""
-    moment: Literal["printed", "inertia"] = "printed"
-    """``inertia``, not in the paper, divides the moment by the points' mean squared distance from their centre of
-    gravity, which makes gamma_M independent of the size of the scene."""
+    """Gain of the rotation, eq. (32), rad/m^2."""
+    average: Literal["printed", "weighted"] = "printed"
+    """How eq. (33) averages. ``printed``: over all N_Seg N* pairs of segment and point, which swings and never settles
+    when few segments are in view or the scene is large. ``weighted``, not in the paper: force over the sum of the
+    weights 1 / (|lambda|^kappa + epsilon), moment over the weighted moment of inertia; gamma_f then cancels and gamma_M
+    is a pure number that belongs near 1."""
     xi: float = Field(0.99, ge=0, le=1)
     """Leak of eqs. (34)-(35)."""
     eta: float = Field(1.0, gt=0)
@@ -81,6 +83,13 @@ class SlamConfig(Section):
     odometry: bool = True
     """Start matching from odometry, eqs. (38)-(44); without it from the last pose, as the paper's simulation does."""
     update_distance: float = Field(0.0, ge=0)
-    """Extract, match and map only after this much motion since the last update, metres; odometry fills in between."""
-    update_angle: float = Field(0.0, ge=0)
-    """... or after this much turning, radians. With both at 0 every scan is used."""
+    """Extract, match and map only after this much motion since the last time, metres; odometry fills in between. At 0
+    every scan is used."""
+    update_angle: float = Field(0.2, gt=0)
+    """... or after this much turning, radians."""
+
+    @model_validator(mode="after")
+    def _steps_need_odometry(self) -> Self:
+        if self.update_distance > 0 and not self.odometry:
+            raise ValueError("update_distance needs odometry to measure it; set odometry: true, or leave it at 0")
+        return self

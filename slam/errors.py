@@ -1,11 +1,11 @@
 """Every error that hopslam raises on purpose.
 
-    HopslamError
-    ├── InputError          what the user gave cannot be used          (exit code 2)
-    │   ├── ScenarioError   a scenario, a setting or a ``--set``
-    │   └── LogError        a recorded log
-    └── RobotError          a device or back end failed                (exit code 3)
-        └── RobotTimeout    no data within the time asked for
+HopslamError
+├── InputError          what the user gave cannot be used          (exit code 2)
+│   ├── ScenarioError   a scenario, a setting or a ``--set``
+│   └── LogError        a recorded log
+└── RobotError          a device or back end failed                (exit code 3)
+    └── RobotTimeout    no data within the time asked for
 """
 
 

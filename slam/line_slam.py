@@ -81,6 +81,4 @@ class LineSlam:
         if self._last_mapped is None:
             return True
         motion = self._last_mapped.between(prior)
-        return (
-            motion.distance(Pose2D()) >= self.config.update_distance or abs(motion.theta) >= self.config.update_angle
-        )
+        return motion.distance(Pose2D()) >= self.config.update_distance or abs(motion.theta) >= self.config.update_angle

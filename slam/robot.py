@@ -38,7 +38,7 @@ class Robot(Protocol):
     def observe(self, timeout: float = 1.0) -> Observation | None:
         """Wait for the next scan; None when there will be no more.
 
-        Raises RobotTimeout when nothing comes within ``timeout`` seconds, RobotError when the robot is closed or broken.
+        Raises RobotTimeout when nothing comes within ``timeout`` seconds, RobotError when it is closed or broken.
         """
         ...
 

@@ -1,8 +1,9 @@
 """Hopping and reverse hop: which runs of points lie on one line. Sections 3.2 and 3.3, Proc. 1 to 6, Fig. 5.
 
 Two forms of the same procedure. ``hop_by_svd`` reads as printed and takes the singular values of A_i(l) at every test.
-``hop_by_sums`` is compiled and asks the same question of A^T A, whose entries are differences of prefix sums: every test
-costs the same however many points it spans, and needs no eigen-solver. Both count points from 0 and include both ends.
+``hop_by_sums`` is compiled and asks the same question of A^T A, whose entries are differences of prefix sums: every
+test costs the same however many points it spans, and needs no eigen-solver. Both count points from 0 and include both
+ends.
 """
 
 from __future__ import annotations
@@ -69,12 +70,12 @@ def fits_line(sums: FloatArray, i: int, l: int, sigma_Th: float) -> bool:
     if pivot_2 <= 0.0:
         return True
     rest = y - xy * x / xx
-    return n - x * x / xx - rest * rest / pivot_2 <= 0.0
+    return bool(n - x * x / xx - rest * rest / pivot_2 <= 0.0)
 
 
 @compiled
 def hop_by_sums(sums: FloatArray, begin: int, stop: int, sigma_Th: float, J: int, runs: IntArray) -> int:
-    """The runs among the points ``begin`` to ``stop`` (exclusive), written to the rows of ``runs``; returns how many."""
+    """The runs among the points ``begin`` to ``stop`` (exclusive), written to rows of ``runs``; returns how many."""
     M = 0
     i, l, psi, previous = begin, 3, J, 2  # Proc. 1
     while i + 3 <= stop:

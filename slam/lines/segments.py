@@ -16,9 +16,9 @@ IntArray = NDArray[np.int64]
 class Segments:
     """M segments as a structure of arrays; metres and radians, all in one frame.
 
-    The line of segment m is the set of (x, y) with ``x cos(theta) + y sin(theta) = rho``, eq. (2). ``start`` and ``end``
-    are the measured points p_k(P_m) and p_k(Q_m); ``first`` and ``last`` are their places (from 0) among the points of
-    the scan.
+    The line of segment m is the set of (x, y) with ``x cos(theta) + y sin(theta) = rho``, eq. (2). ``start`` and
+    ``end`` are the measured points p_k(P_m) and p_k(Q_m); ``first`` and ``last`` are their places (from 0) among the
+    points of the scan.
     """
 
     first: IntArray  # (M,)

@@ -33,9 +33,7 @@ class PointMap:
         self._store[self._count : count] = T_map_laser.transform(points)  # eq. (17)
         self._count = count
 
-    def draw_visible(
-        self, T_map_laser: Pose2D, lidar: Lidar, share: float, random: np.random.Generator
-    ) -> FloatArray:
+    def draw_visible(self, T_map_laser: Pose2D, lidar: Lidar, share: float, random: np.random.Generator) -> FloatArray:
         """A random share of the points that ``lidar`` could see from there, in the sensor frame, shape (N*, 2).
 
         w* of eq. (20), kept where the sensor reaches, and thinned as section 5.1 does (75 %).

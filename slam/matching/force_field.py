@@ -37,19 +37,11 @@ def match_points_to_segments(points: FloatArray, segments: Segments, config: Mat
         return NO_MATCH
     x, y = np.ascontiguousarray(points.T)
     dx, dy, dphi, iterations, converged = _iterate(
-        x, y, _lines(segments), config.gamma_f, config.kappa, config.epsilon, _moment_gain(points, config),
-        config.xi, config.eta, config.zeta, config.rho_f, config.rho_M, config.max_iterations,
+        x, y, _lines(segments), config.average == "weighted", config.gamma_f, config.kappa, config.epsilon,
+        config.gamma_M, config.xi, config.eta, config.zeta, config.rho_f, config.rho_M, config.max_iterations,
     )  # fmt: skip
-    # Eq. (21) rotates before it translates, so the sensor moved by T(dphi) dX: composed, where eq. (19) adds to first order.
-    T_prior_laser = Pose2D(theta=dphi) @ Pose2D(dx, dy)
-    return Match(Pose2D(T_prior_laser.x, T_prior_laser.y, wrap_angle(dphi)), iterations, converged, len(points))
-
-
-def _moment_gain(points: FloatArray, config: MatchConfig) -> float:
-    """gamma_M of eq. (32); with ``moment = inertia`` over the mean squared distance from the centre of gravity."""
-    if config.moment == "printed":
-        return config.gamma_M
-    return config.gamma_M / max(float(points.var(axis=0).sum()), 1e-9)
+    # Eq. (21) rotates first, so the sensor moved by T(dphi) dX; eq. (19) adds dX, which is the same to first order.
+    return Match(Pose2D(theta=wrap_angle(dphi)) @ Pose2D(dx, dy), iterations, converged, len(points))
 
 
 def _lines(segments: Segments) -> FloatArray:
@@ -64,8 +56,8 @@ def _lines(segments: Segments) -> FloatArray:
 
 @compiled
 def _iterate(
-    x: FloatArray, y: FloatArray, lines: FloatArray, gamma_f: float, kappa: float, epsilon: float, gamma_M: float,
-    xi: float, eta: float, zeta: float, rho_f: float, rho_M: float, max_iterations: int,
+    x: FloatArray, y: FloatArray, lines: FloatArray, weighted: bool, gamma_f: float, kappa: float, epsilon: float,
+    gamma_M: float, xi: float, eta: float, zeta: float, rho_f: float, rho_M: float, max_iterations: int,
 ) -> tuple[float, float, float, int, bool]:  # fmt: skip
     """Eqs. (21)-(37): Delta X (x, y), Delta phi, the number of iterations, and whether they converged."""
     dx = dy = dphi = 0.0
@@ -76,7 +68,7 @@ def _iterate(
         for i in range(len(x)):  # eq. (21)
             wx[i] = c * x[i] + s * y[i] - dx
             wy[i] = c * y[i] - s * x[i] - dy
-        fx, fy, M = _correction(wx, wy, lines, gamma_f, kappa, epsilon, gamma_M)
+        fx, fy, M = _correction(wx, wy, lines, weighted, gamma_f, kappa, epsilon, gamma_M)
         dx = xi * dx - eta * fx - zeta * sum_fx  # eq. (34)
         dy = xi * dy - eta * fy - zeta * sum_fy
         dphi = xi * dphi - eta * M - zeta * sum_M  # eq. (35)
@@ -88,17 +80,24 @@ def _iterate(
 
 @compiled
 def _correction(
-    wx: FloatArray, wy: FloatArray, lines: FloatArray, gamma_f: float, kappa: float, epsilon: float, gamma_M: float
-) -> tuple[float, float, float]:
-    """f_q (x, y) and M_q, the averages of eq. (33) over all points and segments."""
+    wx: FloatArray, wy: FloatArray, lines: FloatArray, weighted: bool, gamma_f: float, kappa: float, epsilon: float,
+    gamma_M: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """f_q (x, y) and M_q, the averages of eq. (33) over all points and segments, or weighted ones."""
     gx, gy = wx.mean(), wy.mean()  # eq. (23)
-    fx = fy = M = 0.0
+    fx = fy = M = weight = inertia = 0.0
     for m in range(len(lines)):
         nx, ny, rho, tx, ty, start, length = lines[m]
         pull, pull_x, pull_y = _pull(wx, wy, nx, ny, rho, tx, ty, start, length, kappa, epsilon)
         fx += nx * pull
         fy += ny * pull
         M += (pull_x - gx * pull) * ny - (pull_y - gy * pull) * nx  # eq. (32), with the sign that a norm loses
+        if weighted:
+            w, w_rr = _weight(wx, wy, nx, ny, rho, tx, ty, start, length, gx, gy, kappa, epsilon)
+            weight += w
+            inertia += w_rr
+    if weighted:
+        return (fx / weight, fy / weight, gamma_M * M / inertia) if inertia > 0.0 else (0.0, 0.0, 0.0)
     gain = gamma_f / (len(lines) * len(wx))
     return gain * fx, gain * fy, gamma_M * gain * M  # eq. (33)
 
@@ -120,3 +119,20 @@ def _pull(
         pull_x += force * wx[i]
         pull_y += force * wy[i]
     return pull, pull_x, pull_y
+
+
+@compiled
+def _weight(
+    wx: FloatArray, wy: FloatArray, nx: float, ny: float, rho: float, tx: float, ty: float, start: float, length: float,
+    gx: float, gy: float, kappa: float, epsilon: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Sums over the points of the weight that the force of one segment gives them, and of the same times |w - G|^2."""
+    weight = inertia = 0.0
+    for i in range(len(wx)):
+        distance = abs(rho - nx * wx[i] - ny * wy[i])
+        lam_t = tx * wx[i] + ty * wy[i] - start
+        fall = distance * distance * distance if kappa == 3.0 else distance**kappa
+        share = 1.0 / (fall + epsilon) if 0.0 <= lam_t <= length else 0.0
+        weight += share
+        inertia += share * ((wx[i] - gx) ** 2 + (wy[i] - gy) ** 2)
+    return weight, inertia

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -121,5 +120,3 @@ class Scenario(Section):
     duration: Positive = 600.0
     """The run ends after this many simulated seconds at the latest."""
     seed: int = Field(0, ge=0)
-    source: Path | None = Field(None, exclude=True)
-    """The file this came from."""

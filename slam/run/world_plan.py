@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
@@ -42,7 +43,7 @@ class Wall(Section):
     def prisms(self) -> Iterator[Prism]:
         """One for each stretch, half a thickness longer at both ends so that corners are filled."""
         ends = [*self.points, self.points[0]] if self.closed else self.points
-        for (x0, y0), (x1, y1) in zip(ends, ends[1:], strict=False):
+        for (x0, y0), (x1, y1) in pairwise(ends):
             length, yaw = float(np.hypot(x1 - x0, y1 - y0)), float(np.arctan2(y1 - y0, x1 - x0))
             outline = rectangle(((x0 + x1) / 2, (y0 + y1) / 2), length + self.thickness, self.thickness, yaw)
             yield Prism(outline, 0.0, self.height)

@@ -1,0 +1,48 @@
+# make run, make test, make lint: each sets up .venv first where that is not done yet.
+
+WHY := hopslam needs CPython 3.11, because pybullet has wheels for no newer one; install python3.11 (with venv), or uv
+
+.PHONY: run test lint format pictures clean
+
+run: .venv/.run
+	.venv/bin/hopslam run corridor
+
+test: .venv/.dev
+	.venv/bin/python -m pytest -q
+
+lint: .venv/.dev
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	.venv/bin/mypy
+	.venv/bin/lint-imports --no-cache
+
+format: .venv/.dev
+	.venv/bin/ruff check --fix .
+	.venv/bin/ruff format .
+
+# The picture at the top of the README.
+pictures: .venv/.run
+	rm -rf runs/pictures
+	.venv/bin/hopslam run corridor --out runs/pictures/corridor
+	cp runs/pictures/corridor/map.png docs/corridor.png
+
+clean:
+	rm -rf .venv
+
+.venv/.run: pyproject.toml .venv/bin/pip
+	.venv/bin/pip install --quiet --editable .
+	touch $@
+
+.venv/.dev: pyproject.toml .venv/bin/pip
+	.venv/bin/pip install --quiet --editable . --group dev
+	touch $@ .venv/.run
+
+# The first of python3.11, python3 and uv's that is a whole CPython 3.11. The pip of 3.11 knows no dependency groups.
+.venv/bin/pip:
+	@for python in python3.11 python3; do \
+	    if $$python -c 'import ensurepip, sys, venv; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null; then \
+	        set -e; $$python -m venv .venv; .venv/bin/python -m pip install --quiet --upgrade 'pip>=25.1'; exit 0; \
+	    fi; \
+	done; \
+	if command -v uv >/dev/null 2>&1; then uv venv --quiet --seed --python 3.11 .venv && exit 0; fi; \
+	echo '$(WHY)' >&2; exit 1

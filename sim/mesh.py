@@ -1,0 +1,46 @@
+"""From the prisms of a world plan to one triangle mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.pose import FloatArray
+from slam.run.world_plan import Prism
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mesh:
+    """``vertices`` (V, 3) in metres, and ``triangles`` (T, 3) of indices into them, counter-clockwise from outside."""
+
+    vertices: FloatArray
+    triangles: NDArray[np.int64]
+
+
+def _prism_triangles(corners: int) -> NDArray[np.int64]:
+    """Triangles (4 N - 4, 3) of a prism over N corners; vertices 0 to N - 1 are its bottom, N to 2 N - 1 its top."""
+    here = np.arange(corners)
+    there = (here + 1) % corners
+    sides = np.column_stack([here, there, there + corners, here, there + corners, here + corners]).reshape(-1, 3)
+    fan = np.column_stack([np.zeros(corners - 2, dtype=np.int64), here[1:-1], there[1:-1]])
+    return np.concatenate([sides, fan[:, ::-1], fan + corners])
+
+
+def _prism_vertices(prism: Prism) -> FloatArray:
+    """Vertices (2 N, 3), the bottom ring first."""
+    bottom, top = (np.insert(prism.footprint, 2, z, axis=1) for z in (prism.bottom, prism.top))
+    return np.concatenate([bottom, top])
+
+
+def extrude(prisms: Sequence[Prism]) -> Mesh:
+    """One mesh of all these solids; each keeps its own closed surface, also where two overlap."""
+    vertices = [_prism_vertices(prism) for prism in prisms]
+    first = np.cumsum([0, *map(len, vertices)])
+    triangles = [_prism_triangles(len(ring) // 2) + start for ring, start in zip(vertices, first, strict=False)]
+    return Mesh(
+        np.concatenate([np.empty((0, 3)), *vertices]),
+        np.concatenate([np.empty((0, 3), dtype=np.int64), *triangles]),
+    )

@@ -1,0 +1,120 @@
+"""The command line: ``hopslam``."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+
+import typer
+from rich.console import Console
+
+from slam.errors import HopslamError
+
+if TYPE_CHECKING:
+    from slam.run.experiment import Outcome
+
+app = typer.Typer(
+    help="A robot testbed for line-based SLAM with a cheap 2-D lidar.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+console = Console()
+
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(metavar="DIR", help="Folder for the results; default runs/<name>-<time>, and runs/latest."),
+]
+Rerun = Annotated[Path | None, typer.Option(metavar="FILE", help="Also record for the rerun viewer (an .rrd file).")]
+
+
+@app.callback()
+def _hopslam() -> None:
+    """A robot testbed for line-based SLAM with a cheap 2-D lidar."""
+
+
+@app.command()
+def run(
+    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")] = "corridor",
+    seed: Annotated[int | None, typer.Option(help="Seed of all that is random; default: the scenario's.")] = None,
+    out: Out = None,
+    settings: Settings = None,
+    rerun: Rerun = None,
+) -> None:
+    """Drive a simulated robot through a scenario, and map it.
+
+    [bold]Examples[/bold]
+
+    hopslam run corridor
+
+    hopslam run paper_simulation --seed 3 --out /tmp/paper
+
+    hopslam run corridor --set slam.lines.psi=0 --set robot.odometry.track=0.33 --rerun corridor.rrd
+    """
+    from slam.run.experiment import scenario_experiment
+    from slam.run.scenario_file import load_scenario
+
+    by_seed = [] if seed is None else [f"seed={seed}"]
+    _finish(scenario_experiment(load_scenario(scenario, [*(settings or []), *by_seed])).run(out, rerun, console))
+
+
+@app.command()
+def replay(
+    log: Annotated[Path, typer.Argument(help="A CARMEN log or a URG-04LX text log; may be gzipped.")],
+    scenario: Annotated[str, typer.Option(help="Where the settings of the method come from.")] = "replay",
+    out: Out = None,
+    settings: Settings = None,
+    rerun: Rerun = None,
+) -> None:
+    """Map a recorded log of a real robot.
+
+    [bold]Examples[/bold]
+
+    hopslam replay fr079.log.gz
+
+    hopslam replay mines1.dat.gz --out /tmp/mines --set slam.update_distance=0.1
+    """
+    from slam.run.experiment import replay_experiment
+    from slam.run.scenario_file import load_scenario
+
+    experiment = replay_experiment(log, load_scenario(scenario, settings or []))
+    console.print(experiment.notes["log_report"], highlight=False)
+    _finish(experiment.run(out, rerun, console))
+
+
+def _finish(outcome: Outcome) -> None:
+    """Show what came out, and leave with the exit code that fits."""
+    from slam.run.summary import summary_table
+
+    console.print(summary_table(outcome.metrics))
+    console.print(f"{outcome.ending}; results in {outcome.folder}", highlight=False)
+    if outcome.error is not None:
+        _fail(outcome.error)
+    if outcome.ending == "interrupted":
+        raise typer.Exit(130)
+
+
+def _fail(error: HopslamError) -> NoReturn:
+    print(f"hopslam: {error}", file=sys.stderr)
+    raise SystemExit(error.exit_code)
+
+
+def _interrupt(*_: Any) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+def main() -> None:
+    """Run the command line; known errors are one line and an exit code: 2 bad input, 3 a device, 130 Ctrl-C."""
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        app()
+    except HopslamError as error:
+        _fail(error)
+    except KeyboardInterrupt:
+        raise SystemExit(130) from None

@@ -1,0 +1,131 @@
+"""A whole run: set up, driven through the loop, recorded, measured and drawn."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from rich.console import Console
+
+from slam.errors import RobotError
+from slam.line_slam import LineSlam
+from slam.odometry import Twist2D
+from slam.pose import FloatArray, Pose2D
+from slam.run.backends import make_robot
+from slam.run.error_picture import draw_errors
+from slam.run.files import write_whole
+from slam.run.logs import read_log
+from slam.run.loop import Ending, Watcher, run_loop
+from slam.run.map_picture import draw_map
+from slam.run.metrics import measure
+from slam.run.pilot import Passenger, Pilot, WaypointPilot
+from slam.run.progress import RunProgress
+from slam.run.recorder import Recorder
+from slam.run.rerun_log import RerunLog
+from slam.run.robot_env import RobotEnv
+from slam.run.run_folder import make_run_folder
+from slam.run.scenario import Scenario
+from slam.run.scenario_file import dump_scenario
+from slam.run.warm_up import warm_up
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a run left behind."""
+
+    folder: Path
+    ending: Ending
+    metrics: dict[str, Any]
+    error: RobotError | None = None
+    """Why it failed, where it did."""
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """All that one run needs, ready to go."""
+
+    scenario: Scenario
+    env: RobotEnv
+    slam: LineSlam
+    pilot: Pilot
+    seed: int
+    outlines: Sequence[FloatArray] = ()
+    """What of the world the lidar could see, for the picture."""
+    notes: dict[str, Any] = field(default_factory=dict)
+    """More for ``metrics.json``."""
+
+    def run(self, out: Path | None = None, rerun: Path | None = None, console: Console | None = None) -> Outcome:
+        """Run to the end, or to Ctrl-C, or to the failure of the robot; the folder is complete in every case."""
+        console = console or Console(quiet=True)
+        folder = make_run_folder(self.scenario.name, out)
+        write_whole(folder / "config.yaml", dump_scenario(self.scenario))
+        warm_up(console)
+        began = perf_counter()
+        ending, error = self._drive(folder, rerun, console)
+        metrics = self._measure(folder, ending, perf_counter() - began)
+        write_whole(folder / "metrics.json", json.dumps(metrics, indent=2) + "\n")
+        if metrics["scans"]:
+            with console.status("drawing"):
+                draw_map(folder, self.slam.points.points, self.slam.lines.ends, self.outlines)
+                draw_errors(folder)
+        return Outcome(folder, ending, metrics, error)
+
+    def _drive(self, folder: Path, rerun: Path | None, console: Console) -> tuple[Ending, RobotError | None]:
+        """The loop, with its watchers; whatever ends it, files are closed and the robot is stopped."""
+        with ExitStack() as stack:
+            recorder = Recorder(folder, self.slam.T_map_base, self.slam.T_base_laser)
+            stack.callback(recorder.close)
+            watchers: list[Watcher] = [recorder]
+            if rerun is not None:
+                watchers.append(stack.enter_context(RerunLog(rerun, self.slam.T_base_laser, self.outlines)))
+            stack.callback(self.env.close)
+            watchers.append(stack.enter_context(RunProgress(console, self.scenario.name)))
+            try:
+                return run_loop(self.env, self.slam, self.pilot, watchers, self.seed), None
+            except KeyboardInterrupt:
+                return "interrupted", None
+            except RobotError as error:
+                return "failed", error
+
+    def _measure(self, folder: Path, ending: Ending, wall_time: float) -> dict[str, Any]:
+        metrics = measure(folder) | self.notes
+        metrics["ending"] = ending
+        metrics["real_time_factor"] = round(metrics.get("duration_s", 0.0) / wall_time, 3)
+        return metrics | {"seed": self.seed, "version": version("hopslam")}
+
+
+def scenario_experiment(scenario: Scenario) -> Experiment:
+    """The simulated robot in the scenario's world, driving its route on the pose that the method estimates."""
+    start, lidar = scenario.robot.start.pose, scenario.lidar
+    return Experiment(
+        scenario=scenario,
+        env=RobotEnv(
+            lambda seed: make_robot("sim", scenario, seed=seed),
+            lidar.description.lidar,
+            Twist2D(scenario.robot.limits.linear, scenario.robot.limits.angular),
+        ),
+        slam=LineSlam(scenario.slam, lidar.mount.pose, start, scenario.seed),
+        pilot=WaypointPilot(scenario.route, start),
+        seed=scenario.seed,
+        outlines=scenario.world.outlines(lidar.height),
+    )
+
+
+def replay_experiment(path: Path, scenario: Scenario) -> Experiment:
+    """A recorded log, through the method as the scenario sets it; its world and robot are not used."""
+    log = read_log(path)
+    scenario = scenario.model_copy(update={"name": path.name.split(".")[0]})
+    return Experiment(
+        scenario=scenario,
+        env=RobotEnv(lambda seed: make_robot("replay", log), log.lidar, Twist2D(10.0, 10.0)),
+        slam=LineSlam(scenario.slam, log.T_base_laser, Pose2D(), scenario.seed),
+        pilot=Passenger(len(log)),
+        seed=scenario.seed,
+        notes={"log": str(path), "log_report": log.report},
+    )

@@ -1,0 +1,71 @@
+"""Files that survive a crash: whole ones appear at once or not at all, growing ones can be read at every moment."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a text file so that a reader finds the old content or the new, never a part: write, fsync, rename."""
+    draft = path.with_name(f".{path.name}.draft")
+    with draft.open("w", encoding="utf-8") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
+    draft.replace(path)
+
+
+class GrowingText:
+    """A text file to which whole lines are appended; each is handed to the system at once."""
+
+    def __init__(self, path: Path, header: str = "") -> None:
+        self._file = path.open("w", encoding="utf-8")
+        self.append(header)
+
+    def append(self, text: str) -> None:
+        """Append text that ends with a line end."""
+        self._file.write(text)
+        self._file.flush()
+
+    def close(self) -> None:
+        """Put everything on the disk."""
+        os.fsync(self._file.fileno())
+        self._file.close()
+
+
+class GrowingGeoJson:
+    """A GeoJSON FeatureCollection that is valid after every append: the new features overwrite its closing brackets."""
+
+    _CLOSE = b"\n]}\n"
+
+    def __init__(self, path: Path, **members: Any) -> None:
+        head = json.dumps({"type": "FeatureCollection", **members, "features": []})
+        self._file = path.open("wb", buffering=0)
+        self._file.write(head.removesuffix("]}").encode() + self._CLOSE)
+        self._empty = True
+
+    def append(self, features: Iterable[dict[str, Any]]) -> None:
+        """Append features, in one write."""
+        text = ",\n".join(json.dumps(feature) for feature in features)
+        if text:
+            self._file.seek(-len(self._CLOSE), os.SEEK_END)
+            self._file.write(("\n" if self._empty else ",\n").encode() + text.encode() + self._CLOSE)
+            self._empty = False
+
+    def close(self) -> None:
+        """Put everything on the disk."""
+        os.fsync(self._file.fileno())
+        self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
+    ) -> None:
+        self.close()

@@ -1,0 +1,60 @@
+"""The fields of one line of a log, as numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from slam.pose import FloatArray
+
+LARGEST: Final = 1e7
+"""No position (metres), angle (radians) or wheel travel of a robot is beyond this: such a number is garbled."""
+
+
+class BadLine(Exception):
+    """A line that cannot be used; its message is the kind of fault, as the report counts it. The readers catch it."""
+
+
+def numbers(words: Sequence[bytes]) -> FloatArray:
+    """The words as numbers, which may be inf or nan."""
+    try:
+        return np.array([float(word) for word in words])
+    except ValueError:
+        raise BadLine("not a number") from None
+
+
+def bounded(words: Sequence[bytes], largest: float = LARGEST) -> list[float]:
+    """The words as numbers that are finite and of a believable size."""
+    values = numbers(words)
+    if not (np.abs(values) <= largest).all():
+        raise BadLine("impossible value")
+    believable: list[float] = values.tolist()
+    return believable
+
+
+def distances(words: Sequence[bytes]) -> FloatArray:
+    """The words as numbers from 0 to inf."""
+    values = numbers(words)
+    if not (values >= 0.0).all():
+        raise BadLine("impossible value")
+    return values
+
+
+def stamp(word: bytes, unit: float = 1.0) -> float:
+    """A time of that many seconds a unit, in seconds to the microsecond, as logs and TUM files print it."""
+    return round(bounded([word], largest=1e18)[0] * unit, 6)
+
+
+def count(words: Sequence[bytes], index: int) -> int:
+    """The field of that index as a number of things."""
+    try:
+        value = int(words[index])
+    except IndexError:
+        raise BadLine("truncated") from None
+    except ValueError:
+        raise BadLine("not a number") from None
+    if value < 0:
+        raise BadLine("impossible value")
+    return value

@@ -1,0 +1,94 @@
+"""A recorded run: scans and the wheel odometry at each of them, in SI units and radians."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import cos, sin
+
+import numpy as np
+
+from slam.odometry import Odometry, Twist2D
+from slam.pose import FloatArray, Pose2D
+from slam.scan import LaserScan, Lidar
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Log:
+    """N scans of one lidar, in the order of their stamps; structure of arrays, read-only."""
+
+    lidar: Lidar
+    """``scan_time`` is the median time between two stamps, seconds."""
+    T_base_laser: Pose2D
+    stamps: FloatArray
+    """Seconds on the log's own clock, strictly increasing, shape (N,)."""
+    ranges: FloatArray
+    """Metres; +inf is no echo and nan an erroneous reading, as REP-117 has it; shape (N, beams)."""
+    T_odom_base: FloatArray
+    """Raw wheel odometry as rows x, y, theta, relative to the first scan; metres and radians, shape (N, 3)."""
+    time_increment: float
+    """Seconds between two beams, 0 where it is not known."""
+    skipped: Mapping[str, int]
+    """How many lines were unusable, by what was wrong with them."""
+    ignored: Mapping[str, int]
+    """How many messages of other types went by, by their names."""
+    report: str
+    """What was read and what was not, one line to show."""
+
+    def __post_init__(self) -> None:
+        for array in (self.stamps, self.ranges, self.T_odom_base):
+            array.flags.writeable = False
+
+    def __len__(self) -> int:
+        """Number of scans."""
+        return len(self.stamps)
+
+    def scan(self, index: int) -> LaserScan:
+        """The scan of that number, from 0."""
+        fan = self.lidar
+        return LaserScan(
+            stamp=float(self.stamps[index]),
+            angle_min=fan.angle_min,
+            angle_increment=fan.angle_increment,
+            range_min=fan.range_min,
+            range_max=fan.range_max,
+            ranges=self.ranges[index],
+            time_increment=self.time_increment,
+            scan_time=fan.scan_time,
+        )
+
+    def odometry(self, index: int) -> Odometry:
+        """Dead reckoning at that scan; its twist is that of the motion which led there."""
+        return Odometry(float(self.stamps[index]), self.pose(index), self.twist(index - 1))
+
+    def pose(self, index: int) -> Pose2D:
+        """``T_odom_base`` at that scan."""
+        x, y, theta = self.T_odom_base[index].tolist()
+        return Pose2D(x, y, theta)
+
+    def twist(self, index: int) -> Twist2D:
+        """Mean velocity from that scan to the next one; zero outside of the log."""
+        if not 0 <= index < len(self) - 1:
+            return Twist2D()
+        motion = self.pose(index).between(self.pose(index + 1))
+        seconds = float(self.stamps[index + 1] - self.stamps[index])
+        return Twist2D(_arc(motion) / seconds, motion.theta / seconds)
+
+
+def _arc(motion: Pose2D) -> float:
+    """Metres driven forward along the arc of this motion: ``wheel_motion`` backwards."""
+    half = motion.theta / 2.0
+    along_chord = motion.x * cos(half) + motion.y * sin(half)
+    return along_chord / float(np.sinc(half / np.pi))
+
+
+def relative_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
+    """``T_origin_pose`` of poses (N, 3) given in one frame with the origin, (3,) or (N, 3)."""
+    dx, dy, turn = (poses - origin).T
+    c, s = np.cos(origin[..., 2]), np.sin(origin[..., 2])
+    return np.column_stack([c * dx + s * dy, c * dy - s * dx, np.pi - np.remainder(np.pi - turn, 2.0 * np.pi)])
+
+
+def scan_time(stamps: FloatArray) -> float:
+    """Median time between two stamps, seconds; 0.1 for a single one."""
+    return float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.1

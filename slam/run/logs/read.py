@@ -1,0 +1,57 @@
+"""Reading a recorded log whose format is known by its content."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable
+from contextlib import closing
+from itertools import chain, islice
+from pathlib import Path
+from typing import Final, Protocol
+
+from slam.errors import LogError
+from slam.run.logs import carmen, urg_text
+from slam.run.logs.log import Log
+from slam.run.logs.tally import Tally
+from slam.run.logs.text import CutShort, read_lines
+
+
+class Format(Protocol):
+    """A module that reads one format."""
+
+    def recognises(self, line: bytes) -> bool:
+        """Whether the line can only be of this format."""
+        ...
+
+    def read(self, lines: Iterable[tuple[int, bytes]], tally: Tally) -> Log:
+        """The log in numbered lines; LogError when there is not one scan."""
+        ...
+
+
+_FORMATS: Final[tuple[Format, ...]] = (carmen, urg_text)
+_NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip"
+_HEAD: Final = 200
+"""The format shows in one of that many first lines."""
+
+
+def read_log(path: str | Path) -> Log:
+    """The recorded run in a file, plain or gzip: CARMEN messages, or the text of a URG-04LX with wheel encoders.
+
+    Lines that cannot be used are skipped and counted in ``Log.report``. Raises LogError, of one line, when the file
+    cannot be read, is no such log, or holds no scan.
+    """
+    tally = Tally(Path(path))
+    with closing(_readable_lines(tally)) as lines:
+        head = list(islice(lines, _HEAD))
+        for form in _FORMATS:
+            if any(form.recognises(line) for _, line in head):
+                return form.read(chain(head, lines), tally)
+    found = f"a file that begins with {head[0][1][:20]!r}" if head else "nothing"
+    raise LogError("; ".join([f"{path}: not a log that hopslam can read: {found}", *tally.notes, f"need {_NEED}"]))
+
+
+def _readable_lines(tally: Tally) -> Generator[tuple[int, bytes], None, None]:
+    """The numbered lines as far as the file can be read."""
+    try:
+        yield from read_lines(tally.path)
+    except CutShort:
+        tally.notes.append("the gzip data are damaged or end early, and what comes after that is lost")

@@ -1,0 +1,58 @@
+"""The loop of every run: observe, estimate, decide, drive."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+
+from slam.line_slam import Estimate, LineSlam
+from slam.odometry import Twist2D
+from slam.robot import Observation
+from slam.run.pilot import Pilot
+from slam.run.robot_env import RobotEnv
+
+Ending = Literal["arrived", "collided", "no more scans", "interrupted", "failed"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One turn of the loop."""
+
+    index: int
+    observation: Observation
+    estimate: Estimate
+    applied: Twist2D
+    """The velocity that was driven to come here."""
+    progress: float
+    """Share of the route that is behind."""
+
+
+class Watcher(Protocol):
+    """Sees every step of a run, and changes nothing."""
+
+    def see(self, step: Step) -> None:
+        """Take note of one step."""
+        ...
+
+
+def run_loop(env: RobotEnv, slam: LineSlam, pilot: Pilot, watchers: Iterable[Watcher], seed: int | None) -> Ending:
+    """Drive until the pilot has arrived, the robot has hit something, or there are no more scans."""
+    _, info = env.reset(seed=seed)
+    applied, index = Twist2D(), 0
+    while True:
+        observation: Observation = info["observation"]
+        estimate = slam.update(observation.scan, observation.odometry)
+        command = pilot.command(estimate.T_map_base)
+        for watcher in watchers:
+            watcher.see(Step(index, observation, estimate, applied, pilot.progress))
+        if observation.collided:
+            return "collided"
+        if command is None:
+            return "arrived"
+        *_, truncated, info = env.step(np.array([command.linear, command.angular], np.float32))
+        if truncated:
+            return "no more scans"
+        applied, index = info["applied"], index + 1

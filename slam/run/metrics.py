@@ -1,0 +1,74 @@
+"""How good a run was: numbers read back from its folder."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from slam.pose import FloatArray
+from slam.run.tum import read_tum
+
+
+def measure(folder: Path) -> dict[str, Any]:
+    """The metrics of a run folder; errors only where it has ``groundtruth.tum``.
+
+    Errors compare ``T_map_base`` with the truth scan by scan and without alignment: both begin at the same known pose.
+    """
+    stamps, poses = read_tum(folder / "trajectory.tum")
+    _, odometry = read_tum(folder / "odometry.tum")
+    steps = np.atleast_1d(np.genfromtxt(folder / "steps.csv", delimiter=",", names=True))
+    metrics: dict[str, Any] = {"scans": len(stamps), "duration_s": round(float(stamps[-1] - stamps[0]), 6)}
+    truth_file = folder / "groundtruth.tum"
+    truth = read_tum(truth_file)[1] if truth_file.is_file() else None
+    metrics["path_m"] = _path_length(poses if truth is None else truth)
+    if truth is not None:
+        metrics |= _errors(poses, truth, "") | _errors(odometry, truth, "odometry_")
+    return metrics | _work(steps)
+
+
+def pose_errors(poses: FloatArray, truth: FloatArray) -> FloatArray:
+    """Estimate minus truth, shape (N, 3): x, y in metres, heading in radians within [-pi, pi)."""
+    errors = poses - truth
+    errors[:, 2] = (errors[:, 2] + np.pi) % (2 * np.pi) - np.pi
+    return errors
+
+
+def _path_length(poses: FloatArray) -> float:
+    return round(float(np.hypot(*np.diff(poses[:, :2], axis=0).T).sum()), 4)
+
+
+def _errors(poses: FloatArray, truth: FloatArray, prefix: str) -> dict[str, float]:
+    errors = pose_errors(poses, truth)
+    distance, heading = np.hypot(errors[:, 0], errors[:, 1]), np.degrees(np.abs(errors[:, 2]))
+    values = {
+        "ate_rmse_m": np.sqrt(np.mean(distance**2)),
+        "ate_max_m": distance.max(),
+        "final_m": distance[-1],
+        "x_max_abs_m": np.abs(errors[:, 0]).max(),
+        "y_max_abs_m": np.abs(errors[:, 1]).max(),
+        "heading_max_abs_deg": heading.max(),
+        "heading_rmse_deg": np.sqrt(np.mean(heading**2)),
+        "heading_final_deg": heading[-1],
+    }
+    return {prefix + name: round(float(value), 6) for name, value in values.items()}
+
+
+def _work(steps: np.ndarray[Any, np.dtype[np.void]]) -> dict[str, Any]:
+    """What the method did and what it cost; iterations and times are of the scans that were matched and mapped."""
+    mapped = steps[steps["mapped"] == 1]
+    matched = mapped[mapped["iterations"] > 0]
+    iterations = matched["iterations"] if len(matched) else np.zeros(1)
+    return {
+        "updates": len(mapped),
+        "iterations_mean": round(float(iterations.mean()), 2),
+        "iterations_max": int(iterations.max()),
+        "not_converged": int((matched["converged"] == 0).sum()),
+        "slam_ms_median": round(float(np.median(mapped["slam_ms"])), 4),
+        "slam_ms_p99": round(float(np.percentile(mapped["slam_ms"], 99)), 4),
+        "slam_s_total": round(float(steps["slam_ms"].sum()) / 1e3, 4),
+        "extraction_ms_median": round(float(np.median(mapped["extraction_ms"])), 4),
+        "map_points": int(steps["map_points"][-1]),
+        "segments": int(steps["segments"].sum()),
+    }

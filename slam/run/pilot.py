@@ -1,0 +1,83 @@
+"""Where to drive: way-points followed on the estimated pose."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import cos
+from typing import Protocol
+
+from slam.odometry import Twist2D
+from slam.pose import Pose2D
+from slam.run.scenario import Route
+
+_TURN_GAIN = 1.5
+"""Turning speed for each radian that the way-point lies off the heading, 1/s."""
+_TURN_FIRST = 0.6
+"""With the way-point farther off the heading than this, radians, the robot turns on the spot."""
+
+
+class Pilot(Protocol):
+    """Decides the next command."""
+
+    def command(self, T_map_base: Pose2D) -> Twist2D | None:
+        """What to drive from this estimated pose; None when the route is done."""
+        ...
+
+    @property
+    def progress(self) -> float:
+        """Share of the route that is behind, 0 to 1."""
+        ...
+
+
+class WaypointPilot:
+    """Drives a route's way-points one after another; without way-points it stands still and is never done."""
+
+    def __init__(self, route: Route, start: Pose2D) -> None:
+        self._route = route
+        places = [start, *(Pose2D(x, y) for x, y in route.waypoints)]
+        self._lengths = [a.distance(b) for a, b in pairwise(places)]
+        self._targets = places[1:]
+        self._next = 0
+        self._left = sum(self._lengths)
+
+    def command(self, T_map_base: Pose2D) -> Twist2D | None:
+        """What to drive from this estimated pose; None when the last way-point is reached."""
+        if not self._targets:
+            return Twist2D()
+        while self._next < len(self._targets):
+            distance = T_map_base.distance(self._targets[self._next])
+            self._left = distance + sum(self._lengths[self._next + 1 :])
+            if distance > self._route.arrival:
+                return self._towards(T_map_base.bearing(self._targets[self._next]))
+            self._next += 1
+        self._left = 0.0
+        return None
+
+    @property
+    def progress(self) -> float:
+        """Share of the route that is behind, 0 to 1."""
+        total = sum(self._lengths)
+        return min(max(1.0 - self._left / total, 0.0), 1.0) if total else 0.0
+
+    def _towards(self, bearing: float) -> Twist2D:
+        limit = self._route.turn_speed
+        angular = min(max(_TURN_GAIN * bearing, -limit), limit)
+        linear = self._route.speed * cos(bearing) if abs(bearing) < _TURN_FIRST else 0.0
+        return Twist2D(linear, angular)
+
+
+class Passenger:
+    """Commands nothing: for a recorded log, which drives as it once did."""
+
+    def __init__(self, scans: int) -> None:
+        self._scans, self._seen = scans, 0
+
+    @property
+    def progress(self) -> float:
+        """Share of the log's scans that were seen, 0 to 1."""
+        return self._seen / self._scans
+
+    def command(self, T_map_base: Pose2D) -> Twist2D | None:
+        """No motion, and never done: the log's end ends the run."""
+        self._seen += 1
+        return Twist2D()

@@ -1,0 +1,50 @@
+"""The progress bar of a run."""
+
+from __future__ import annotations
+
+from time import perf_counter
+from types import TracebackType
+from typing import Self
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from slam.pose import Pose2D
+from slam.run.loop import Step
+
+
+class RunProgress:
+    """A watcher that shows how far the run is, its scan rate, and its present error where the truth is known."""
+
+    def __init__(self, console: Console, name: str) -> None:
+        columns = (
+            TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f}%"),
+            TextColumn("{task.fields[scans]} scans"), TextColumn("{task.fields[rate]}"),
+            TextColumn("{task.fields[error]}"), TimeElapsedColumn(), TimeRemainingColumn(),
+        )  # fmt: skip
+        self._bar = Progress(*columns, console=console, refresh_per_second=5)
+        self._task = self._bar.add_task(name, total=1.0, scans=0, rate="", error="")
+        self._began = perf_counter()
+
+    def see(self, step: Step) -> None:
+        """Show one step."""
+        scans = step.index + 1
+        rate = f"{scans / max(perf_counter() - self._began, 1e-9):.0f}/s"
+        self._bar.update(self._task, completed=step.progress, scans=scans, rate=rate, error=_error(step))
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
+    ) -> None:
+        self._bar.stop()
+
+
+def _error(step: Step) -> str:
+    truth = step.observation.T_map_base
+    if truth is None:
+        return ""
+    error: Pose2D = truth.between(step.estimate.T_map_base)
+    return f"error {100 * error.distance(Pose2D()):.1f} cm"

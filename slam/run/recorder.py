@@ -1,0 +1,78 @@
+"""Writes a run into its folder as it goes, so that whatever ends it, what was done is there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+from slam.pose import Pose2D
+from slam.run.files import GrowingGeoJson, GrowingText
+from slam.run.loop import Step
+from slam.run.tum import format_tum
+
+STEP_COLUMNS: Final = (
+    "stamp", "mapped", "iterations", "converged", "map_points", "segments", "extraction_ms", "slam_ms", "v", "omega",
+)  # fmt: skip
+
+
+class Recorder:
+    """A watcher that keeps ``trajectory.tum``, ``odometry.tum``, ``groundtruth.tum``, ``steps.csv``, ``lines.geojson``.
+
+    Poses are ``T_map_base``; odometry starts at the robot's first estimate.
+    """
+
+    def __init__(self, folder: Path, T_map_odom: Pose2D, T_base_laser: Pose2D) -> None:
+        self._folder, self._T_map_odom, self._T_base_laser = folder, T_map_odom, T_base_laser
+        self._trajectory = GrowingText(folder / "trajectory.tum")
+        self._odometry = GrowingText(folder / "odometry.tum")
+        self._truth: GrowingText | None = None
+        self._steps = GrowingText(folder / "steps.csv", ",".join(STEP_COLUMNS) + "\n")
+        self._lines = GrowingGeoJson(folder / "lines.geojson", frame="map", unit="metre")
+        self._map_points = 0
+
+    def see(self, step: Step) -> None:
+        """Write down one step."""
+        odometry, estimate = step.observation.odometry, step.estimate
+        self._trajectory.append(format_tum(estimate.stamp, estimate.T_map_base) + "\n")
+        self._odometry.append(format_tum(estimate.stamp, self._T_map_odom @ odometry.T_odom_base) + "\n")
+        if step.observation.T_map_base is not None:
+            self._truth = self._truth or GrowingText(self._folder / "groundtruth.tum")
+            self._truth.append(format_tum(estimate.stamp, step.observation.T_map_base) + "\n")
+        if estimate.segments is not None:
+            self._map_points += int(step.observation.scan.echoes.sum())
+            self._lines.append(self._features(step))
+        self._steps.append(self._row(step))
+
+    def close(self) -> None:
+        """Put everything on the disk."""
+        for file in (self._trajectory, self._odometry, self._truth, self._steps, self._lines):
+            if file is not None:
+                file.close()
+
+    def _row(self, step: Step) -> str:
+        estimate, match = step.estimate, step.estimate.match
+        values = (
+            f"{estimate.stamp:.6f}", int(estimate.mapped), match.iterations, int(match.converged), self._map_points,
+            len(estimate.segments) if estimate.segments is not None else 0, f"{1e3 * estimate.extraction_time:.4f}",
+            f"{1e3 * estimate.total_time:.4f}", f"{step.applied.linear:.6f}", f"{step.applied.angular:.6f}",
+        )  # fmt: skip
+        return ",".join(map(str, values)) + "\n"
+
+    def _features(self, step: Step) -> list[dict[str, Any]]:
+        """One LineString a segment, from its start to its end point, metres in the map frame."""
+        segments = step.estimate.segments
+        assert segments is not None
+        in_map = segments.transformed(step.estimate.T_map_base @ self._T_base_laser)
+        return [
+            {
+                "type": "Feature",
+                "geometry": {"type": "LineString", "coordinates": [_millimetres(start), _millimetres(end)]},
+                "properties": {"scan": step.index, "points": int(count)},
+            }
+            for start, end, count in zip(in_map.start, in_map.end, segments.counts, strict=True)
+        ]
+
+
+def _millimetres(point: Any) -> list[float]:
+    """A point in metres, to the tenth of a millimetre."""
+    return [round(float(value), 4) for value in point]

@@ -1,0 +1,90 @@
+"""Any ``Robot`` as a gymnasium environment: the one way in which a run steps a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box, Dict
+from numpy.typing import NDArray
+
+from slam.errors import RobotError
+from slam.odometry import Twist2D
+from slam.robot import Observation, Robot
+from slam.scan import LaserScan, Lidar
+
+Float32Array = NDArray[np.float32]
+ObservationDict = dict[str, Float32Array]
+
+_ODOMETRY_BOUND: Final = np.array([1e4, 1e4, np.pi, 10.0, 100.0], np.float32)
+"""Of x, y (m), theta (rad), v (m/s), omega (rad/s): no robot of this kind goes beyond."""
+
+
+class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
+    """A robot behind ``reset`` and ``step``; one step is one scan.
+
+    Observations are ``scan`` (beams,), metres, where no echo reads ``range_max`` and too close reads 0, and
+    ``odometry`` (5,): x, y, theta, linear and angular velocity. The action is (v, omega) in m/s and rad/s; its space
+    ends at 1 of each, which learners like, and faster commands are obeyed up to the limits of the robot. ``info`` has
+    the whole ``Observation`` under ``observation`` and, after a step, the velocity really ``applied``. The reward is 0.
+    """
+
+    def __init__(self, open_robot: Callable[[int], Robot], lidar: Lidar, limits: Twist2D) -> None:
+        self._open_robot = open_robot
+        self._lidar = lidar
+        self._robot: Robot | None = None
+        self._last: ObservationDict = {}
+        self.observation_space = Dict(  # type: ignore[assignment]  # gymnasium types its Dict by Any
+            scan=Box(0.0, lidar.range_max, (lidar.beams,), np.float32),
+            odometry=Box(-_ODOMETRY_BOUND, _ODOMETRY_BOUND, dtype=np.float32),
+        )
+        high = np.minimum(np.array([limits.linear, limits.angular], np.float32), np.float32(1.0))
+        self.action_space = Box(-high, high, dtype=np.float32)
+
+    @property
+    def robot(self) -> Robot:
+        """The robot of this episode; RobotError before the first reset and after close."""
+        if self._robot is None:
+            raise RobotError("the environment has no robot yet: call reset() first")
+        return self._robot
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[ObservationDict, dict[str, Any]]:
+        """Open a robot at its start, close the one before, and wait for the first scan."""
+        super().reset(seed=seed)
+        self.close()
+        self._robot = self._open_robot(int(self.np_random.integers(2**31)) if seed is None else seed).__enter__()
+        observation = self._robot.observe()
+        if observation is None:
+            raise RobotError("the robot gave no scan at all")
+        return self._as_dict(observation), {"observation": observation}
+
+    def step(self, action: Float32Array) -> tuple[ObservationDict, float, bool, bool, dict[str, Any]]:
+        """Drive at (v, omega) until the next scan; a collision terminates, the end of the scans truncates."""
+        applied = self.robot.drive(Twist2D(float(action[0]), float(action[1])))
+        observation = self.robot.observe()
+        if observation is None:
+            return {key: value.copy() for key, value in self._last.items()}, 0.0, False, True, {"applied": applied}
+        info = {"observation": observation, "applied": applied}
+        return self._as_dict(observation), 0.0, observation.collided, False, info
+
+    def close(self) -> None:
+        """Stop the robot and free its devices."""
+        robot, self._robot = self._robot, None
+        if robot is not None:
+            robot.__exit__(None, None, None)
+
+    def _as_dict(self, observation: Observation) -> ObservationDict:
+        pose, twist = observation.odometry.T_odom_base, observation.odometry.twist
+        odometry = np.array([pose.x, pose.y, pose.theta, twist.linear, twist.angular], np.float32)
+        self._last = {"scan": _finite_ranges(observation.scan), "odometry": odometry}
+        return dict(self._last)
+
+
+def _finite_ranges(scan: LaserScan) -> Float32Array:
+    """The ranges within [0, range_max], whatever the sensor said: an error counts as no echo."""
+    ranges = np.nan_to_num(scan.ranges, nan=scan.range_max, posinf=scan.range_max, neginf=0.0)
+    return np.clip(ranges.astype(np.float32), np.float32(0.0), np.float32(scan.range_max))

@@ -1,0 +1,48 @@
+"""The folder of a run."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from pathlib import Path
+
+from slam.errors import InputError
+
+
+def make_run_folder(name: str, out: Path | None = None, runs: Path = Path("runs")) -> Path:
+    """A new folder for a run: ``out``, or ``runs/<name>-<time>`` with ``runs/latest`` pointing at it.
+
+    Raises InputError when ``out`` already holds something, or cannot be made.
+    """
+    try:
+        return _given(out) if out else _stamped(name, runs)
+    except OSError as error:
+        problem = f"cannot make the run folder: {error.strerror}"
+        raise InputError(f"{error.filename}: {problem}; choose another --out") from error
+
+
+def _given(out: Path) -> Path:
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise InputError(f"{out}: already there and not empty; choose another --out, or remove it")
+    out.mkdir(parents=True, exist_ok=True)
+    return out
+
+
+def _stamped(name: str, runs: Path) -> Path:
+    runs.mkdir(parents=True, exist_ok=True)
+    folder = _first_free(runs / f"{name}-{datetime.now():%Y%m%d-%H%M%S}")
+    draft = runs / f".latest-{folder.name}"
+    draft.symlink_to(folder.name)
+    draft.replace(runs / "latest")
+    return folder
+
+
+def _first_free(wanted: Path) -> Path:
+    """Make ``wanted``, or ``wanted-2``, ``-3`` ... when another run began in the same second."""
+    folder, number = wanted, 1
+    while True:
+        try:
+            folder.mkdir()
+            return folder
+        except FileExistsError:
+            number += 1
+            folder = wanted.with_name(f"{wanted.name}-{number}")

@@ -1,0 +1,95 @@
+"""Scenario files: found by name or path, checked, and complained of by file, line and key."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, get_args
+
+import yaml
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from slam.errors import ScenarioError
+from slam.run.scenario import Scenario
+from slam.run.settings import apply_settings, parse_setting
+from slam.run.yaml_file import Location, YamlFile
+
+SHIPPED = next(
+    (p for p in (Path(__file__).parents[1] / "scenarios", Path(__file__).parents[2] / "scenarios") if p.is_dir()),
+    Path("scenarios"),
+)
+"""The scenarios that come with hopslam: inside the wheel, or beside the packages in a checkout."""
+
+
+def shipped_scenarios() -> list[str]:
+    """Their names."""
+    return sorted(path.stem for path in SHIPPED.glob("*.yaml"))
+
+
+def load_scenario(name: str | Path, settings: Sequence[str] = ()) -> Scenario:
+    """The scenario in this file, or the shipped one of this name, with ``key=value`` settings on top.
+
+    Raises ScenarioError: one line that names file, line and key, what is wrong, and what was perhaps meant.
+    """
+    file = YamlFile(find_scenario(name))
+    overrides = [parse_setting(text) for text in settings]
+    apply_settings(file.data, overrides)
+    file.data.setdefault("name", file.path.stem)
+    try:
+        return Scenario.model_validate(file.data)
+    except ValidationError as errors:
+        first = min(errors.errors(), key=lambda error: error["type"] != "extra_forbidden")
+        raise ScenarioError(_complaint(first, file, [location for location, _ in overrides])) from errors
+
+
+def find_scenario(name: str | Path) -> Path:
+    """The path of a scenario given by path or by name."""
+    path, shipped = Path(name), SHIPPED / f"{name}.yaml"
+    if path.is_file():
+        return path
+    if shipped.is_file():
+        return shipped
+    known = shipped_scenarios()
+    close = get_close_matches(str(name), known, n=1)
+    hint = f"did you mean {close[0]}?" if close else f"give a path, or one of: {', '.join(known)}"
+    raise ScenarioError(f"no scenario {str(name)!r}: no such file, and none of that name is shipped; {hint}")
+
+
+def dump_scenario(scenario: Scenario) -> str:
+    """YAML that loads to the same scenario."""
+    return yaml.safe_dump(scenario.model_dump(mode="json"), sort_keys=False, allow_unicode=True)
+
+
+def _complaint(error: ErrorDetails, file: YamlFile, overrides: list[Location]) -> str:
+    location = error["loc"]
+    by_hand = any(path[: len(location)] == location[: len(path)] for path in overrides)
+    place = "--set" if by_hand else file.place(location)
+    return f"{place}: {'.'.join(map(str, location)) or 'scenario'}: {_reason(error)}"
+
+
+def _reason(error: ErrorDetails) -> str:
+    if error["type"] == "extra_forbidden":
+        known = _keys_at(Scenario, error["loc"][:-1])
+        close = get_close_matches(str(error["loc"][-1]), known, n=1)
+        hint = f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
+        return f"unknown key; {hint}"
+    message = error["msg"].removeprefix("Value error, ")
+    value = error["input"]
+    return message if isinstance(value, dict) else f"{message} (got {value!r})"
+
+
+def _keys_at(model: type[BaseModel], location: Location) -> list[str]:
+    """The keys that may stand at this path of a scenario."""
+    for step in location:
+        if isinstance(step, str):
+            model = _section_in(model.model_fields[step].annotation)
+    return list(model.model_fields)
+
+
+def _section_in(annotation: Any) -> type[BaseModel]:
+    """The section class in an annotation such as ``Route`` or ``tuple[Wall, ...]``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next(_section_in(inner) for inner in get_args(annotation) if inner is not Ellipsis)

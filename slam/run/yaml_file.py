@@ -1,0 +1,66 @@
+"""YAML read safely, with the line of every key, so that an error can say where it is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from slam.errors import ScenarioError
+
+Location = tuple[str | int, ...]
+
+
+class YamlFile:
+    """The content of a YAML file whose top is a mapping.
+
+    Raises ScenarioError, naming file and line, when it cannot be read, is not YAML, or names a key twice.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._root = self._compose()
+        self._refuse_doubles(self._root)
+        self.data: dict[str, Any] = yaml.SafeLoader("").construct_document(self._root)
+
+    def place(self, location: Location) -> str:
+        """``file:line`` of the key or item at this path, or of the nearest thing around it that the file has."""
+        node, line = self._root, self._root.start_mark.line
+        for step in location:
+            found = next((pair for pair in _children(node) if pair[0] == step), None)
+            if found is None:
+                break
+            _, line, node = found
+        return f"{self.path}:{line + 1}"
+
+    def _compose(self) -> yaml.Node:
+        try:
+            root = yaml.compose(self.path.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
+        except yaml.MarkedYAMLError as error:
+            line = error.problem_mark.line + 1 if error.problem_mark else 1
+            raise ScenarioError(f"{self.path}:{line}: not valid YAML: {error.problem}") from error
+        except (yaml.YAMLError, UnicodeDecodeError) as error:
+            raise ScenarioError(f"{self.path}: not a YAML text file: {str(error).splitlines()[0]}") from error
+        except OSError as error:
+            raise ScenarioError(f"{self.path}: cannot be read: {error.strerror}") from error
+        if not isinstance(root, yaml.MappingNode):
+            raise ScenarioError(f"{self.path}: a scenario is a mapping of keys to values; see scenarios/corridor.yaml")
+        return root
+
+    def _refuse_doubles(self, node: yaml.Node) -> None:
+        seen: set[str | int] = set()
+        for key, line, child in _children(node):
+            if key in seen:
+                raise ScenarioError(f"{self.path}:{line + 1}: {key}: this key stands here for the second time")
+            seen.add(key)
+            self._refuse_doubles(child)
+
+
+def _children(node: yaml.Node) -> list[tuple[str | int, int, yaml.Node]]:
+    """(key or index, line from 0, value) of what is directly inside."""
+    if isinstance(node, yaml.MappingNode):
+        return [(str(key.value), key.start_mark.line, value) for key, value in node.value]
+    if isinstance(node, yaml.SequenceNode):
+        return [(index, item.start_mark.line, item) for index, item in enumerate(node.value)]
+    return []

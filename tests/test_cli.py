@@ -1,0 +1,144 @@
+"""Every command as a user runs it."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from test_robot_contract import carmen_log
+
+ALL_FILES = {
+    "config.yaml", "metrics.json", "trajectory.tum", "odometry.tum", "lines.geojson", "map.png", "errors.png", "steps.csv",
+}  # fmt: skip
+
+
+def hopslam(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", "from slam.run.cli import main; main()", *map(str, words)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])},
+    )
+
+
+@pytest.fixture(scope="module")
+def paper_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The paper's simulation, whole, with a recording for rerun."""
+    folder = tmp_path_factory.mktemp("paper")
+    done = hopslam("run", "paper_simulation", "--seed", "3", "--out", folder / "run", "--rerun", folder / "run.rrd")
+    assert done.returncode == 0, done.stderr
+    assert "ATE (rmse)" in done.stdout
+    assert "arrived; results in" in done.stdout
+    return folder / "run"
+
+
+def test_a_run_folder_is_complete(paper_run: Path) -> None:
+    assert {path.name for path in paper_run.iterdir()} == ALL_FILES | {"groundtruth.tum"}
+    for picture in ("map.png", "errors.png"):
+        assert (paper_run / picture).read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_paper_simulation_is_as_good_as_the_paper_says(paper_run: Path) -> None:
+    """Figs. 17 to 20: within 5 cm and 0.5 deg over 6 m, at most 1000 iterations, under 500 on average."""
+    metrics = json.loads((paper_run / "metrics.json").read_text())
+    assert metrics["seed"] == 3
+    assert metrics["ending"] == "arrived"
+    assert 5.7 < metrics["path_m"] < 6.3
+    assert metrics["x_max_abs_m"] < 0.05
+    assert metrics["y_max_abs_m"] < 0.05
+    assert metrics["heading_max_abs_deg"] < 0.5
+    assert metrics["iterations_mean"] < 500
+    assert metrics["iterations_max"] <= 1000
+
+
+def test_the_line_map_is_in_the_map_frame(paper_run: Path) -> None:
+    features = json.loads((paper_run / "lines.geojson").read_text())["features"]
+    ends = [point for feature in features for point in feature["geometry"]["coordinates"]]
+    assert len(features) > 500
+    assert all(-3.5 < x < 5.5 and -0.5 < y < 9.7 for x, y in ends)
+
+
+def test_the_same_seed_gives_the_same_trajectory(paper_run: Path, tmp_path: Path) -> None:
+    assert hopslam("run", "paper_simulation", "--seed", "3", "--out", tmp_path / "again").returncode == 0
+    assert (tmp_path / "again" / "trajectory.tum").read_bytes() == (paper_run / "trajectory.tum").read_bytes()
+
+
+def test_a_run_can_be_repeated_from_its_own_configuration(paper_run: Path, tmp_path: Path) -> None:
+    assert hopslam("run", paper_run / "config.yaml", "--out", tmp_path / "again").returncode == 0
+    assert (tmp_path / "again" / "trajectory.tum").read_bytes() == (paper_run / "trajectory.tum").read_bytes()
+
+
+def test_the_recording_is_whole(paper_run: Path) -> None:
+    rerun = Path(sys.executable).with_name("rerun")
+    recording = paper_run.with_suffix(".rrd")
+    checked = subprocess.run([rerun, "rrd", "verify", recording], capture_output=True, text=True)
+    assert checked.returncode == 0, checked.stderr
+
+
+def test_the_default_folder_and_latest(tmp_path: Path) -> None:
+    assert hopslam("run", "paper_simulation", "--set", "duration=1", cwd=tmp_path).returncode == 0
+    latest = tmp_path / "runs" / "latest"
+    assert latest.is_symlink()
+    assert json.loads((latest / "metrics.json").read_text())["ending"] == "no more scans"
+
+
+def test_replay(tmp_path: Path) -> None:
+    done = hopslam("replay", carmen_log(tmp_path), "--out", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    assert "12 scans" in done.stdout
+    assert {path.name for path in (tmp_path / "run").iterdir()} == ALL_FILES
+    metrics = json.loads((tmp_path / "run" / "metrics.json").read_text())
+    assert metrics["scans"] == 12
+    assert metrics["path_m"] == pytest.approx(0.55, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["run", "coridor"], "did you mean corridor?"),
+        (["run", "corridor", "--set", "slam.lines.psy=1"], "did you mean psi?"),
+        (["run", "corridor", "--set", "physics.rate=241"], "physics.rate"),
+        (["run", "corridor", "--seed", "-1"], "seed"),
+        (["replay", "nowhere.log"], "nowhere.log"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(words: list[str], complaint: str, tmp_path: Path) -> None:
+    failed = hopslam(*words, cwd=tmp_path)
+    assert failed.returncode == 2
+    assert complaint in failed.stderr
+    assert failed.stderr.startswith("hopslam: ")
+    assert failed.stderr.count("\n") == 1
+    assert not (tmp_path / "runs").exists()
+
+
+def test_a_log_without_a_scan_is_bad_input(tmp_path: Path) -> None:
+    (tmp_path / "empty.log").write_text("# nothing\n")
+    failed = hopslam("replay", tmp_path / "empty.log")
+    assert failed.returncode == 2
+    assert "empty.log" in failed.stderr
+
+
+def test_ctrl_c_leaves_a_complete_folder_and_exit_code_130(tmp_path: Path) -> None:
+    words = [sys.executable, "-c", "from slam.run.cli import main; main()", "run", "corridor", "--out", tmp_path / "run"]
+    running = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    trajectory = tmp_path / "run" / "trajectory.tum"
+    while not trajectory.exists() or trajectory.stat().st_size < 1000:
+        assert running.poll() is None
+        time.sleep(0.05)
+    running.send_signal(signal.SIGINT)
+    out, err = running.communicate(timeout=60)
+    assert running.returncode == 130, err
+    assert "interrupted; results in" in out
+    assert {path.name for path in (tmp_path / "run").iterdir()} == ALL_FILES | {"groundtruth.tum"}
+
+
+@pytest.mark.parametrize("words", [["--help"], ["run", "--help"], ["replay", "--help"]])
+def test_help_has_examples(words: list[str]) -> None:
+    shown = hopslam(*words)
+    assert shown.returncode == 0
+    assert len(words) == 1 or "Examples" in shown.stdout

@@ -1,0 +1,66 @@
+"""The motion model against the paper's equations as printed, and its limit for straight motion."""
+
+from math import cos, pi, sin
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from slam.odometry import wheel_motion
+from slam.pose import Pose2D, wrap_angle
+
+TRACK = 0.33
+travels = st.floats(-1.0, 1.0)
+
+
+def printed(left: float, right: float, x: float, y: float, theta: float) -> Pose2D:
+    """Eqs. (38) to (42), word for word."""
+    beta = (right - left) / TRACK
+    R = left / beta
+    cx = x - (R + TRACK / 2) * sin(theta)
+    cy = y + (R + TRACK / 2) * cos(theta)
+    turned = (theta + beta) % (2 * pi)
+    return Pose2D(cx + (R + TRACK / 2) * sin(turned), cy - (R + TRACK / 2) * cos(turned), turned)
+
+
+@given(travels, travels, st.floats(-5, 5), st.floats(-5, 5), st.floats(-pi, pi))
+def test_the_arc_is_the_printed_one(left: float, right: float, x: float, y: float, theta: float) -> None:
+    assume(abs(left - right) > 1e-4)
+    moved, expected = Pose2D(x, y, theta) @ wheel_motion(left, right, TRACK), printed(left, right, x, y, theta)
+    assert moved.distance(expected) < 1e-9
+    assert abs(wrap_angle(moved.theta - expected.theta)) < 1e-9
+
+
+@given(travels, st.floats(-1e-6, 1e-6))
+def test_almost_straight_motion_is_stable(distance: float, difference: float) -> None:
+    motion = wheel_motion(distance - difference / 2, distance + difference / 2, TRACK)
+    beta = difference / TRACK
+    assert motion.x == pytest.approx(distance, abs=1e-10)
+    assert motion.y == pytest.approx(distance * beta / 2, abs=1e-10)
+    assert motion.theta == pytest.approx(beta, abs=1e-15)
+
+
+def test_straight_motion_is_exact() -> None:
+    assert wheel_motion(0.7, 0.7, TRACK) == Pose2D(0.7, 0.0, 0.0)  # eqs. (43) and (44)
+
+
+@given(travels, travels)
+def test_going_back_undoes_the_motion(left: float, right: float) -> None:
+    there_and_back = wheel_motion(left, right, TRACK) @ wheel_motion(-left, -right, TRACK)
+    assert there_and_back.distance(Pose2D()) < 1e-12
+    assert abs(there_and_back.theta) < 1e-12
+
+
+@given(travels, travels, st.floats(0.01, 0.99))
+def test_an_arc_is_its_two_parts(left: float, right: float, share: float) -> None:
+    parts = wheel_motion(share * left, share * right, TRACK) @ wheel_motion(
+        (1 - share) * left, (1 - share) * right, TRACK
+    )
+    whole = wheel_motion(left, right, TRACK)
+    assert parts.distance(whole) < 1e-12
+
+
+def test_turning_on_the_spot() -> None:
+    motion = wheel_motion(-TRACK * pi / 4, TRACK * pi / 4, TRACK)
+    assert motion.distance(Pose2D()) < 1e-15
+    assert motion.theta == pytest.approx(pi / 2)

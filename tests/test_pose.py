@@ -1,0 +1,59 @@
+"""Laws of SE(2), on random poses."""
+
+from math import pi
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from slam.pose import Pose2D, wrap_angle
+
+coordinates = st.floats(-100, 100)
+poses = st.builds(Pose2D, coordinates, coordinates, st.floats(-pi, pi))
+
+
+def close(a: Pose2D, b: Pose2D) -> bool:
+    return a.distance(b) < 1e-9 and abs(wrap_angle(a.theta - b.theta)) < 1e-9
+
+
+@given(poses, poses, poses)
+def test_composition_is_associative(a: Pose2D, b: Pose2D, c: Pose2D) -> None:
+    assert close((a @ b) @ c, a @ (b @ c))
+
+
+@given(poses)
+def test_identity_and_inverse(a: Pose2D) -> None:
+    assert close(a @ Pose2D(), a)
+    assert close(Pose2D() @ a, a)
+    assert close(a @ a.inverse(), Pose2D())
+    assert close(a.inverse() @ a, Pose2D())
+
+
+@given(poses, poses)
+def test_between_is_the_motion_from_one_to_the_other(a: Pose2D, b: Pose2D) -> None:
+    assert close(a @ a.between(b), b)
+
+
+@given(poses, poses, coordinates, coordinates)
+def test_transform_is_an_action_of_the_group(a: Pose2D, b: Pose2D, x: float, y: float) -> None:
+    point = np.array([[x, y]])
+    np.testing.assert_allclose((a @ b).transform(point), a.transform(b.transform(point)), atol=1e-9)
+
+
+@given(poses)
+def test_rotation_is_orthonormal(a: Pose2D) -> None:
+    np.testing.assert_allclose(a.rotation @ a.rotation.T, np.eye(2), atol=1e-12)
+    assert np.linalg.det(a.rotation) > 0
+
+
+@given(st.floats(-1000, 1000))
+def test_wrap_angle_keeps_the_direction(angle: float) -> None:
+    wrapped = wrap_angle(angle)
+    assert -pi < wrapped <= pi
+    np.testing.assert_allclose([np.cos(wrapped), np.sin(wrapped)], [np.cos(angle), np.sin(angle)], atol=1e-9)
+
+
+def test_known_pose() -> None:
+    T_map_laser = Pose2D(1.0, 2.0, pi / 2) @ Pose2D(0.5, 0.0, 0.0)
+    assert close(T_map_laser, Pose2D(1.0, 2.5, pi / 2))
+    assert abs(Pose2D(1.0, 2.0, pi / 2).bearing(Pose2D(0.0, 2.0)) - pi / 2) < 1e-12

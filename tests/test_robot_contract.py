@@ -1,0 +1,132 @@
+"""One suite that every back end of the ``Robot`` protocol passes."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slam.errors import HopslamError, RobotError, ScenarioError
+from slam.odometry import Twist2D
+from slam.pose import Pose2D
+from slam.robot import Robot
+from slam.run.backends import BACKENDS, make_robot
+from slam.run.scenario.file import load_scenario
+
+SCANS = 12
+
+
+def carmen_log(folder: Path) -> Path:
+    """A small recorded run: a robot that drives 5 cm a scan towards a wall 3 m ahead."""
+    lines = []
+    for k in range(SCANS):
+        readings = " ".join(f"{3.0 - 0.05 * k:.3f}" for _ in range(181))
+        pose = f"{0.05 * k:.3f} 0 0"
+        lines.append(
+            f"ROBOTLASER1 0 -1.570796 3.141593 0.017453 80 0.01 0 181 {readings} 0 {pose} {pose} 0 0 0 0 0 "
+            f"{0.1 * k:.3f} host {0.1 * k:.3f}"
+        )
+    path = folder / "small.log"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def sim_robot(folder: Path) -> Robot:
+    return make_robot("sim", load_scenario("paper_simulation", [f"duration={0.1 * SCANS}"]), seed=1)
+
+
+def replay_robot(folder: Path) -> Robot:
+    return make_robot("replay", carmen_log(folder))
+
+
+MAKERS: dict[str, Callable[[Path], Robot]] = {"sim": sim_robot, "replay": replay_robot}
+
+
+@pytest.fixture(params=sorted(MAKERS))
+def make(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[[], Robot]:
+    return lambda: MAKERS[request.param](tmp_path)
+
+
+def test_every_back_end_is_in_this_suite() -> None:
+    assert set(MAKERS) == set(BACKENDS)
+
+
+def test_scans_come_in_order_and_end(make: Callable[[], Robot]) -> None:
+    stamps = []
+    with make() as robot:
+        assert isinstance(robot.T_base_laser, Pose2D)
+        while (observation := robot.observe()) is not None:
+            stamps.append(observation.scan.stamp)
+            robot.drive(Twist2D(0.2, 0.0))
+        assert robot.observe() is None
+    assert len(stamps) == SCANS
+    assert (np.diff(stamps) > 0).all()
+
+
+def test_a_scan_is_whole(make: Callable[[], Robot]) -> None:
+    with make() as robot:
+        observation = robot.observe()
+        assert observation is not None
+        scan = observation.scan
+        assert scan.ranges.dtype == np.float64
+        assert scan.ranges.ndim == 1
+        echoes = scan.ranges[scan.echoes]
+        assert len(echoes) > 50
+        assert scan.range_min <= echoes.min() <= echoes.max() <= scan.range_max
+        assert scan.scan_time > 0
+        assert observation.odometry.stamp == pytest.approx(scan.stamp, abs=scan.scan_time)
+
+
+def test_odometry_starts_at_the_origin_and_moves(make: Callable[[], Robot]) -> None:
+    with make() as robot:
+        first = robot.observe()
+        assert first is not None
+        assert first.odometry.T_odom_base.distance(Pose2D()) < 1e-3
+        for _ in range(SCANS - 1):
+            robot.drive(Twist2D(0.2, 0.0))
+            last = robot.observe()
+        assert last is not None
+        assert 0.02 < last.odometry.T_odom_base.x < 1.0
+
+
+def test_drive_says_what_was_really_applied(make: Callable[[], Robot]) -> None:
+    with make() as robot:
+        robot.observe()
+        applied = robot.drive(Twist2D(50.0, 0.0))
+        assert 0.0 < applied.linear <= 1.3
+
+
+def test_the_same_robot_twice_is_the_same(make: Callable[[], Robot]) -> None:
+    runs = []
+    for _ in range(2):
+        with make() as robot:
+            seen = []
+            while (observation := robot.observe()) is not None:
+                seen.append(observation)
+                robot.drive(Twist2D(0.3, 0.1))
+            runs.append(seen)
+    assert runs[0] == runs[1]
+
+
+def test_a_closed_robot_refuses(make: Callable[[], Robot]) -> None:
+    with make() as robot:
+        robot.observe()
+    with pytest.raises(RobotError):
+        robot.observe()
+    with pytest.raises(RobotError):
+        robot.drive(Twist2D())
+
+
+def test_leaving_by_an_exception_closes(make: Callable[[], Robot]) -> None:
+    robot = make()
+    with pytest.raises(ZeroDivisionError), robot:
+        raise ZeroDivisionError
+    with pytest.raises(RobotError):
+        robot.observe()
+
+
+def test_an_unknown_back_end_names_the_known_ones() -> None:
+    with pytest.raises(ScenarioError, match="did you mean replay"):
+        make_robot("replai")
+    with pytest.raises(HopslamError, match="choose one of sim, replay"):
+        make_robot("hardware?")

@@ -1,0 +1,105 @@
+"""Scenario files: what is wrong is named by file, line and key."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from slam.errors import ScenarioError
+from slam.run.scenario.file import dump_scenario, load_scenario, shipped_scenarios
+
+GOOD = """\
+name: small
+world:
+  boxes:
+    - {center: [1, 2], size: [1, 1, 1]}
+route:
+  speed: 0.3
+"""
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "small.yaml"
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("name", shipped_scenarios())
+def test_a_shipped_scenario_loads_and_survives_its_own_dump(name: str, tmp_path: Path) -> None:
+    scenario = load_scenario(name)
+    assert scenario.name == name
+    assert scenario.description
+    assert load_scenario(write(tmp_path, dump_scenario(scenario))) == scenario
+
+
+def test_the_required_scenarios_are_shipped() -> None:
+    assert {"corridor", "paper_simulation", "replay"} <= set(shipped_scenarios())
+
+
+def test_the_name_comes_from_the_file(tmp_path: Path) -> None:
+    assert load_scenario(write(tmp_path, "duration: 3")).name == "small"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("speed:", "speeed:", "small.yaml:6: route.speeed: unknown key; did you mean speed?"),
+        ("size:", "sizzle:", "small.yaml:4: world.boxes.0.sizzle: unknown key; did you mean size?"),
+        ("speed:", "colour:", "small.yaml:6: route.colour: unknown key; known here: waypoints, speed, turn_speed, arrival"),
+        ("0.3", "-1", "small.yaml:6: route.speed: Input should be greater than 0 (got -1)"),
+        ("0.3", "fast", "small.yaml:6: route.speed: Input should be a valid number"),
+        ("[1, 2]", "[1]", "small.yaml:4: world.boxes.0.center.1: Field required"),
+        ("  speed: 0.3", "  speed: 0.3\n  speed: 0.4", "small.yaml:7: speed: this key stands here for the second time"),
+        ("  speed: 0.3", "  speed: [", "small.yaml:7: not valid YAML"),
+        ("name: small", "- name", "small.yaml:2: not valid YAML"),
+    ],
+)
+def test_a_mistake_is_named(old: str, new: str, complaint: str, tmp_path: Path) -> None:
+    path = write(tmp_path, GOOD.replace(old, new, 1))
+    with pytest.raises(ScenarioError, match=re.escape(complaint)) as error:
+        load_scenario(path)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("text", ["", "[1, 2]", "just words", "\x00\x01"])
+def test_what_is_no_scenario_is_refused(text: str, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=r"small\.yaml"):
+        load_scenario(write(tmp_path, text))
+
+
+def test_python_objects_in_yaml_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=r"small\.yaml:1: not valid YAML"):
+        load_scenario(write(tmp_path, "name: !!python/object/apply:os.getcwd []"))
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"), [("coridor", "did you mean corridor?"), ("zzz", "give a path, or one of: corridor")]
+)
+def test_a_missing_scenario_gets_a_hint(name: str, hint: str) -> None:
+    with pytest.raises(ScenarioError, match=re.escape(hint)):
+        load_scenario(name)
+
+
+def test_settings_change_values_and_items() -> None:
+    scenario = load_scenario("corridor", ["slam.lines.psi=0", "route.waypoints.0=[3, 0]", "slam.lines.split_gap=.inf"])
+    assert scenario.slam.lines.psi == 0
+    assert scenario.route.waypoints[0] == (3.0, 0.0)
+    assert scenario.slam.lines.split_gap == float("inf")
+
+
+@pytest.mark.parametrize(
+    ("setting", "complaint"),
+    [
+        ("slam.lines.psy=1", "--set: slam.lines.psy: unknown key; did you mean psi?"),
+        ("slam.lines.psi=9", "--set: slam.lines: psi = 9 over-hops"),
+        ("slam.lines.psi", "--set slam.lines.psi: expected key=value"),
+        ("=3", "--set =3: expected key=value"),
+        ("route.waypoints.7=[0, 0]", "there are 2 items here; 7 is none of 0 to 1"),
+        ("route.speed.x=1", "x lies inside 0.5, which has no parts"),
+        ("route.speed=[", "the value is not valid YAML"),
+        ("physics.rate=250.5", "--set: physics.rate: Input should be a valid integer"),
+    ],
+)
+def test_a_bad_setting_is_named(setting: str, complaint: str) -> None:
+    with pytest.raises(ScenarioError, match=re.escape(complaint)):
+        load_scenario("corridor", [setting])

@@ -1,0 +1,176 @@
+"""The simulated robot as the method sees it."""
+
+import hashlib
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from sim.robot import SimRobot
+from slam.errors import RobotError, ScenarioError
+from slam.odometry import Twist2D
+from slam.pose import Pose2D
+from slam.robot import Observation
+from slam.run.scenario import Scenario
+
+CORRIDOR = {"points": [[-1.0, -1.25], [9.0, -1.25], [9.0, 1.25], [-1.0, 1.25]], "closed": True}
+
+
+def scenario(**changes: object) -> Scenario:
+    settings: dict[str, object] = {
+        "name": "test",
+        "world": {"walls": [CORRIDOR], "boxes": [{"center": [3.0, 0.9], "size": [0.5, 0.4, 0.6], "yaw": 0.3}]},
+        "robot": {"odometry": {"travel_noise": 0.01}},
+    }
+    return Scenario.model_validate(settings | changes)
+
+
+def observations(robot: SimRobot, count: int) -> Iterator[Observation]:
+    for index in range(count):
+        robot.drive(Twist2D(0.4, 0.5 * np.sin(0.3 * index)))
+        observation = robot.observe()
+        assert observation is not None
+        yield observation
+
+
+def observations_straight(robot: SimRobot, count: int) -> Iterator[Observation]:
+    for _ in range(count):
+        robot.drive(Twist2D(0.5, 0.0))
+        yield robot.observe()
+
+
+def digest(seen: Iterable[Observation]) -> str:
+    """The same for the same observations only."""
+    parts = (s.scan.ranges.tobytes() + repr((s.odometry, s.T_map_base, s.collided)).encode() for s in seen)
+    return hashlib.sha256(b"".join(parts)).hexdigest()
+
+
+def fingerprint(robot: SimRobot) -> str:
+    return digest(observations(robot, 20))
+
+
+def fingerprint_of(seed: int) -> str:
+    with SimRobot(scenario(), seed) as robot:
+        return fingerprint(robot)
+
+
+def test_the_same_seed_gives_the_same_observations_bit_by_bit():
+    assert fingerprint_of(5) == fingerprint_of(5)
+    assert fingerprint_of(5) != fingerprint_of(6)
+
+
+def test_without_a_seed_the_scenario_s_counts():
+    with SimRobot(scenario(seed=5)) as robot:
+        assert fingerprint(robot) == fingerprint_of(5)
+
+
+def test_two_robots_side_by_side_do_not_disturb_each_other():
+    with SimRobot(scenario(), 5) as first, SimRobot(scenario(), 6) as second:
+        pairs = zip(observations(first, 20), observations(second, 20), strict=True)
+        assert digest(seen for seen, _ in pairs) == fingerprint_of(5)
+
+
+def test_a_fresh_process_gives_the_same_observations():
+    code = "import test_sim_robot; print(test_sim_robot.fingerprint_of(5))"
+    tests = Path(__file__).parent
+    run = subprocess.run([sys.executable, "-c", code], cwd=tests, capture_output=True, text=True, check=True)
+    assert run.stdout.split() == [fingerprint_of(5)]
+    assert run.stderr == ""
+
+
+def test_lidar_and_odometry_have_noise_of_their_own():
+    with SimRobot(scenario(), 5) as noisy, SimRobot(scenario(lidar={"dropout": 0.5, "model": "table1"}), 5) as other:
+        pairs = list(zip(observations(noisy, 10), observations(other, 10), strict=True))
+    assert all(a.odometry == b.odometry for a, b in pairs)
+    assert all(len(a.scan.ranges) != len(b.scan.ranges) for a, b in pairs)
+
+
+def test_an_observation_is_one_moment():
+    with SimRobot(scenario(robot={"start": {"x": 1.0, "y": 0.2, "theta": 0.3}}, lidar={"noise": "none"})) as robot:
+        robot.drive(Twist2D(0.4, 0.0))
+        seen = [robot.observe() for _ in range(20)]
+    assert [s.scan.stamp for s in seen] == pytest.approx(0.1 * np.arange(1, 21))
+    assert all(s.odometry.stamp == s.scan.stamp for s in seen)
+    for s in seen:
+        true = Pose2D(1.0, 0.2, 0.3) @ s.odometry.T_odom_base
+        assert true.distance(s.T_map_base) < 1e-3
+        points = (s.T_map_base @ robot.T_base_laser).transform(s.scan.points())
+        on_left_wall = abs(points[:, 1] - 1.2) < 0.01
+        assert on_left_wall.sum() > 50
+        assert abs(points[on_left_wall, 1] - 1.2).max() < 1e-3
+
+
+def test_the_lidar_sits_where_it_is_mounted():
+    wall = {"walls": [{"points": [[3.05, -5.0], [3.05, 5.0]]}]}
+    mount = {"x": 0.1, "y": -0.2, "theta": pi / 2}
+    with SimRobot(scenario(world=wall, lidar={"noise": "none", "mount": mount})) as robot:
+        seen = robot.observe()
+    assert seen.scan.ranges[384 - 44 - 256] == pytest.approx(2.9, abs=1e-3)
+
+
+def test_there_are_as_many_scans_as_the_duration_has_room_for():
+    with SimRobot(scenario(duration=0.55)) as robot:
+        seen = [robot.observe() for _ in range(7)]
+    assert [s is None for s in seen] == [False] * 5 + [True] * 2
+
+
+def test_driving_into_a_wall_is_reported_while_it_lasts():
+    with SimRobot(scenario(world={"walls": [{"points": [[1.5, -2.0], [1.5, 2.0]]}]})) as robot:
+        seen = list(observations_straight(robot, 60))
+        first = next(i for i, s in enumerate(seen) if s.collided)
+        assert seen[first - 1].T_map_base.x < 1.45 - 0.21 < seen[first].T_map_base.x + 0.01
+        assert all(s.collided for s in seen[first:])
+        assert seen[-1].T_map_base.x == pytest.approx(1.45 - 0.21, abs=5e-3)
+        for _ in range(20):
+            robot.drive(Twist2D(-0.5, 0.0))
+            last = robot.observe()
+        assert not last.collided
+
+
+def test_a_short_touch_between_two_scans_is_reported():
+    agile = {"limits": {"acceleration": 5.0, "deceleration": 50.0}}
+    with SimRobot(scenario(world={"walls": [{"points": [[1.0, -2.0], [1.0, 2.0]]}]}, robot=agile)) as robot:
+        robot.drive(Twist2D(0.5, 0.0))
+        while not (seen := robot.observe()).collided:
+            pass
+        robot.drive(Twist2D(-0.5, 0.0))
+        after = robot.observe()
+    assert after.T_map_base.x < seen.T_map_base.x - 0.005
+    assert after.collided
+
+
+def test_it_passes_where_its_body_has_room():
+    sides = [{"points": [[0.0, side], [2.0, side]]} for side in (-0.25, 0.25)]  # 0.40 m for a body 0.381 m wide
+    with SimRobot(scenario(world={"walls": sides})) as robot:
+        seen = list(observations_straight(robot, 40))
+    assert not any(s.collided for s in seen)
+    assert seen[-1].T_map_base.x > 1.0
+
+
+def test_drive_returns_what_is_applied():
+    with SimRobot(scenario(robot={"limits": {"linear": 0.6}})) as robot:
+        assert robot.drive(Twist2D(0.4, 0.1)) == Twist2D(0.4, 0.1)
+        assert robot.drive(Twist2D(4.0, 0.1)) == Twist2D(0.6, 0.1)
+        with pytest.raises(RobotError, match="finite"):
+            robot.drive(Twist2D(float("nan"), 0.0))
+
+
+def test_a_closed_robot_says_so():
+    with SimRobot(scenario()) as robot:
+        robot.observe()
+    robot.close()
+    with pytest.raises(RobotError, match="closed"):
+        robot.observe()
+    with pytest.raises(RobotError, match="closed"):
+        robot.drive(Twist2D())
+
+
+def test_the_physics_rate_must_fit_the_scan_time():
+    with pytest.raises(ScenarioError, match=r"physics\.rate = 245 .*lidar\.model = 'urg04lx'"):
+        SimRobot(scenario(physics={"rate": 245}))
+    with SimRobot(scenario(physics={"rate": 100})) as robot:
+        assert robot.observe().scan.stamp == pytest.approx(0.1)

@@ -1,0 +1,113 @@
+"""The world: what rays meet, what bodies touch, and who owns which physics server."""
+
+import numpy as np
+import pytest
+
+from sim.bullet import pybullet
+from sim.p3dx import P3dx
+from sim.resources import asset
+from sim.world import World
+from slam.errors import RobotError
+from slam.pose import Pose2D
+from slam.run.scenario import Limits
+from slam.run.world_plan import Box
+from slam.run.world_plan import World as Plan
+
+
+def prisms(*boxes: Box):
+    return Plan(boxes=boxes).prisms()
+
+
+BOX = Box(center=(3.0, 0.5), size=(1.0, 2.0, 0.8))
+
+
+def ray(world: World, start: tuple[float, float, float], end: tuple[float, float, float]) -> float:
+    """Metres until the ray meets something."""
+    origins, ends = np.array([start]), np.array([end])
+    return float(world.cast(origins, ends)[0] * np.linalg.norm(ends - origins))
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "distance"),
+    [
+        ((0.0, 0.0, 0.3), (10.0, 0.0, 0.3), 2.5),
+        ((10.0, 1.4999, 0.3), (0.0, 1.4999, 0.3), 6.5),
+        ((3.2, 5.0, 0.7999), (3.2, -5.0, 0.7999), 3.5),
+        ((3.0, 0.5, 3.0), (3.0, 0.5, 0.0), 2.2),
+        ((0.0, 0.0, 0.8005), (10.0, 0.0, 0.8005), np.inf),
+        ((0.0, 1.5005, 0.3), (10.0, 1.5005, 0.3), np.inf),
+        ((0.0, 0.0, 0.3), (2.4999, 0.0, 0.3), np.inf),
+    ],
+)
+def test_rays_meet_a_box_within_a_tenth_of_a_millimetre(start, end, distance):
+    with World(prisms(BOX), rate=240) as world:
+        assert ray(world, start, end) == pytest.approx(distance, abs=1e-4)
+
+
+def test_rays_meet_a_turned_box():
+    with World(prisms(Box(center=(2.0, 0.0), size=(1.0, 1.0, 1.0), yaw=np.pi / 4)), rate=240) as world:
+        assert ray(world, (0.0, 0.1, 0.3), (5.0, 0.1, 0.3)) == pytest.approx(2.0 - np.sqrt(0.5) + 0.1, abs=1e-4)
+
+
+def test_no_ray_of_a_large_batch_is_lost():
+    angles = np.linspace(-np.pi, np.pi, 40_000)
+    center = np.tile([3.0, 0.5, 0.3], (len(angles), 1))
+    around = center + 9.0 * np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
+    with World(prisms(BOX), rate=240) as world:
+        fractions = world.cast(around, center)
+    assert fractions.shape == (40_000,)
+    assert np.isfinite(fractions).all()
+    assert (fractions > 0.8).all()
+
+
+def test_an_empty_world_has_nothing_to_meet():
+    with World([], rate=240) as world:
+        assert ray(world, (0.0, 0.0, 0.3), (10.0, 0.0, 0.3)) == np.inf
+        assert not P3dx(world, Pose2D(), Limits()).collided
+
+
+def test_rays_pass_through_the_robot():
+    with World(prisms(BOX), rate=240) as world:
+        P3dx(world, Pose2D(1.0, 0.0, 0.0), Limits())
+        world.step()
+        assert ray(world, (0.0, 0.0, 0.15), (10.0, 0.0, 0.15)) == pytest.approx(2.5, abs=1e-4)
+
+
+def test_time_is_counted_in_steps():
+    with World([], rate=100) as world:
+        for _ in range(30):
+            world.step()
+        assert world.time == 0.3
+
+
+def test_a_closed_world_says_so_and_leaves_later_ones_alone():
+    closed = World([], rate=240)
+    closed.close()
+    closed.close()
+    with World([], rate=240) as world, pytest.raises(RobotError, match="closed"):
+        closed.step()
+    assert world.steps == closed.steps == 0
+
+
+def open_clients() -> int:
+    return sum(pybullet.getConnectionInfo(physicsClientId=client)["isConnected"] for client in range(1024))
+
+
+def test_a_forgotten_world_is_freed():
+    before = open_clients()
+    world = World([], rate=240)
+    assert open_clients() == before + 1
+    del world
+    assert open_clients() == before
+
+
+def test_an_error_of_pybullet_is_a_robot_error_with_its_cause():
+    with World([], rate=240) as world, pytest.raises(RobotError, match="rayTestBatch") as caught:
+        world.cast(np.zeros((1, 3)), np.zeros((1, 2)))
+    assert caught.value.__cause__ is not None
+
+
+def test_a_missing_asset_is_named():
+    assert asset("urdf/p3dx.urdf").read_text().startswith("<?xml")
+    with pytest.raises(RobotError, match=r"urdf/p4dx\.urdf"):
+        asset("urdf/p4dx.urdf")

@@ -8,8 +8,8 @@ from pathlib import Path
 from sim.robot import SimRobot
 from slam.odometry import Twist2D
 from slam.run.robot_env import RobotEnv
-from slam.run.scenario import Scenario
-from slam.run.scenario_file import load_scenario
+from slam.run.scenario.file import load_scenario
+from slam.run.scenario.schema import Scenario
 
 
 class P3DXEnv(RobotEnv):

@@ -11,22 +11,10 @@ from sim.p3dx import P3dx
 from sim.urg04lx import Urg04lx
 from sim.wheel_odometry import WheelOdometry
 from sim.world import World
-from slam.errors import RobotError, ScenarioError
+from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.robot import Observation, Robot
-from slam.run.scenario import Scenario
-
-
-def steps_per_scan(scenario: Scenario) -> int:
-    """Physics steps from one scan to the next; ScenarioError when that is not a whole number."""
-    rate, scan_time = scenario.physics.rate, scenario.lidar.description.lidar.scan_time
-    steps = round(rate * scan_time)
-    if steps < 1 or abs(rate * scan_time - steps) > 1e-9:
-        raise ScenarioError(
-            f"physics.rate = {rate} gives {rate * scan_time:g} steps in the {scan_time:g} s that lidar.model = "
-            f"{scenario.lidar.model!r} takes for a scan; choose a rate that gives a whole number"
-        )
-    return steps
+from slam.run.scenario.schema import Scenario
 
 
 class SimRobot:
@@ -37,7 +25,7 @@ class SimRobot:
 
     def __init__(self, scenario: Scenario, seed: int | None = None) -> None:
         self.T_base_laser = scenario.lidar.mount.pose
-        self._steps_per_scan = steps_per_scan(scenario)
+        self._steps_per_scan = scenario.steps_per_scan
         self._last_step = round(scenario.duration * scenario.physics.rate)
         seeds = np.random.SeedSequence(scenario.seed if seed is None else seed)
         self._lidar_rng, odometry_rng = map(np.random.default_rng, seeds.spawn(2))

@@ -13,7 +13,7 @@ import numpy as np
 from sim.bullet import Bullet, pybullet
 from sim.mesh import Mesh, extrude
 from slam.pose import FloatArray
-from slam.run.world_plan import Prism
+from slam.run.scenario.world_plan import Prism
 
 GRAVITY: Final = 9.81
 """m/s^2."""

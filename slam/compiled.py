@@ -7,13 +7,15 @@ from typing import Any, TypeVar, cast
 
 from numba import njit
 
+_FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
 F = TypeVar("F", bound=Callable[..., Any])
 
 
 def compiled(function: F) -> F:
     """Compile an array function ahead of its second call; the result is kept on disk for the next process.
 
-    Additions may be reordered, which lets the compiler use vector registers; a NaN stays a NaN. On one machine the same
-    input gives the same bits.
+    Additions may be reordered and a division by zero gives infinity, which lets the compiler use vector registers; a
+    NaN stays a NaN. On one machine the same input gives the same bits. The kept result is renewed when the function's
+    own file changes, and only then: a compiled function calls compiled functions of its own file, and of no other.
     """
-    return cast(F, njit(cache=True, fastmath={"reassoc", "contract", "nsz", "arcp"})(function))
+    return cast(F, njit(cache=True, error_model="numpy", fastmath=_FASTMATH)(function))

@@ -42,6 +42,9 @@ class MapConfig(Section):
 
     draw: float = Field(0.75, gt=0, le=1)
     """Share of the map points in the sensor's reach that is drawn at random for one matching."""
+    reach: float = Field(float("inf"), gt=0)
+    """Not in the paper: map points farther than this from the sensor, metres, are not matched even where it could see
+    them. The paper's sensor sees 4 m; one that sees 80 m would match most of a building at every step."""
 
 
 class MatchConfig(Section):

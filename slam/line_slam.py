@@ -62,7 +62,7 @@ class LineSlam:
         segments = extract_segments(points, self.config.lines)  # Proc. 1-8, eqs. (2)-(12)
         extracted = perf_counter()
         T_map_laser = prior @ self.T_base_laser
-        visible = self.points.draw_visible(T_map_laser, scan.lidar, self.config.map.draw, self._random)  # eq. (20)
+        visible = self.points.draw_visible(T_map_laser, scan.lidar, self.config.map, self._random)  # eq. (20)
         match = match_points_to_segments(visible, segments, self.config.matching)  # eqs. (21)-(37)
         T_map_laser = T_map_laser @ match.T_prior_laser  # eq. (19)
         self.points.add(points, T_map_laser)  # eqs. (15)-(18)

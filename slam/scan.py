@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.pose import FloatArray
 
@@ -66,7 +67,7 @@ class LaserScan:
         )
 
     @property
-    def echoes(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    def echoes(self) -> NDArray[np.bool_]:
         """Which beams came back with a range inside the sensor's reach, shape (N,)."""
         return np.isfinite(self.ranges) & (self.ranges >= self.range_min) & (self.ranges <= self.range_max)
 

@@ -9,11 +9,17 @@ import time
 from pathlib import Path
 
 import pytest
-from test_robot_contract import carmen_log
 
 ALL_FILES = {
-    "config.yaml", "metrics.json", "trajectory.tum", "odometry.tum", "lines.geojson", "map.png", "errors.png", "steps.csv",
-}  # fmt: skip
+    "config.yaml",
+    "metrics.json",
+    "trajectory.tum",
+    "odometry.tum",
+    "lines.geojson",
+    "map.png",
+    "errors.png",
+    "steps.csv",
+}
 
 
 def hopslam(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
@@ -87,8 +93,8 @@ def test_the_default_folder_and_latest(tmp_path: Path) -> None:
     assert json.loads((latest / "metrics.json").read_text())["ending"] == "no more scans"
 
 
-def test_replay(tmp_path: Path) -> None:
-    done = hopslam("replay", carmen_log(tmp_path), "--out", tmp_path / "run")
+def test_replay(tmp_path: Path, small_log: Path) -> None:
+    done = hopslam("replay", small_log, "--out", tmp_path / "run")
     assert done.returncode == 0, done.stderr
     assert "12 scans" in done.stdout
     assert {path.name for path in (tmp_path / "run").iterdir()} == ALL_FILES
@@ -124,7 +130,15 @@ def test_a_log_without_a_scan_is_bad_input(tmp_path: Path) -> None:
 
 
 def test_ctrl_c_leaves_a_complete_folder_and_exit_code_130(tmp_path: Path) -> None:
-    words = [sys.executable, "-c", "from slam.run.cli import main; main()", "run", "corridor", "--out", tmp_path / "run"]
+    words = [
+        sys.executable,
+        "-c",
+        "from slam.run.cli import main; main()",
+        "run",
+        "corridor",
+        "--out",
+        tmp_path / "run",
+    ]
     running = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     trajectory = tmp_path / "run" / "trajectory.tum"
     while not trajectory.exists() or trajectory.stat().st_size < 1000:

@@ -10,7 +10,7 @@ from gymnasium.utils.env_checker import check_env
 
 import sim  # noqa: F401 - registers the ids
 from slam.odometry import Twist2D
-from slam.run.scenario_file import load_scenario
+from slam.run.scenario.file import load_scenario
 
 
 @pytest.fixture

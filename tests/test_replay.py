@@ -11,7 +11,7 @@ from slam.errors import LogError, RobotError
 from slam.odometry import Twist2D, wheel_motion
 from slam.pose import FloatArray, Pose2D
 from slam.run.logs import Log, read_log
-from slam.run.replay import ReplayRobot
+from slam.run.logs.replay import ReplayRobot
 from slam.scan import Lidar
 
 DATA = Path(__file__).parents[1] / "../shared/data"

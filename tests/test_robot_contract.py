@@ -16,35 +16,20 @@ from slam.run.scenario.file import load_scenario
 SCANS = 12
 
 
-def carmen_log(folder: Path) -> Path:
-    """A small recorded run: a robot that drives 5 cm a scan towards a wall 3 m ahead."""
-    lines = []
-    for k in range(SCANS):
-        readings = " ".join(f"{3.0 - 0.05 * k:.3f}" for _ in range(181))
-        pose = f"{0.05 * k:.3f} 0 0"
-        lines.append(
-            f"ROBOTLASER1 0 -1.570796 3.141593 0.017453 80 0.01 0 181 {readings} 0 {pose} {pose} 0 0 0 0 0 "
-            f"{0.1 * k:.3f} host {0.1 * k:.3f}"
-        )
-    path = folder / "small.log"
-    path.write_text("\n".join(lines) + "\n")
-    return path
-
-
-def sim_robot(folder: Path) -> Robot:
+def sim_robot(log: Path) -> Robot:
     return make_robot("sim", load_scenario("paper_simulation", [f"duration={0.1 * SCANS}"]), seed=1)
 
 
-def replay_robot(folder: Path) -> Robot:
-    return make_robot("replay", carmen_log(folder))
+def replay_robot(log: Path) -> Robot:
+    return make_robot("replay", log)
 
 
 MAKERS: dict[str, Callable[[Path], Robot]] = {"sim": sim_robot, "replay": replay_robot}
 
 
 @pytest.fixture(params=sorted(MAKERS))
-def make(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[[], Robot]:
-    return lambda: MAKERS[request.param](tmp_path)
+def make(request: pytest.FixtureRequest, small_log: Path) -> Callable[[], Robot]:
+    return lambda: MAKERS[request.param](small_log)
 
 
 def test_every_back_end_is_in_this_suite() -> None:

@@ -45,7 +45,11 @@ def test_the_name_comes_from_the_file(tmp_path: Path) -> None:
     [
         ("speed:", "speeed:", "small.yaml:6: route.speeed: unknown key; did you mean speed?"),
         ("size:", "sizzle:", "small.yaml:4: world.boxes.0.sizzle: unknown key; did you mean size?"),
-        ("speed:", "colour:", "small.yaml:6: route.colour: unknown key; known here: waypoints, speed, turn_speed, arrival"),
+        (
+            "speed:",
+            "colour:",
+            "route.colour: unknown key; known here: waypoints, speed, turn_speed, arrival",
+        ),
         ("0.3", "-1", "small.yaml:6: route.speed: Input should be greater than 0 (got -1)"),
         ("0.3", "fast", "small.yaml:6: route.speed: Input should be a valid number"),
         ("[1, 2]", "[1]", "small.yaml:4: world.boxes.0.center.1: Field required"),

@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from sim.robot import SimRobot
-from slam.errors import RobotError, ScenarioError
+from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
-from slam.run.scenario import Scenario
+from slam.run.scenario.schema import Scenario
 
 CORRIDOR = {"points": [[-1.0, -1.25], [9.0, -1.25], [9.0, 1.25], [-1.0, 1.25]], "closed": True}
 
@@ -170,7 +171,7 @@ def test_a_closed_robot_says_so():
 
 
 def test_the_physics_rate_must_fit_the_scan_time():
-    with pytest.raises(ScenarioError, match=r"physics\.rate = 245 .*lidar\.model = 'urg04lx'"):
-        SimRobot(scenario(physics={"rate": 245}))
+    with pytest.raises(ValidationError, match=r"physics\.rate = 245 gives 24\.5 steps"):
+        scenario(physics={"rate": 245})
     with SimRobot(scenario(physics={"rate": 100})) as robot:
         assert robot.observe().scan.stamp == pytest.approx(0.1)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from slam.errors import LogError
 from slam.pose import Pose2D, wrap_angle
-from slam.run.tum import format_tum, read_tum
+from slam.run.logs.tum import format_tum, read_tum
 
 DATA = Path(__file__).parents[1] / "../shared/data"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no recorded logs in {DATA}")

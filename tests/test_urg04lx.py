@@ -10,9 +10,9 @@ from sim.urg04lx import Urg04lx
 from sim.world import World
 from slam.lidars import LIDARS, TABLE1, URG04LX
 from slam.pose import Pose2D
-from slam.run.scenario import LidarConfig
-from slam.run.world_plan import Table, Wall
-from slam.run.world_plan import World as Plan
+from slam.run.scenario.schema import LidarConfig
+from slam.run.scenario.world_plan import Table, Wall
+from slam.run.scenario.world_plan import World as Plan
 
 ROOM = Plan(walls=(Wall(points=((-2.05, -2.05), (2.05, -2.05), (2.05, 2.05), (-2.05, 2.05)), closed=True),))
 """Four metres square inside."""

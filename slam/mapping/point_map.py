@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from slam.config import MapConfig
 from slam.pose import FloatArray, Pose2D
 from slam.scan import Lidar
 
@@ -33,21 +35,23 @@ class PointMap:
         self._store[self._count : count] = T_map_laser.transform(points)  # eq. (17)
         self._count = count
 
-    def draw_visible(self, T_map_laser: Pose2D, lidar: Lidar, share: float, random: np.random.Generator) -> FloatArray:
+    def draw_visible(
+        self, T_map_laser: Pose2D, lidar: Lidar, config: MapConfig, random: np.random.Generator
+    ) -> FloatArray:
         """A random share of the points that ``lidar`` could see from there, in the sensor frame, shape (N*, 2).
 
         w* of eq. (20), kept where the sensor reaches, and thinned as section 5.1 does (75 %).
         """
-        T_laser_map = T_map_laser.inverse()
-        near = self.points[np.abs(self.points - T_map_laser.translation).max(axis=1, initial=0.0) <= lidar.range_max]
-        local = T_laser_map.transform(near)  # eq. (20)
-        local = local[_in_reach(local, lidar)]
-        return local[random.random(len(local)) < share]
+        reach = min(lidar.range_max, config.reach)
+        near = self.points[np.abs(self.points - T_map_laser.translation).max(axis=1, initial=0.0) <= reach]
+        local = T_map_laser.inverse().transform(near)  # eq. (20)
+        local = local[_visible(local, lidar, reach)]
+        return local[random.random(len(local)) < config.draw]
 
 
-def _in_reach(points: FloatArray, lidar: Lidar) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Which of the points (N, 2), sensor frame, lie in the fan and the range of the lidar."""
+def _visible(points: FloatArray, lidar: Lidar, reach: float) -> NDArray[np.bool_]:
+    """Which of the points (N, 2), sensor frame, lie in the fan of the lidar and no farther than ``reach`` metres."""
     distance = np.hypot(points[:, 0], points[:, 1])
     bearing = np.arctan2(points[:, 1], points[:, 0])
     in_fan = (bearing >= lidar.angle_min) & (bearing <= lidar.angle_max)
-    return in_fan & (distance >= lidar.range_min) & (distance <= lidar.range_max)
+    return in_fan & (distance >= lidar.range_min) & (distance <= reach)

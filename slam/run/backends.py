@@ -9,7 +9,7 @@ from typing import Any, Final, cast
 from slam.errors import ScenarioError
 from slam.robot import Robot
 
-BACKENDS: Final = {"sim": "sim.robot:SimRobot", "replay": "slam.run.replay:ReplayRobot"}
+BACKENDS: Final = {"sim": "sim.robot:SimRobot", "replay": "slam.run.logs.replay:ReplayRobot"}
 
 
 def make_robot(backend: str, *args: Any, **options: Any) -> Robot:

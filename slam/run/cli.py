@@ -58,7 +58,7 @@ def run(
     hopslam run corridor --set slam.lines.psi=0 --set robot.odometry.track=0.33 --rerun corridor.rrd
     """
     from slam.run.experiment import scenario_experiment
-    from slam.run.scenario_file import load_scenario
+    from slam.run.scenario.file import load_scenario
 
     by_seed = [] if seed is None else [f"seed={seed}"]
     _finish(scenario_experiment(load_scenario(scenario, [*(settings or []), *by_seed])).run(out, rerun, console))
@@ -81,7 +81,7 @@ def replay(
     hopslam replay mines1.dat.gz --out /tmp/mines --set slam.update_distance=0.1
     """
     from slam.run.experiment import replay_experiment
-    from slam.run.scenario_file import load_scenario
+    from slam.run.scenario.file import load_scenario
 
     experiment = replay_experiment(log, load_scenario(scenario, settings or []))
     console.print(experiment.notes["log_report"], highlight=False)
@@ -90,7 +90,7 @@ def replay(
 
 def _finish(outcome: Outcome) -> None:
     """Show what came out, and leave with the exit code that fits."""
-    from slam.run.summary import summary_table
+    from slam.run.results.summary import summary_table
 
     console.print(summary_table(outcome.metrics))
     console.print(f"{outcome.ending}; results in {outcome.folder}", highlight=False)

@@ -18,20 +18,20 @@ from slam.line_slam import LineSlam
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.run.backends import make_robot
-from slam.run.error_picture import draw_errors
-from slam.run.files import write_whole
 from slam.run.logs import read_log
 from slam.run.loop import Ending, Watcher, run_loop
-from slam.run.map_picture import draw_map
-from slam.run.metrics import measure
 from slam.run.pilot import Passenger, Pilot, WaypointPilot
-from slam.run.progress import RunProgress
-from slam.run.recorder import Recorder
-from slam.run.rerun_log import RerunLog
+from slam.run.results.error_picture import draw_errors
+from slam.run.results.files import write_whole
+from slam.run.results.map_picture import draw_map
+from slam.run.results.metrics import measure
+from slam.run.results.progress import RunProgress
+from slam.run.results.recorder import Recorder
+from slam.run.results.rerun_log import RerunLog
+from slam.run.results.run_folder import make_run_folder
 from slam.run.robot_env import RobotEnv
-from slam.run.run_folder import make_run_folder
-from slam.run.scenario import Scenario
-from slam.run.scenario_file import dump_scenario
+from slam.run.scenario.file import dump_scenario
+from slam.run.scenario.schema import Scenario
 from slam.run.warm_up import warm_up
 
 

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
-from slam.run.scenario import Route
+from slam.run.scenario.schema import Route
 
 _TURN_GAIN = 1.5
 """Turning speed for each radian that the way-point lies off the heading, 1/s."""

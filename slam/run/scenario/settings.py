@@ -8,7 +8,7 @@ from typing import Any
 import yaml
 
 from slam.errors import ScenarioError
-from slam.run.yaml_file import Location
+from slam.run.scenario.yaml_file import Location
 
 
 def parse_setting(text: str) -> tuple[Location, Any]:

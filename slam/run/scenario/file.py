@@ -12,12 +12,12 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from slam.errors import ScenarioError
-from slam.run.scenario import Scenario
-from slam.run.settings import apply_settings, parse_setting
-from slam.run.yaml_file import Location, YamlFile
+from slam.run.scenario.schema import Scenario
+from slam.run.scenario.settings import apply_settings, parse_setting
+from slam.run.scenario.yaml_file import Location, YamlFile
 
 SHIPPED = next(
-    (p for p in (Path(__file__).parents[1] / "scenarios", Path(__file__).parents[2] / "scenarios") if p.is_dir()),
+    (p for p in (Path(__file__).parents[2] / "scenarios", Path(__file__).parents[3] / "scenarios") if p.is_dir()),
     Path("scenarios"),
 )
 """The scenarios that come with hopslam: inside the wheel, or beside the packages in a checkout."""

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from slam.pose import Pose2D
-from slam.run.files import GrowingGeoJson, GrowingText
+from slam.run.logs.tum import format_tum
 from slam.run.loop import Step
-from slam.run.tum import format_tum
+from slam.run.results.files import GrowingGeoJson, GrowingText
 
 STEP_COLUMNS: Final = (
     "stamp", "mapped", "iterations", "converged", "map_points", "segments", "extraction_ms", "slam_ms", "v", "omega",

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from slam.config import Section, SlamConfig
 from slam.lidars import LidarModel, lidar_model
 from slam.pose import Pose2D
-from slam.run.world_plan import Point, World
+from slam.run.scenario.world_plan import Point, World
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
@@ -120,3 +120,19 @@ class Scenario(Section):
     duration: Positive = 600.0
     """The run ends after this many simulated seconds at the latest."""
     seed: int = Field(0, ge=0)
+    """Of all that is random: noise of the lidar and the wheels, and the draw of map points."""
+
+    @property
+    def steps_per_scan(self) -> int:
+        """Physics steps from one scan to the next."""
+        return round(self.physics.rate * self.lidar.description.lidar.scan_time)
+
+    @model_validator(mode="after")
+    def _scans_fall_on_physics_steps(self) -> Self:
+        scan_time = self.lidar.description.lidar.scan_time
+        if abs(self.physics.rate * scan_time - self.steps_per_scan) > 1e-9:
+            raise ValueError(
+                f"physics.rate = {self.physics.rate} gives {self.physics.rate * scan_time:g} steps in the "
+                f"{scan_time:g} s of a scan; choose a rate that gives a whole number"
+            )
+        return self

@@ -20,9 +20,12 @@ class YamlFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._root = self._compose()
-        self._refuse_doubles(self._root)
-        self.data: dict[str, Any] = yaml.SafeLoader("").construct_document(self._root)
+        root, data = self._parse()
+        if root is None or not isinstance(data, dict):
+            raise ScenarioError(f"{self.path}: a scenario is a mapping of keys to values; see scenarios/corridor.yaml")
+        self._refuse_doubles(root)
+        self._root = root
+        self.data: dict[str, Any] = data
 
     def place(self, location: Location) -> str:
         """``file:line`` of the key or item at this path, or of the nearest thing around it that the file has."""
@@ -34,9 +37,11 @@ class YamlFile:
             _, line, node = found
         return f"{self.path}:{line + 1}"
 
-    def _compose(self) -> yaml.Node:
+    def _parse(self) -> tuple[yaml.Node | None, Any]:
+        """The tree of nodes, which know their lines, and the plain data."""
         try:
-            root = yaml.compose(self.path.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
+            text = self.path.read_text(encoding="utf-8")
+            return yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
         except yaml.MarkedYAMLError as error:
             line = error.problem_mark.line + 1 if error.problem_mark else 1
             raise ScenarioError(f"{self.path}:{line}: not valid YAML: {error.problem}") from error
@@ -44,9 +49,6 @@ class YamlFile:
             raise ScenarioError(f"{self.path}: not a YAML text file: {str(error).splitlines()[0]}") from error
         except OSError as error:
             raise ScenarioError(f"{self.path}: cannot be read: {error.strerror}") from error
-        if not isinstance(root, yaml.MappingNode):
-            raise ScenarioError(f"{self.path}: a scenario is a mapping of keys to values; see scenarios/corridor.yaml")
-        return root
 
     def _refuse_doubles(self, node: yaml.Node) -> None:
         seen: set[str | int] = set()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from slam.pose import FloatArray
-from slam.run.tum import read_tum
+from slam.run.logs.tum import read_tum
 
 
 def measure(folder: Path) -> dict[str, Any]:

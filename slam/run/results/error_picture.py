@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from slam.run.metrics import pose_errors
-from slam.run.tum import read_tum
+from slam.run.logs.tum import read_tum
+from slam.run.results.metrics import pose_errors
 
 _ROWS = (("x", 100.0, "cm"), ("y", 100.0, "cm"), ("heading", 180.0 / np.pi, "deg"))
 

@@ -10,6 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from sim.robot import SimRobot
+from slam.errors import RobotError
+from slam.robot import Observation
+from slam.run import experiment
+from slam.run.cli import main
+
 ALL_FILES = {
     "config.yaml",
     "metrics.json",
@@ -44,7 +50,7 @@ def paper_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_run_folder_is_complete(paper_run: Path) -> None:
-    assert {path.name for path in paper_run.iterdir()} == ALL_FILES | {"groundtruth.tum"}
+    assert {path.name for path in paper_run.iterdir()} == ALL_FILES | {"groundtruth.tum", "run.rrd"}
     for picture in ("map.png", "errors.png"):
         assert (paper_run / picture).read_bytes().startswith(b"\x89PNG")
 
@@ -81,9 +87,9 @@ def test_a_run_can_be_repeated_from_its_own_configuration(paper_run: Path, tmp_p
 
 def test_the_recording_is_whole(paper_run: Path) -> None:
     rerun = Path(sys.executable).with_name("rerun")
-    recording = paper_run.with_suffix(".rrd")
-    checked = subprocess.run([rerun, "rrd", "verify", recording], capture_output=True, text=True)
-    assert checked.returncode == 0, checked.stderr
+    for recording in (paper_run.with_suffix(".rrd"), paper_run / "run.rrd"):
+        checked = subprocess.run([rerun, "rrd", "verify", recording], capture_output=True, text=True)
+        assert checked.returncode == 0, checked.stderr
 
 
 def test_the_default_folder_and_latest(tmp_path: Path) -> None:
@@ -156,3 +162,26 @@ def test_help_has_examples(words: list[str]) -> None:
     shown = hopslam(*words)
     assert shown.returncode == 0
     assert len(words) == 1 or "Examples" in shown.stdout
+
+
+def test_a_robot_that_fails_leaves_its_data_and_exit_code_3(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Broken(SimRobot):
+        seen = 0
+
+        def observe(self, timeout: float = 1.0) -> Observation | None:
+            self.seen += 1
+            if self.seen > 5:
+                raise RobotError("lidar: no answer on /dev/ttyACM0; check the cable")
+            return super().observe(timeout)
+
+    monkeypatch.setattr(experiment, "make_robot", lambda _, scenario, seed: Broken(scenario, seed))
+    monkeypatch.setattr(sys, "argv", ["hopslam", "run", "paper_simulation", "--out", str(tmp_path / "run")])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 3
+    assert capsys.readouterr().err == "hopslam: lidar: no answer on /dev/ttyACM0; check the cable\n"
+    metrics = json.loads((tmp_path / "run" / "metrics.json").read_text())
+    assert metrics["ending"] == "failed"
+    assert metrics["scans"] == 5

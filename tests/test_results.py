@@ -129,3 +129,18 @@ def test_what_was_done_survives(name: str, tmp_path: Path) -> None:
         assert (tmp_path / "run" / "map.png").is_file()
     else:
         assert ended.returncode == -number
+
+
+def test_a_run_cut_between_two_files_is_still_measured(tmp_path: Path) -> None:
+    write_run(tmp_path)
+    for name in ("odometry.tum", "steps.csv"):
+        lines = (tmp_path / name).read_text().splitlines(keepends=True)
+        (tmp_path / name).write_text("".join(lines[:-3]))
+    assert measure(tmp_path)["scans"] == 47
+
+
+def test_a_run_without_a_step_is_measured_as_such(tmp_path: Path) -> None:
+    for name in ("trajectory.tum", "odometry.tum"):
+        (tmp_path / name).touch()
+    (tmp_path / "steps.csv").write_text(",".join(STEP_COLUMNS) + "\n")
+    assert measure(tmp_path) == {"scans": 0}

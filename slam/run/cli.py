@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
@@ -31,11 +32,22 @@ Out = Annotated[
     Path | None,
     typer.Option(metavar="DIR", help="Folder for the results; default runs/<name>-<time>, and runs/latest."),
 ]
-Rerun = Annotated[Path | None, typer.Option(metavar="FILE", help="Also record for the rerun viewer (an .rrd file).")]
+Rerun = Annotated[
+    Path | None,
+    typer.Option(metavar="FILE", help="Record for the rerun viewer: into this .rrd file, and the results' run.rrd."),
+]
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        console.print(f"hopslam {version('hopslam')}", highlight=False)
+        raise typer.Exit
 
 
 @app.callback()
-def _hopslam() -> None:
+def _hopslam(
+    version: Annotated[bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show it.")] = False,
+) -> None:
     """A robot testbed for line-based SLAM with a cheap 2-D lidar."""
 
 

@@ -83,7 +83,8 @@ class Experiment:
             stack.callback(recorder.close)
             watchers: list[Watcher] = [recorder]
             if rerun is not None:
-                watchers.append(stack.enter_context(RerunLog(rerun, self.slam.T_base_laser, self.outlines)))
+                files = [folder / "run.rrd", rerun]
+                watchers.append(stack.enter_context(RerunLog(files, self.slam.T_base_laser, self.outlines)))
             stack.callback(self.env.close)
             watchers.append(stack.enter_context(RunProgress(console, self.scenario.name)))
             try:

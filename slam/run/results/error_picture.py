@@ -7,33 +7,29 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from slam.run.logs.tum import read_tum
-from slam.run.results.metrics import pose_errors
+from slam.run.results.traces import Traces, pose_errors
 
 _ROWS = (("x", 100.0, "cm"), ("y", 100.0, "cm"), ("heading", 180.0 / np.pi, "deg"))
 
 
-def draw_errors(folder: Path) -> Path:
-    """Write ``errors.png`` into a run folder, and return its path.
+def draw_errors(folder: Path) -> None:
+    """Write ``errors.png`` into a run folder that has at least one step.
 
     Against the truth where there is one; otherwise what SLAM says less what the odometry says.
     """
-    _, estimate = read_tum(folder / "trajectory.tum")
-    _, odometry = read_tum(folder / "odometry.tum")
-    truth_file = folder / "groundtruth.tum"
-    known = truth_file.is_file()
-    errors = pose_errors(estimate, read_tum(truth_file)[1] if known else odometry)
-    steps = np.atleast_1d(np.genfromtxt(folder / "steps.csv", delimiter=",", names=True))
+    traces = Traces.read(folder)
+    if traces is None:
+        return
+    known = traces.truth is not None
+    errors = pose_errors(traces.estimate, traces.odometry if traces.truth is None else traces.truth)
     figure = Figure(figsize=(9, 9), dpi=110, layout="constrained")
     rows = figure.subplots(4, 1, sharex=True)
     for axes, column, (name, scale, unit) in zip(rows, errors.T, _ROWS, strict=False):
         axes.axhline(0.0, color="0.7", linewidth=0.8)
         axes.plot(scale * column, color="tab:green", linewidth=1.0)
         axes.set_ylabel(f"{name} {'error' if known else 'correction'} [{unit}]")
-    mapped = np.flatnonzero(steps["mapped"] == 1)
-    rows[3].plot(mapped, steps["iterations"][mapped], ".-", color="tab:blue", linewidth=0.6, markersize=3)
+    mapped = np.flatnonzero(traces.steps["mapped"] == 1)
+    rows[3].plot(mapped, traces.steps["iterations"][mapped], ".-", color="tab:blue", linewidth=0.6, markersize=3)
     rows[3].set(ylabel="iterations q", xlabel="step k")
     figure.suptitle("Estimate less truth" if known else "Estimate less dead reckoning (no ground truth)")
-    path = folder / "errors.png"
-    figure.savefig(path)
-    return path
+    figure.savefig(folder / "errors.png")

@@ -22,8 +22,8 @@ _MAX_POINTS = 200_000
 """More map points than this are thinned evenly for the picture: it shows no more."""
 
 
-def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outlines: Sequence[FloatArray]) -> Path:
-    """Write ``map.png`` into a run folder, and return its path.
+def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outlines: Sequence[FloatArray]) -> None:
+    """Write ``map.png`` into a run folder that has at least one step.
 
     ``points`` (N, 2), ``segment_ends`` (M, 2, 2) and the true wall ``outlines`` are in metres, map frame; the
     trajectories are read from the folder.
@@ -44,9 +44,7 @@ def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outline
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]", aspect="equal")
     columns = max(1, round(float(figure.get_figwidth()) / 2.2))
     figure.legend(loc="outside upper center", ncols=columns, fontsize="small", frameon=False)
-    path = folder / "map.png"
-    figure.savefig(path)
-    return path
+    figure.savefig(folder / "map.png")
 
 
 def _draw_points(axes: Axes, points: FloatArray) -> None:

@@ -6,33 +6,26 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.pose import FloatArray
-from slam.run.logs.tum import read_tum
+from slam.run.results.traces import Traces, pose_errors
 
 
 def measure(folder: Path) -> dict[str, Any]:
-    """The metrics of a run folder; errors only where it has ``groundtruth.tum``.
+    """The metrics of a run folder; errors only where it has ``groundtruth.tum``, and only ``scans`` = 0 for no step.
 
     Errors compare ``T_map_base`` with the truth scan by scan and without alignment: both begin at the same known pose.
     """
-    stamps, poses = read_tum(folder / "trajectory.tum")
-    _, odometry = read_tum(folder / "odometry.tum")
-    steps = np.atleast_1d(np.genfromtxt(folder / "steps.csv", delimiter=",", names=True))
+    traces = Traces.read(folder)
+    if traces is None:
+        return {"scans": 0}
+    stamps, truth = traces.stamps, traces.truth
     metrics: dict[str, Any] = {"scans": len(stamps), "duration_s": round(float(stamps[-1] - stamps[0]), 6)}
-    truth_file = folder / "groundtruth.tum"
-    truth = read_tum(truth_file)[1] if truth_file.is_file() else None
-    metrics["path_m"] = _path_length(poses if truth is None else truth)
+    metrics["path_m"] = _path_length(traces.estimate if truth is None else truth)
     if truth is not None:
-        metrics |= _errors(poses, truth, "") | _errors(odometry, truth, "odometry_")
-    return metrics | _work(steps)
-
-
-def pose_errors(poses: FloatArray, truth: FloatArray) -> FloatArray:
-    """Estimate minus truth, shape (N, 3): x, y in metres, heading in radians within [-pi, pi)."""
-    errors = poses - truth
-    errors[:, 2] = (errors[:, 2] + np.pi) % (2 * np.pi) - np.pi
-    return errors
+        metrics |= _errors(traces.estimate, truth, "") | _errors(traces.odometry, truth, "odometry_")
+    return metrics | _work(traces.steps)
 
 
 def _path_length(poses: FloatArray) -> float:
@@ -55,7 +48,7 @@ def _errors(poses: FloatArray, truth: FloatArray, prefix: str) -> dict[str, floa
     return {prefix + name: round(float(value), 6) for name, value in values.items()}
 
 
-def _work(steps: np.ndarray[Any, np.dtype[np.void]]) -> dict[str, Any]:
+def _work(steps: NDArray[Any]) -> dict[str, Any]:
     """What the method did and what it cost; iterations and times are of the scans that were matched and mapped."""
     mapped = steps[steps["mapped"] == 1]
     matched = mapped[mapped["iterations"] > 0]

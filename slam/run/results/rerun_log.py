@@ -17,22 +17,24 @@ from slam.pose import FloatArray, Pose2D
 from slam.run.loop import Step
 
 _COLOURS = {"slam": (44, 160, 44), "odometry": (214, 39, 40), "truth": (230, 230, 230)}
-_P3DX_OUTLINE = np.array([[0.21, 0.19], [0.21, -0.19], [-0.30, -0.19], [-0.30, 0.19], [0.21, 0.19], [0.0, 0.0]])
+_P3DX_OUTLINE = np.array(
+    [[0.0, 0.0], [0.21, 0.0], [0.21, -0.19], [-0.30, -0.19], [-0.30, 0.19], [0.21, 0.19], [0.21, 0.0]]
+)
+"""With a stroke from the axle's middle to the front."""
 
 
 class RerunLog:
-    """A watcher that writes what it sees to an .rrd file; InputError when the file cannot be written."""
+    """A watcher that writes what it sees to .rrd files; InputError when one of them cannot be written."""
 
-    def __init__(self, path: Path, T_base_laser: Pose2D, outlines: Sequence[FloatArray]) -> None:
+    def __init__(self, paths: Sequence[Path], T_base_laser: Pose2D, outlines: Sequence[FloatArray]) -> None:
         self._T_base_laser = T_base_laser
         self._last: dict[str, Pose2D] = {}
         self._T_map_odom = Pose2D()
-        try:
-            path.open("wb").close()
-        except OSError as error:
-            raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --rerun FILE") from error
+        files = {path.resolve() for path in paths}
+        for path in files:
+            _check_writable(path)
         self._stream = rr.RecordingStream("hopslam", send_properties=False)
-        self._stream.save(path, default_blueprint=_blueprint())
+        self._stream.set_sinks(*map(rr.FileSink, sorted(files)), default_blueprint=_blueprint(outlines))
         self._stream.log("map/walls", _strips([np.vstack([o, o[:1]]) for o in outlines], (110, 110, 110)), static=True)
         self._stream.log("robot", _strips([_P3DX_OUTLINE], _COLOURS["slam"]), static=True)
 
@@ -83,13 +85,22 @@ class RerunLog:
         self._stream.disconnect()
 
 
-def _blueprint() -> rrb.Blueprint:
-    """The map from above, with all that was seen so far, beside the curves."""
+def _check_writable(path: Path) -> None:
+    try:
+        path.open("wb").close()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --rerun FILE") from error
+
+
+def _blueprint(outlines: Sequence[FloatArray]) -> rrb.Blueprint:
+    """The map from above, with all that was seen so far, beside the curves; the eye over the middle of the world."""
+    corners = np.vstack(outlines) if outlines else np.array([[-10.0, -10.0], [10.0, 10.0]])
+    (x, y), height = (corners.min(axis=0) + corners.max(axis=0)) / 2, 1.2 * float(np.ptp(corners, axis=0).max())
     so_far = rrb.VisibleTimeRanges(
         timeline="scan", start=rrb.TimeRangeBoundary.infinite(), end=rrb.TimeRangeBoundary.cursor_relative()
     )
     kept = ("map/points", "map/lines", "trajectory/slam", "trajectory/odometry", "trajectory/truth")
-    above = rrb.EyeControls3D(position=(0, 0, 24), look_target=(0, 0, 0), eye_up=(0, 1, 0))
+    above = rrb.EyeControls3D(position=(x, y, height), look_target=(x, y, 0), eye_up=(0, 1, 0))
     plan = rrb.Spatial3DView(name="map", origin="/", eye_controls=above, overrides={path: [so_far] for path in kept})
     curves = rrb.Vertical(
         rrb.TimeSeriesView(name="error", origin="plots/error"),

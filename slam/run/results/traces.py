@@ -1,0 +1,54 @@
+"""What a run wrote step by step, read back from its folder."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.pose import FloatArray
+from slam.run.logs.tum import read_tum
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Traces:
+    """K steps: those that every file of the run has, so that a run which was cut off can be read too."""
+
+    stamps: FloatArray
+    """(K,) seconds."""
+    estimate: FloatArray
+    """(K, 3): x, y (m), heading (rad) of ``T_map_base`` as SLAM has it ..."""
+    odometry: FloatArray
+    """... as dead reckoning has it ..."""
+    truth: FloatArray | None
+    """... and as it was, where that is known."""
+    steps: NDArray[Any]
+    """(K,) records, named as the columns of ``steps.csv``."""
+
+    @classmethod
+    def read(cls, folder: Path) -> Self | None:
+        """The traces of a run folder; None when it has no step."""
+        if not _has_lines(folder / "trajectory.tum", 1) or not _has_lines(folder / "steps.csv", 2):
+            return None
+        stamps, estimate = read_tum(folder / "trajectory.tum")
+        odometry = read_tum(folder / "odometry.tum")[1]
+        truth_file = folder / "groundtruth.tum"
+        truth = read_tum(truth_file)[1] if truth_file.is_file() else None
+        steps = np.atleast_1d(np.genfromtxt(folder / "steps.csv", delimiter=",", names=True))
+        K = min(map(len, (stamps, odometry, steps, stamps if truth is None else truth)))
+        return cls(stamps[:K], estimate[:K], odometry[:K], None if truth is None else truth[:K], steps[:K])
+
+
+def _has_lines(path: Path, count: int) -> bool:
+    with path.open(encoding="utf-8") as file:
+        return sum(1 for _, _ in zip(file, range(count), strict=False)) == count
+
+
+def pose_errors(poses: FloatArray, truth: FloatArray) -> FloatArray:
+    """Estimate minus truth, shape (K, 3): x, y in metres, heading in radians within [-pi, pi)."""
+    errors = poses - truth
+    errors[:, 2] = (errors[:, 2] + np.pi) % (2 * np.pi) - np.pi
+    return errors

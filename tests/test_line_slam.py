@@ -1,0 +1,110 @@
+"""The whole method on simulated scans."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from sim.robot import SimRobot
+from slam.config import MapConfig, SlamConfig
+from slam.line_slam import Estimate, LineSlam
+from slam.odometry import Twist2D
+from slam.pose import Pose2D
+from slam.robot import Observation
+from slam.run.scenario.file import load_scenario
+from slam.scan import LaserScan
+
+PAPER = load_scenario("paper_simulation", ["robot.odometry.travel_noise=0.01"])
+ALL_POINTS = PAPER.slam.model_copy(update={"map": MapConfig(draw=1.0)})
+"""Without the random draw, which a point at the rim of the sensor's reach would shift."""
+
+
+@pytest.fixture(scope="module")
+def drive() -> list[Observation]:
+    """Forty scans up the passage of the paper's simulation."""
+    with SimRobot(PAPER, seed=2) as robot:
+        seen = []
+        for _ in range(40):
+            observation = robot.observe()
+            assert observation is not None
+            seen.append(observation)
+            robot.drive(Twist2D(0.4, 0.0))
+    return seen
+
+
+def estimates(drive: list[Observation], config: SlamConfig, start: Pose2D, seed: int = 0) -> list[Estimate]:
+    slam = LineSlam(config, Pose2D(), start, seed)
+    return [slam.update(seen.scan, seen.odometry) for seen in drive]
+
+
+def test_it_follows_the_truth(drive: list[Observation]) -> None:
+    for seen, estimate in zip(drive, estimates(drive, PAPER.slam, PAPER.robot.start.pose), strict=True):
+        assert seen.T_map_base is not None
+        error = seen.T_map_base.between(estimate.T_map_base)
+        assert error.distance(Pose2D()) < 0.05
+        assert abs(error.theta) < np.radians(0.5)
+
+
+def test_the_first_scan_is_the_anchor(drive: list[Observation]) -> None:
+    """Section 4: at the first step the estimate is the truth."""
+    first = estimates(drive[:1], PAPER.slam, Pose2D(1.0, 2.0, 0.3))[0]
+    assert first.T_map_base.distance(Pose2D(1.0, 2.0, 0.3)) < 1e-12
+    assert first.mapped
+    assert first.match.iterations == 0
+
+
+def test_the_same_scans_and_seed_give_the_same_bits(drive: list[Observation]) -> None:
+    once, again = (estimates(drive, PAPER.slam, Pose2D()) for _ in range(2))
+    assert [e.T_map_base for e in once] == [e.T_map_base for e in again]
+    assert [e.T_map_base for e in once] != [e.T_map_base for e in estimates(drive, PAPER.slam, Pose2D(), seed=1)]
+
+
+def test_the_map_frame_is_free(drive: list[Observation]) -> None:
+    """Starting elsewhere moves the whole trajectory rigidly."""
+    start = Pose2D(-3.0, 7.0, 2.0)
+    for here, there in zip(estimates(drive, ALL_POINTS, Pose2D()), estimates(drive, ALL_POINTS, start), strict=True):
+        assert there.T_map_base.distance(start @ here.T_map_base) < 5e-4
+
+
+def test_svd_and_prefix_sums_give_the_same_run(drive: list[Observation]) -> None:
+    by_svd = ALL_POINTS.model_copy(update={"lines": ALL_POINTS.lines.model_copy(update={"kernel": "svd"})})
+    for fast, plain in zip(estimates(drive, ALL_POINTS, Pose2D()), estimates(drive, by_svd, Pose2D()), strict=True):
+        assert fast.T_map_base.distance(plain.T_map_base) < 5e-4
+
+
+def test_between_updates_it_is_odometry(drive: list[Observation]) -> None:
+    config = SlamConfig(matching=PAPER.slam.matching, update_distance=0.2)
+    run = estimates(drive, config, Pose2D())
+    mapped = [k for k, estimate in enumerate(run) if estimate.mapped]
+    assert 3 <= len(mapped) <= 8
+    for k in range(1, len(run)):
+        if not run[k].mapped:
+            wheels = drive[k - 1].odometry.T_odom_base.between(drive[k].odometry.T_odom_base)
+            assert run[k].T_map_base.distance(run[k - 1].T_map_base @ wheels) < 1e-12
+
+
+def test_a_scan_without_an_echo_leaves_the_prior(drive: list[Observation]) -> None:
+    slam = LineSlam(SlamConfig(matching=PAPER.slam.matching), Pose2D())
+    for seen in drive[:3]:
+        slam.update(seen.scan, seen.odometry)
+    before, scan = slam.T_map_base, drive[3].scan
+    blind = LaserScan(
+        scan.stamp, scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, np.full(128, np.inf)
+    )
+    estimate = slam.update(blind, drive[3].odometry)
+    wheels = drive[2].odometry.T_odom_base.between(drive[3].odometry.T_odom_base)
+    assert estimate.T_map_base.distance(before @ wheels) < 1e-12
+
+
+def test_the_place_of_the_sensor_is_taken_into_account(drive: list[Observation]) -> None:
+    """The same scans seen as from a sensor 0.3 m ahead of the base: the base follows, rigidly."""
+    mount = Pose2D(0.3, 0.0, 0.0)
+    slam = LineSlam(ALL_POINTS, mount, Pose2D())
+    plain = estimates(drive, ALL_POINTS, mount)
+    for seen, estimate in zip(drive, plain, strict=True):
+        base = slam.update(seen.scan, seen.odometry).T_map_base
+        assert (base @ mount).distance(estimate.T_map_base) < 5e-4
+
+
+def test_steps_without_odometry_are_refused() -> None:
+    with pytest.raises(ValidationError, match="update_distance needs odometry"):
+        SlamConfig(odometry=False, update_distance=0.1)

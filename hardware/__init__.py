@@ -1,1 +1,1 @@
-"""The real robot: a Pioneer P3-DX over ARCOS and a Hokuyo URG-04LX over SCIP, behind the same ``Robot`` protocol."""
+"""Where the drivers of the real robot will stand: a Pioneer P3-DX over ARCOS, a URG-04LX over SCIP. None is here yet."""

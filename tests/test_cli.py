@@ -99,6 +99,17 @@ def test_the_default_folder_and_latest(tmp_path: Path) -> None:
     assert json.loads((latest / "metrics.json").read_text())["ending"] == "no more scans"
 
 
+def test_the_corridor_is_mapped_where_dead_reckoning_bends(tmp_path: Path) -> None:
+    done = hopslam("run", "--out", tmp_path / "run")
+    assert done.returncode == 0, done.stderr
+    metrics = json.loads((tmp_path / "run" / "metrics.json").read_text())
+    assert metrics["ending"] == "arrived"
+    assert metrics["path_m"] > 60
+    assert metrics["odometry_final_m"] > 1.0
+    assert metrics["final_m"] < metrics["odometry_final_m"] / 3
+    assert metrics["ate_rmse_m"] < 0.3
+
+
 def test_replay(tmp_path: Path, small_log: Path) -> None:
     done = hopslam("replay", small_log, "--out", tmp_path / "run")
     assert done.returncode == 0, done.stderr

@@ -6,9 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from slam.config import LineConfig
-from slam.lines.extraction import extract_segments
-from slam.lines.hopping import hop_by_svd
+from slam.config import HoppingConfig
+from slam.lines.hopping import hop_by_svd, segments_by_hopping
 from slam.lines.hough_line import hough_line
 from slam.lines.segments import Segments
 from slam.pose import FloatArray, Pose2D
@@ -29,8 +28,8 @@ def noisy_walls(seed: int, beams: int = 120, noise: float = 0.005) -> FloatArray
 
 def both_kernels(points: FloatArray, **settings: float) -> tuple[Segments, Segments]:
     return (
-        extract_segments(points, LineConfig.model_validate({"kernel": "svd", **settings})),
-        extract_segments(points, LineConfig.model_validate({"kernel": "prefix_sums", **settings})),
+        segments_by_hopping(points, HoppingConfig.model_validate({"kernel": "svd", **settings})),
+        segments_by_hopping(points, HoppingConfig.model_validate({"kernel": "prefix_sums", **settings})),
     )
 
 
@@ -53,8 +52,8 @@ def test_hopping_changes_no_segment(seed: int, psi: int) -> None:
 @given(seeds, st.floats(-np.pi, np.pi))
 def test_rotating_a_scan_rotates_its_segments(seed: int, angle: float) -> None:
     points = noisy_walls(seed)
-    plain = extract_segments(points, LineConfig()).transformed(Pose2D(theta=angle))
-    turned = extract_segments(Pose2D(theta=angle).transform(points), LineConfig())
+    plain = segments_by_hopping(points, HoppingConfig()).transformed(Pose2D(theta=angle))
+    turned = segments_by_hopping(Pose2D(theta=angle).transform(points), HoppingConfig())
     np.testing.assert_array_equal(plain.first, turned.first)
     np.testing.assert_allclose(plain.rho, turned.rho, atol=1e-6)
     np.testing.assert_allclose(plain.normals, turned.normals, atol=1e-6)
@@ -69,7 +68,7 @@ def test_a_line_is_the_same_read_backwards(seed: int) -> None:
 
 @given(seeds, st.floats(-3, 3), st.floats(-3, 3), st.floats(-np.pi, np.pi))
 def test_transforming_segments_moves_line_and_ends_together(seed: int, x: float, y: float, theta: float) -> None:
-    segments = extract_segments(noisy_walls(seed, noise=0.0), LineConfig()).transformed(Pose2D(x, y, theta))
+    segments = segments_by_hopping(noisy_walls(seed, noise=0.0), HoppingConfig()).transformed(Pose2D(x, y, theta))
     for ends in (segments.start, segments.end):
         off_line = np.sum(segments.normals * ends, axis=1) - segments.rho
         assert np.abs(off_line).max(initial=0.0) < 0.1
@@ -101,8 +100,8 @@ def test_a_corner_gives_two_segments_that_share_their_point(psi: int) -> None:
 def test_short_segments_are_dropped() -> None:
     """Proc. 7: more than L_Th points are kept, exactly L_Th are not."""
     line = np.column_stack([np.arange(7.0), np.ones(7)])
-    assert len(extract_segments(line, LineConfig(L_Th=6))) == 1
-    assert len(extract_segments(line, LineConfig(L_Th=7))) == 0
+    assert len(segments_by_hopping(line, HoppingConfig(L_Th=6))) == 1
+    assert len(segments_by_hopping(line, HoppingConfig(L_Th=7))) == 0
 
 
 def test_a_gap_can_split() -> None:
@@ -111,7 +110,7 @@ def test_a_gap_can_split() -> None:
     for segments in both_kernels(wall, split_gap=0.5):
         assert segments.first.tolist() == [0, 20]
         assert segments.last.tolist() == [19, 39]
-    assert len(extract_segments(wall, LineConfig())) == 1
+    assert len(segments_by_hopping(wall, HoppingConfig())) == 1
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
@@ -129,4 +128,4 @@ def test_points_on_one_spot_do_no_harm() -> None:
 
 def test_over_hopping_is_refused() -> None:
     with pytest.raises(ValidationError, match="over-hops"):
-        LineConfig(psi=3, L_Th=6)
+        HoppingConfig(psi=3, L_Th=6)

@@ -11,6 +11,7 @@ import typer
 from rich.console import Console
 
 from slam.errors import HopslamError
+from slam.run.bench.cli import app as bench
 
 if TYPE_CHECKING:
     from slam.run.experiment import Outcome
@@ -22,6 +23,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
+app.add_typer(bench, name="bench")
 console = Console()
 
 Settings = Annotated[

@@ -1,0 +1,37 @@
+"""``hopslam bench``: measurements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+app = typer.Typer(help="Measure: the paper's figures, and line extractors.", no_args_is_help=True)
+console = Console()
+
+
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the report and the pictures.")] = Path(
+        "bench/paper"
+    ),
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer points and trials: seconds, not minutes.")] = False,
+) -> None:
+    """Measure Table 2 and Figs. 7, 8 and 10 of the paper again, beside its own numbers.
+
+    The whole of Table 2 takes some minutes, nearly all of it for the full U that the paper's SVD has.
+
+    [bold]Examples[/bold]
+
+    hopslam bench paper --quick
+
+    hopslam bench paper --out /tmp/paper
+    """
+    from slam.run.bench.paper.report import reproduce
+
+    report = reproduce(out, quick, console)
+    for table in report.tables:
+        console.print(table.rich())
+    console.print(f"report and pictures in {report.path.parent}", highlight=False)

@@ -47,11 +47,11 @@ class ChiSquareConfig(Section):
     """Whose noise to expect, see slam/lidars.py; without a name it is estimated from every scan."""
     bound_sigmas: float = Field(3.0, gt=0)
     """How many standard deviations the accuracy is that the sensor's maker gives."""
-    merge_cost: float = Field(15.0, gt=0)
+    merge_cost: float = Field(18.0, gt=0)
     """Two neighbouring segments become one where that raises chi-square by less than this."""
-    min_points: int = Field(6, ge=3)
+    min_points: int = Field(7, ge=3)
     """A segment has at least this many points ..."""
-    min_length: float = Field(0.10, ge=0)
+    min_length: float = Field(0.14, ge=0)
     """... and this length, metres."""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from slam.config import ChiSquareConfig, HoppingConfig
+from slam.lines.chi_square import segments_by_chi_square
 from slam.lines.hopping import segments_by_hopping
 from slam.lines.segments import Segments
 from slam.scan import LaserScan
@@ -11,5 +12,5 @@ from slam.scan import LaserScan
 def extract_segments(scan: LaserScan, config: HoppingConfig | ChiSquareConfig) -> Segments:
     """Segments of the scan, sensor frame; they count its points as ``scan.points()`` does."""
     if isinstance(config, ChiSquareConfig):
-        raise NotImplementedError
+        return segments_by_chi_square(scan, config)
     return segments_by_hopping(scan.points(), config)

@@ -15,6 +15,7 @@ class ResultTable:
 
     title: str
     columns: Sequence[str]
+    """Line ends in them are for the terminal only."""
     rows: Sequence[Sequence[str]]
     notes: str = ""
     """What to know about the numbers."""
@@ -23,16 +24,17 @@ class ResultTable:
         """For the terminal."""
         table = Table(
             title=self.title, title_justify="left", caption=self.notes, caption_justify="left",
-            box=SIMPLE_HEAD, pad_edge=False,
+            box=SIMPLE_HEAD, padding=(0, 1, 0, 0),
         )  # fmt: skip
         for index, column in enumerate(self.columns):
-            table.add_column(column, justify="right" if index else "left")
+            table.add_column(column, justify="right" if index else "left", no_wrap=not index, overflow="fold")
         for row in self.rows:
             table.add_row(*row)
         return table
 
     def markdown(self) -> str:
         """For a report, with an empty line at the end."""
+        names = [column.replace("\n", " ") for column in self.columns]
         alignment = ["---", *["---:"] * (len(self.columns) - 1)]
-        lines = ["| " + " | ".join(row) + " |" for row in (self.columns, alignment, *self.rows)]
+        lines = ["| " + " | ".join(row) + " |" for row in (names, alignment, *self.rows)]
         return "\n".join([f"## {self.title}", "", *lines, "", *([self.notes, ""] if self.notes else [])]) + "\n"

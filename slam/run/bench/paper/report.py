@@ -41,12 +41,8 @@ def reproduce(out: Path, quick: bool, console: Console) -> PaperReport:
     _make(out)
     count, trials = (QUICK_POINTS, QUICK_TRIALS) if quick else (table_2.POINTS, TRIALS)
     with Progress(console=console) as bar:
-        # Most of the time goes into the full U, and psi = 0 takes as long as the others together.
-        task = bar.add_task(f"Table 2, {count} points", total=sum(1 / (psi + 1) for psi in table_2.PSI))
-        rows_2 = []
-        for row in table_2.measure(count):
-            rows_2.append(row)
-            bar.advance(task, 1 / (row.psi + 1))
+        task = bar.add_task(f"Table 2, {count} points", total=1.0)
+        rows_2 = table_2.measure(count, lambda share: bar.advance(task, share))
         rows_7 = list(bar.track(fig_7.measure(trials), total=len(fig_7.PSI), description="Fig. 7"))
         with _step(bar, "Fig. 8"):
             result_8 = fig_8.measure()

@@ -12,6 +12,7 @@ from rich.console import Console
 
 from slam.errors import HopslamError
 from slam.run.bench.cli import app as bench
+from slam.run.lines_cli import lines
 
 if TYPE_CHECKING:
     from slam.run.experiment import Outcome
@@ -23,6 +24,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
+app.command()(lines)
 app.add_typer(bench, name="bench")
 console = Console()
 

@@ -70,7 +70,7 @@ def run(
 
 @app.command()
 def replay(
-    log: Annotated[Path, typer.Argument(help="A CARMEN log or a URG-04LX text log; may be gzipped.")],
+    log: Annotated[Path, typer.Argument(help="A CARMEN log, a URG-04LX text log, both maybe gzipped, or a ROS 1 bag.")],
     scenario: Annotated[str, typer.Option(help="Where the settings of the method come from.")] = "replay",
     out: Out = None,
     settings: Settings = None,

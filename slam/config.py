@@ -52,7 +52,9 @@ class ChiSquareConfig(Section):
     min_points: int = Field(7, ge=3)
     """A segment has at least this many points ..."""
     min_length: float = Field(0.14, ge=0)
-    """... and this length, metres."""
+    """... and this length, metres ..."""
+    max_angle_sigma: float = Field(0.15, gt=0)
+    """... and its direction is at least this sure: one standard deviation, radians."""
 
 
 def _method(lines: Any) -> str | None:

@@ -55,7 +55,7 @@ def segments_of_scans(scans: Sequence[LaserScan], config: ChiSquareConfig) -> tu
     runs, totals, counts = wall_runs_of_many(ranges, fan, reach, noise, config.merge_cost, config.min_points)
     used = np.arange(runs.shape[1]) < counts[:, None]
     runs, totals = runs[used], totals[used]
-    kept, *lines = wall_lines(runs, totals, fan, first.angle_increment, config.min_length)
+    kept, *lines = wall_lines(runs, totals, fan, first.angle_increment, config.min_length, config.max_angle_sigma)
     begins = np.searchsorted(kept, np.concatenate([[0], np.cumsum(counts)]))
     return _as_segments(runs[kept], *lines), begins
 
@@ -64,7 +64,7 @@ def _segments(ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], c
     noise = _noise(config) or _estimate(ranges, fan, reach)
     runs, totals = wall_runs(ranges, fan, reach, noise, config.merge_cost, config.min_points)
     spacing = float(fan[0, -1] - fan[0, 0]) / max(len(ranges) - 1, 1) if len(ranges) else 0.0
-    kept, *lines = wall_lines(runs, totals, fan, spacing, config.min_length)
+    kept, *lines = wall_lines(runs, totals, fan, spacing, config.min_length, config.max_angle_sigma)
     return _as_segments(runs[kept], *lines)
 
 

@@ -7,6 +7,7 @@ counted from 0, and a run includes both its ends.
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import isfinite
 from typing import Final
 
 import numpy as np
@@ -23,8 +24,8 @@ def segments_by_hopping(points: FloatArray, config: HoppingConfig) -> Segments:
 
     Points that are not finite are left out, and not counted in ``first`` and ``last``.
     """
-    finite = np.isfinite(points).all(axis=1)
-    points = points if finite.all() else points[finite]
+    if not isfinite(np.vdot(points, points)):
+        points = points[np.isfinite(points).all(axis=1)]
     if config.kernel == "prefix_sums":
         runs, lines = runs_and_lines(points, config.sigma_Th, config.psi, config.L_Th, config.split_gap)
     else:

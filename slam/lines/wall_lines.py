@@ -14,9 +14,9 @@ SINE = 0.2  # of the angle between them, at least
 
 @compiled
 def wall_lines(
-    runs: IntArray, totals: FloatArray, fan: FloatArray, spacing: float, min_length: float
+    runs: IntArray, totals: FloatArray, fan: FloatArray, spacing: float, min_length: float, max_angle_sigma: float
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Of the runs (M, 5) and sums (M, 6) of wall_runs.py, those of at least this length, metres: K of them.
+    """Of the runs (M, 5) and sums (M, 6) of wall_runs.py, those long and sure enough, metres and radians: K of them.
 
     ``spacing`` is the angle between two beams, radians. Returns which these are (K,), [rho, theta] (K, 2), their
     covariance (K, 2, 2), start and end points (K, 2, 2) and the covariance of each, shape (K, 2, 2, 2).
@@ -34,7 +34,8 @@ def wall_lines(
             beam = runs[m, 2 + e]
             _end(ab[K], ab_cov[K], fan[1, beam], fan[2, beam], spacing, ends[K, e], ends_cov[K, e])
         dx, dy = ends[K, 1, 0] - ends[K, 0, 0], ends[K, 1, 1] - ends[K, 0, 1]
-        if dx * dx + dy * dy >= min_length * min_length:  # false for a NaN
+        sure = line_cov[K, 1, 1] <= max_angle_sigma * max_angle_sigma
+        if sure and dx * dx + dy * dy >= min_length * min_length:  # false for a NaN
             kept[K] = m
             K += 1
     for k in range(K - 1):

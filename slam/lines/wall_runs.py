@@ -21,6 +21,8 @@ GAP = 0.05  # metres; a jump longer than this, and than six beam spacings and th
 GAP_SPACINGS = 6.0
 GAP_SIGMAS = 3.0
 SMALL = 12  # beams: a run this small between two others may be only the corner where they meet
+BLOCK = 8  # points
+QUIET = 0.85  # times its points: a block of them whose chi-square is below this is begun with as it is
 WINDOW = 8  # beams to both sides in which the end of a run is sought
 THREE = 1.5  # the cost allowed for making one run of three is this times that for two: four parameters go, not two
 SUMS = 6
@@ -67,7 +69,7 @@ def _find(
     sums, beam, new = np.empty((N + 1, SUMS)), np.empty(N, np.int64), np.empty(N + 1, np.bool_)
     n = prefix_sums(ranges, fan, reach, noise, sums, beam, new)
     cut, parted, cost, edge = np.empty(n + 1, np.int64), np.empty(n + 1, np.bool_), np.empty(n + 1), np.empty(n + 1)
-    m = _pairs(sums, new, n, cut, parted, cost)
+    m = _blocks(sums, new, n, cut, parted, cost)
     m = _merge(sums, m, cut, parted, cost, edge, merge_cost)
     scale = _misfit(m, cut, cost)
     if scale > 1.0:  # the ranges are noisier than they were said to be
@@ -124,21 +126,29 @@ def chi_square(sums: FloatArray, i: int, j: int) -> float:
 
 
 @compiled
-def _pairs(
+def _blocks(
     sums: FloatArray, new: NDArray[np.bool_], n: int, cut: IntArray, parted: NDArray[np.bool_], cost: FloatArray
 ) -> int:
-    """Begin with runs of two points, the last of an odd piece with three: where each begins, and its chi-square."""
+    """Begin with runs of eight or four points where these lie well on a line, else of two, or of three at the end of an
+    odd piece: where each begins, whether a gap precedes it, and its chi-square."""
     m = begin = 0
     for stop in range(1, n + 1):
         if not new[stop]:
             continue
-        first = m
-        for i in range(begin, max(stop - 1, begin + 1), 2):
-            cut[m], parted[m], cost[m] = i, i == begin, 0.0
+        i = begin
+        while i < stop:
+            size = min(stop - i, BLOCK)
+            while size > 3:
+                cost[m] = chi_square(sums, i, i + size)
+                if cost[m] < QUIET * size:
+                    break
+                size //= 2
+            if size <= 3:
+                size = 3 if stop - i == 3 else min(stop - i, 2)
+                cost[m] = chi_square(sums, i, i + 3) if size == 3 else 0.0
+            cut[m], parted[m] = i, i == begin
+            i += size
             m += 1
-        if stop - begin >= 3 and (stop - begin) % 2 == 1:
-            cost[m - 1] = chi_square(sums, cut[m - 1], stop)
-        parted[first] = True
         begin = stop
     cut[m], parted[m] = n, True
     return m

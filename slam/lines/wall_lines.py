@@ -8,7 +8,8 @@ from slam.compiled import compiled
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
-CORNER = 0.15  # metres: lines of neighbouring runs that cross this near to where the runs meet make a corner there
+CORNER = 0.10  # metres: lines of neighbouring runs that cross this near to where the runs meet make a corner there ...
+CORNER_STEPS = 2.0  # ... or this and as many ways from one beam to the next
 SINE = 0.2  # of the angle between them, at least
 
 
@@ -40,7 +41,7 @@ def wall_lines(
             K += 1
     for k in range(K - 1):
         if kept[k + 1] == kept[k] + 1 and runs[kept[k], 4]:
-            _corner(ab[k : k + 2], ab_cov[k : k + 2], ends[k : k + 2], ends_cov[k : k + 2])
+            _corner(ab[k : k + 2], ab_cov[k : k + 2], spacing, ends[k : k + 2], ends_cov[k : k + 2])
     return kept[:K], line[:K], line_cov[:K], ends[:K], ends_cov[:K]
 
 
@@ -87,15 +88,18 @@ def _end(
 
 
 @compiled
-def _corner(ab: FloatArray, cov: FloatArray, ends: FloatArray, ends_cov: FloatArray) -> None:
+def _corner(ab: FloatArray, cov: FloatArray, spacing: float, ends: FloatArray, ends_cov: FloatArray) -> None:
     """Let two neighbours end where their lines cross, with the covariance that follows from both lines."""
     (a0, b0), (a1, b1) = ab
     cross = a0 * b1 - a1 * b0
     if cross * cross < SINE**2 * (a0 * a0 + b0 * b0) * (a1 * a1 + b1 * b1):
         return
     x, y = (b1 - b0) / cross, (a0 - a1) / cross
-    if max(np.hypot(x - ends[0, 1, 0], y - ends[0, 1, 1]), np.hypot(x - ends[1, 0, 0], y - ends[1, 0, 1])) > CORNER:
-        return
+    for k in range(2):
+        end_x, end_y = ends[k, 1 - k]
+        step = (end_x * end_x + end_y * end_y) * np.hypot(ab[k, 0], ab[k, 1]) * abs(spacing)
+        if np.hypot(x - end_x, y - end_y) > CORNER + CORNER_STEPS * step:
+            return
     v0 = (x * x * cov[0, 0] + 2.0 * x * y * cov[0, 1] + y * y * cov[0, 2]) / (cross * cross)
     v1 = (x * x * cov[1, 0] + 2.0 * x * y * cov[1, 1] + y * y * cov[1, 2]) / (cross * cross)
     for k in range(2):

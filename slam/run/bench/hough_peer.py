@@ -14,7 +14,7 @@ from slam.scan import LaserScan
 
 @dataclass(frozen=True, slots=True)
 class ProbabilisticHough:
-    """Settings, tuned for F1 on TUNING_SEEDS at noise spec/3; lengths in metres."""
+    """Settings, by default the best found on TUNING_SEEDS at noise spec/3; lengths in metres."""
 
     cell: float = 0.05
     """Side of a pixel."""

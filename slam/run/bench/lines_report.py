@@ -21,19 +21,19 @@ from slam.run.results.files import write_whole
 def scene_tables(seeds: int, console: Console) -> list[ResultTable]:
     """A table for each level of noise, on the first so many held-out seeds of each family."""
     used = HELD_OUT_SEEDS[:seeds]
-    tables, methods = [], all_methods()
+    tables = []
     with Progress(console=console) as bar:
         for noise_level, noise in NOISE_LEVELS.items():
-            both = (*methods, told_the_noise(noise))
+            methods = (*all_methods(noise_level), told_the_noise(noise))
             seen = list(scenes(used, noise_level))
             task = bar.add_task(f"noise {noise_level}", total=len(seen))
-            tables.append(compare.table(noise_level, compare.compare(seen, both, partial(bar.advance, task)), used))
+            tables.append(compare.table(noise_level, compare.compare(seen, methods, partial(bar.advance, task)), used))
     return tables
 
 
 def log_tables(path: Path, console: Console, sensor: str | None = None) -> list[ResultTable]:
     """The table of a recorded log, with ours for the noise of the sensor of that name where one is given."""
-    methods = all_methods(sensor)
+    methods = all_methods(sensor=sensor)
     log = read_log(path)
     console.print(log.report, highlight=False)
     with Progress(console=console) as bar:

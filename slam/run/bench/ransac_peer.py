@@ -17,7 +17,7 @@ from slam.scan import LaserScan
 
 @dataclass(frozen=True, slots=True)
 class Ransac:
-    """Settings, tuned for F1 on TUNING_SEEDS at noise spec/3; lengths in metres."""
+    """Settings, by default the best found on TUNING_SEEDS at noise spec/3; lengths in metres."""
 
     max_distance: float = 0.03
     """A point within this of a line belongs to it."""

@@ -15,7 +15,7 @@ from slam.scan import LaserScan
 
 @dataclass(frozen=True, slots=True)
 class SplitAndMerge:
-    """Settings, tuned for F1 on TUNING_SEEDS at noise spec/3; lengths in metres."""
+    """Settings, by default the best found on TUNING_SEEDS at noise spec/3; lengths in metres."""
 
     max_distance: float = 0.09
     """A piece is split at its farthest point while that is farther than this, in metres, from the line of its ends."""

@@ -111,6 +111,15 @@ def test_a_bag_without_scans_is_an_error(tmp_path: Path) -> None:
         read_log(path)
 
 
+def test_a_bag_of_nothing_is_an_error_of_one_line(tmp_path: Path) -> None:
+    path = tmp_path / "run.bag"
+    path.write_bytes(MAGIC + b"\r\0\0")
+    with pytest.raises(
+        LogError, match="no scan in this log: nothing; the bag is damaged or ends early.*; need sensor_"
+    ):
+        read_log(path)
+
+
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 @given(st.binary(max_size=50), st.integers(13, 900), st.integers(0, 60))
 def test_damage_is_a_log_error_at_the_worst(tmp_path: Path, junk: bytes, first: int, removed: int) -> None:

@@ -47,6 +47,9 @@ class ChiSquareConfig(Section):
     """Whose noise to expect, see slam/lidars.py; without a name it is estimated from every scan."""
     bound_sigmas: float = Field(3.0, gt=0)
     """How many standard deviations the accuracy is that the sensor's maker gives."""
+    shared_error: float = Field(0.02, gt=0)
+    """Without a sensor: the error that neighbouring beams share and that no scan shows, metres. Walls are not quite
+    straight, and the ranges of a real sensor wander by a centimetre or two over tens of beams."""
     merge_cost: float = Field(18.0, gt=0)
     """Two neighbouring segments become one where that raises chi-square by less than this."""
     min_points: int = Field(7, ge=3)

@@ -116,7 +116,7 @@ def test_settings_change_values_and_items() -> None:
         ("slam.lines.method=papre", "--set: slam.lines.method: no method 'papre'; did you mean paper?"),
         ("slam.lines.method=[1]", "--set: slam.lines.method: no method '[1]'; known here: paper, chi_square"),
         ("slam.lines=5", "--set: slam.lines: a section of settings belongs here (got 5)"),
-        ("slam.lines={method: chi_square, min_point: 9}", "slam.lines.min_point: unknown key; did you mean min_points?"),
+        ("slam.lines={method: chi_square, min_point: 9}", "lines.min_point: unknown key; did you mean min_points?"),
         ("slam.lines={method: chi_square, merge_cost: 0}", "--set: slam.lines.merge_cost: Input should be greater"),
         ("slam.lines.psi", "--set slam.lines.psi: expected key=value"),
         ("=3", "--set =3: expected key=value"),

@@ -9,7 +9,7 @@ import numpy as np
 from slam.lidars import lidar_model
 from slam.pose import FloatArray
 
-FLOOR = 1e-3  # metres: no range is taken to be surer than this
+UNKNOWN = 0.01  # metres: taken where a scan has too few beams to tell
 
 
 class RangeNoise(NamedTuple):
@@ -37,8 +37,10 @@ def noise_of_sensor(name: str, bound_sigmas: float) -> RangeNoise:
     )
 
 
-def noise_of_scan(bearings: FloatArray, ranges: FloatArray) -> RangeNoise:
+def noise_of_scan(bearings: FloatArray, ranges: FloatArray, shared_error: float) -> RangeNoise:
     """Estimated from a scan of bearings and ranges (N,), all echoes, in order of bearing.
+
+    Neighbours do not show the error that they share, metres; it becomes the floor.
 
     Along a straight wall 1/r is a sinusoid of the bearing, so with equal steps the second difference
     u(-1) - 2 cos(step) u(0) + u(+1) of u = 1/r is noise alone, of variance 6 sigma^2 / r^4. Corners and gaps are the
@@ -48,7 +50,7 @@ def noise_of_scan(bearings: FloatArray, ranges: FloatArray) -> RangeNoise:
     step = np.diff(bearings)
     even = np.abs(step[1:] - step[:-1]) < 0.1 * np.abs(step[1:])
     if np.count_nonzero(even) < 8:
-        return RangeNoise(10 * FLOOR, np.inf, 0.0, FLOOR)
+        return RangeNoise(UNKNOWN, np.inf, 0.0, shared_error)
     u = 1.0 / ranges
     bend = (u[:-2] - 2.0 * np.cos(step[1:]) * u[1:-1] + u[2:])[even]
     r = ranges[1:-1][even]
@@ -56,6 +58,6 @@ def noise_of_scan(bearings: FloatArray, ranges: FloatArray) -> RangeNoise:
     middle = float(np.median(r))
     near, far = (float(np.median(noise[half])) / 0.6745 for half in (r <= middle, r >= middle))
     if far <= 1.2 * near:
-        return RangeNoise(max(near, far), np.inf, 0.0, FLOOR)
+        return RangeNoise(max(near, far), np.inf, 0.0, shared_error)
     far_slope = far / float(np.median(r[r >= middle]))
-    return RangeNoise(near, near / far_slope, far_slope, FLOOR)
+    return RangeNoise(near, near / far_slope, far_slope, shared_error)

@@ -34,7 +34,7 @@ clean:
 	touch $@
 
 .venv/.dev: pyproject.toml .venv/bin/pip
-	.venv/bin/pip install --quiet --editable . --group dev
+	.venv/bin/pip install --quiet --editable '.[bench]' --group dev
 	touch $@ .venv/.run
 
 # The first of python3.11, python3 and uv's that is a whole CPython 3.11. The pip of 3.11 knows no dependency groups.

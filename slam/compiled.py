@@ -19,3 +19,8 @@ def compiled(function: F) -> F:
     own file changes, and only then: a compiled function calls compiled functions of its own file, and of no other.
     """
     return cast(F, njit(cache=True, error_model="numpy", fastmath=_FASTMATH)(function))
+
+
+def compiled_parallel(function: F) -> F:
+    """The same, with the turns of each ``prange`` shared out among the processors."""
+    return cast(F, njit(cache=True, error_model="numpy", fastmath=_FASTMATH, parallel=True)(function))

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
 
 class Section(BaseModel):
@@ -13,17 +13,19 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class LineConfig(Section):
-    """Line extraction, sections 3.1 to 3.3."""
+class HoppingConfig(Section):
+    """Line extraction as printed, sections 3.1 to 3.3."""
 
+    method: Literal["paper"] = "paper"
     sigma_Th: float = Field(25.0 / 1024, gt=0)
     """Threshold on the smallest singular value sigma_3, metres."""
     L_Th: int = Field(4, ge=3)
     """A segment is kept when it has more than this many points (Proc. 7). The paper gives no value."""
     psi: int = Field(1, ge=0)
     """Hopping factor: points skipped between two tests."""
-    kernel: Literal["svd", "prefix_sums"] = "prefix_sums"
-    """How sigma_3 < sigma_Th is tested: by the SVD of A_i(l) as printed, or by prefix sums of A^T A. Same segments."""
+    kernel: Literal["svd_full", "svd", "prefix_sums"] = "prefix_sums"
+    """How sigma_3 < sigma_Th is tested: by the SVD of A_i(l) with all of U as printed, by its singular values alone, or
+    by prefix sums of A^T A. Same segments."""
     split_gap: float = Field(float("inf"), gt=0)
     """Not in the paper: neighbouring points farther apart than this, in metres, never share a segment."""
 
@@ -35,6 +37,38 @@ class LineConfig(Section):
                 f"lower psi or raise L_Th"
             )
         return self
+
+
+class ChiSquareConfig(Section):
+    """Line extraction of this project: the walls that explain the ranges by the noise of the sensor."""
+
+    method: Literal["chi_square"] = "chi_square"
+    sensor: Literal["table1", "urg04lx"] | None = None
+    """Whose noise to expect, see slam/lidars.py; without a name it is estimated from every scan."""
+    bound_sigmas: float = Field(3.0, gt=0)
+    """How many standard deviations the accuracy is that the sensor's maker gives."""
+    shared_error: float = Field(0.02, gt=0)
+    """Without a sensor: the error that neighbouring beams share and that no scan shows, metres. Walls are not quite
+    straight, and the ranges of a real sensor wander by a centimetre or two over tens of beams."""
+    merge_cost: float = Field(18.0, gt=0)
+    """Two neighbouring segments become one where that raises chi-square by less than this."""
+    min_points: int = Field(7, ge=3)
+    """A segment has at least this many points ..."""
+    min_length: float = Field(0.14, ge=0)
+    """... and this length, metres ..."""
+    max_angle_sigma: float = Field(0.15, gt=0)
+    """... and its direction is at least this sure: one standard deviation, radians."""
+
+
+def _method(lines: Any) -> str | None:
+    """The method of a section of settings, or of the section made of them; "paper" where it names none."""
+    return str(lines.get("method", "paper")) if isinstance(lines, dict) else getattr(lines, "method", None)
+
+
+LineConfig = Annotated[
+    Annotated[HoppingConfig, Tag("paper")] | Annotated[ChiSquareConfig, Tag("chi_square")], Discriminator(_method)
+]
+"""Line extraction: ``method`` says how, and which of the settings there are."""
 
 
 class MapConfig(Section):
@@ -80,7 +114,7 @@ class MatchConfig(Section):
 class SlamConfig(Section):
     """The whole method, Fig. 14."""
 
-    lines: LineConfig = LineConfig()
+    lines: LineConfig = HoppingConfig()
     map: MapConfig = MapConfig()
     matching: MatchConfig = MatchConfig()
     odometry: bool = True

@@ -58,14 +58,13 @@ class LineSlam:
         if not self._moved_enough(prior):
             self.T_map_base = prior
             return Estimate(scan.stamp, prior, total_time=perf_counter() - began)
-        points = scan.points()  # eq. (1)
-        segments = extract_segments(points, self.config.lines)  # Proc. 1-8, eqs. (2)-(12)
+        segments = extract_segments(scan, self.config.lines)  # eqs. (1)-(12), Proc. 1-8
         extracted = perf_counter()
         T_map_laser = prior @ self.T_base_laser
         visible = self.points.draw_visible(T_map_laser, scan.lidar, self.config.map, self._random)  # eq. (20)
         match = match_points_to_segments(visible, segments, self.config.matching)  # eqs. (21)-(37)
         T_map_laser = T_map_laser @ match.T_prior_laser  # eq. (19)
-        self.points.add(points, T_map_laser)  # eqs. (15)-(18)
+        self.points.add(scan.points(), T_map_laser)  # eqs. (15)-(18)
         self.lines.add(segments, T_map_laser)
         self.T_map_base = self._last_mapped = T_map_laser @ self.T_base_laser.inverse()
         return Estimate(scan.stamp, self.T_map_base, segments, match, extracted - began, perf_counter() - began)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slam.config import LineConfig, MatchConfig
-from slam.lines.extraction import extract_segments
+from slam.config import HoppingConfig, MatchConfig
+from slam.lines.hopping import segments_by_hopping
 from slam.lines.segments import Segments
 from slam.matching.force_field import NO_MATCH, _correction, _lines, match_points_to_segments
 from slam.pose import FloatArray, Pose2D
@@ -55,7 +55,7 @@ def printed_correction(w: FloatArray, segments: Segments, config: MatchConfig) -
 @given(st.integers(0, 1000), st.sampled_from([2.0, 3.0, 3.5]))
 def test_the_compiled_forces_are_the_printed_ones(seed: int, kappa: float) -> None:
     config = MatchConfig(gamma_M=2.0, kappa=kappa)
-    segments = extract_segments(room(Pose2D(), 0.01, seed), LineConfig())
+    segments = segments_by_hopping(room(Pose2D(), 0.01, seed), HoppingConfig())
     w = room(Pose2D(0.03, -0.02, 0.02), 0.01, seed + 1)[::5]
     x, y = np.ascontiguousarray(w.T)
     fx, fy, M = _correction(x, y, _lines(segments), False, config.gamma_f, kappa, config.epsilon, config.gamma_M)
@@ -68,7 +68,7 @@ def test_the_compiled_forces_are_the_printed_ones(seed: int, kappa: float) -> No
 @given(st.floats(-0.06, 0.06), st.floats(-0.06, 0.06), st.floats(-0.03, 0.03))
 def test_a_small_displacement_is_found(dx: float, dy: float, dphi: float) -> None:
     moved = Pose2D(dx, dy, dphi)
-    segments = extract_segments(room(moved), LineConfig())
+    segments = segments_by_hopping(room(moved), HoppingConfig())
     match = match_points_to_segments(room(Pose2D()), segments, WEIGHTED)
     assert match.converged
     assert match.T_prior_laser.distance(moved) < 0.005
@@ -78,7 +78,7 @@ def test_a_small_displacement_is_found(dx: float, dy: float, dphi: float) -> Non
 @settings(max_examples=20)
 @given(st.floats(-np.pi, np.pi))
 def test_the_match_does_not_depend_on_the_direction_of_the_sensor_axes(angle: float) -> None:
-    segments = extract_segments(room(Pose2D(0.03, 0.02, 0.01)), LineConfig())
+    segments = segments_by_hopping(room(Pose2D(0.03, 0.02, 0.01)), HoppingConfig())
     points, turn = room(Pose2D()), Pose2D(theta=angle)
     plain = match_points_to_segments(points, segments, CONFIG).T_prior_laser
     turned = match_points_to_segments(turn.transform(points), segments.transformed(turn), CONFIG).T_prior_laser
@@ -89,7 +89,7 @@ def test_the_match_does_not_depend_on_the_direction_of_the_sensor_axes(angle: fl
 
 def test_points_on_their_segments_stay() -> None:
     points = room(Pose2D())
-    match = match_points_to_segments(points, extract_segments(points, LineConfig()), WEIGHTED)
+    match = match_points_to_segments(points, segments_by_hopping(points, HoppingConfig()), WEIGHTED)
     assert match.converged
     assert match.T_prior_laser.distance(Pose2D()) < 5e-4
     assert abs(match.T_prior_laser.theta) < 1e-3
@@ -97,7 +97,7 @@ def test_points_on_their_segments_stay() -> None:
 
 def test_a_bare_wall_leaves_the_motion_along_it_alone() -> None:
     wall = np.column_stack([np.linspace(-1, 1, 60), np.full(60, 1.0)])
-    segments = extract_segments(wall, LineConfig())
+    segments = segments_by_hopping(wall, HoppingConfig())
     shifted = Pose2D(y=0.02).transform(wall[10:50])  # within the wall, so that no point loses its segment
     T_prior_laser = match_points_to_segments(shifted, segments, WEIGHTED).T_prior_laser
     assert abs(T_prior_laser.x) < 1e-6
@@ -106,7 +106,7 @@ def test_a_bare_wall_leaves_the_motion_along_it_alone() -> None:
 
 def test_with_the_printed_gains_the_update_is_plain_descent() -> None:
     """With xi = 1 - zeta and eta = 1, eqs. (34) and (35) from rest keep dX = -sum f, whatever the leak."""
-    segments = extract_segments(room(Pose2D(0.04, 0.02, 0.01)), LineConfig())
+    segments = segments_by_hopping(room(Pose2D(0.04, 0.02, 0.01)), HoppingConfig())
     leaky = match_points_to_segments(room(Pose2D()), segments, CONFIG)
     plain = match_points_to_segments(room(Pose2D()), segments, CONFIG.model_copy(update={"xi": 1.0, "zeta": 0.0}))
     assert leaky.iterations == plain.iterations
@@ -115,7 +115,7 @@ def test_with_the_printed_gains_the_update_is_plain_descent() -> None:
 
 def test_the_force_peaks_where_it_should() -> None:
     """Fig. 10: the force of one segment on one point, largest at |lambda| = (epsilon / 2)^(1/3)."""
-    wall = extract_segments(np.column_stack([np.linspace(-1, 1, 60), np.full(60, 1.0)]), LineConfig())
+    wall = segments_by_hopping(np.column_stack([np.linspace(-1, 1, 60), np.full(60, 1.0)]), HoppingConfig())
     offsets = np.linspace(0.001, 0.2, 400)
     forces = [
         hypot(*_correction(np.zeros(1), np.array([1.0 - d]), _lines(wall), False, 1.0, 3.0, 1e-4, 0.0)[:2])
@@ -125,8 +125,9 @@ def test_the_force_peaks_where_it_should() -> None:
 
 
 def test_nothing_to_match_leaves_the_prior() -> None:
-    segments = extract_segments(room(Pose2D()), LineConfig())
+    segments = segments_by_hopping(room(Pose2D()), HoppingConfig())
     assert match_points_to_segments(np.empty((0, 2)), segments, CONFIG) is NO_MATCH
     assert (
-        match_points_to_segments(room(Pose2D()), extract_segments(np.empty((0, 2)), LineConfig()), CONFIG) is NO_MATCH
+        match_points_to_segments(room(Pose2D()), segments_by_hopping(np.empty((0, 2)), HoppingConfig()), CONFIG)
+        is NO_MATCH
     )

@@ -6,9 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from slam.config import LineConfig
-from slam.lines.extraction import extract_segments
-from slam.lines.hopping import hop_by_svd
+from slam.config import HoppingConfig
+from slam.lines.hopping import hop_by_svd, segments_by_hopping
 from slam.lines.hough_line import hough_line
 from slam.lines.segments import Segments
 from slam.pose import FloatArray, Pose2D
@@ -27,20 +26,59 @@ def noisy_walls(seed: int, beams: int = 120, noise: float = 0.005) -> FloatArray
     return np.ascontiguousarray(points + random.normal(0, noise, (beams, 2)))
 
 
-def both_kernels(points: FloatArray, **settings: float) -> tuple[Segments, Segments]:
-    return (
-        extract_segments(points, LineConfig.model_validate({"kernel": "svd", **settings})),
-        extract_segments(points, LineConfig.model_validate({"kernel": "prefix_sums", **settings})),
+KERNELS = ("svd_full", "svd", "prefix_sums")
+
+
+def all_kernels(points: FloatArray, **settings: float) -> tuple[Segments, ...]:
+    return tuple(
+        segments_by_hopping(points, HoppingConfig.model_validate({"kernel": kernel, **settings})) for kernel in KERNELS
     )
 
 
-@given(seeds, st.integers(0, 5), st.sampled_from([0.01, 25 / 1024, 0.1]), st.sampled_from([0.3, float("inf")]))
-def test_svd_and_prefix_sums_give_the_same_segments(seed: int, psi: int, sigma_Th: float, split_gap: float) -> None:
-    svd, sums = both_kernels(noisy_walls(seed), psi=psi, L_Th=11, sigma_Th=sigma_Th, split_gap=split_gap)
-    np.testing.assert_array_equal(svd.first, sums.first)
-    np.testing.assert_array_equal(svd.last, sums.last)
-    np.testing.assert_allclose(svd.rho, sums.rho, atol=1e-6)
-    np.testing.assert_allclose(svd.normals, sums.normals, atol=1e-6)
+def same_segments(a: Segments, b: Segments) -> None:
+    np.testing.assert_array_equal(a.first, b.first)
+    np.testing.assert_array_equal(a.last, b.last)
+    np.testing.assert_array_equal(a.start, b.start)
+    np.testing.assert_array_equal(a.end, b.end)
+    np.testing.assert_allclose(a.rho, b.rho, atol=1e-6)
+    np.testing.assert_allclose(a.normals, b.normals, atol=1e-6)
+
+
+@given(
+    seeds,
+    st.integers(0, 5),
+    st.sampled_from([0.01, 25 / 1024, 0.1]),
+    st.sampled_from([0.3, float("inf")]),
+    st.booleans(),
+    st.floats(-np.pi, np.pi),
+)
+def test_all_kernels_give_the_same_segments(
+    seed: int, psi: int, sigma_Th: float, split_gap: float, backwards: bool, angle: float
+) -> None:
+    points = Pose2D(theta=angle).transform(noisy_walls(seed, beams=80))
+    points = points[::-1] if backwards else points
+    full, svd, sums = all_kernels(points, psi=psi, L_Th=11, sigma_Th=sigma_Th, split_gap=split_gap)
+    same_segments(full, svd)
+    same_segments(svd, sums)
+
+
+@given(seeds, st.lists(st.tuples(st.integers(0, 79), st.sampled_from([np.nan, np.inf, -np.inf])), max_size=9))
+def test_points_that_are_not_finite_are_left_out(seed: int, bad: list[tuple[int, float]]) -> None:
+    points = noisy_walls(seed, beams=80)
+    for at, value in bad:
+        points[at, at % 2] = value
+    finite = points[np.isfinite(points).all(axis=1)]
+    for segments, expected in zip(all_kernels(points), all_kernels(finite), strict=True):
+        same_segments(segments, expected)
+
+
+@given(seeds, st.integers(1, 4))
+def test_points_that_stand_twice_do_no_harm(seed: int, times: int) -> None:
+    """Every kernel finds the same, and nothing that is not finite."""
+    full, svd, sums = all_kernels(np.repeat(noisy_walls(seed, beams=40), times, axis=0), L_Th=11)
+    same_segments(full, svd)
+    same_segments(svd, sums)
+    assert np.isfinite(sums.rho).all()
 
 
 @given(seeds, st.integers(1, 8))
@@ -53,8 +91,8 @@ def test_hopping_changes_no_segment(seed: int, psi: int) -> None:
 @given(seeds, st.floats(-np.pi, np.pi))
 def test_rotating_a_scan_rotates_its_segments(seed: int, angle: float) -> None:
     points = noisy_walls(seed)
-    plain = extract_segments(points, LineConfig()).transformed(Pose2D(theta=angle))
-    turned = extract_segments(Pose2D(theta=angle).transform(points), LineConfig())
+    plain = segments_by_hopping(points, HoppingConfig()).transformed(Pose2D(theta=angle))
+    turned = segments_by_hopping(Pose2D(theta=angle).transform(points), HoppingConfig())
     np.testing.assert_array_equal(plain.first, turned.first)
     np.testing.assert_allclose(plain.rho, turned.rho, atol=1e-6)
     np.testing.assert_allclose(plain.normals, turned.normals, atol=1e-6)
@@ -69,7 +107,7 @@ def test_a_line_is_the_same_read_backwards(seed: int) -> None:
 
 @given(seeds, st.floats(-3, 3), st.floats(-3, 3), st.floats(-np.pi, np.pi))
 def test_transforming_segments_moves_line_and_ends_together(seed: int, x: float, y: float, theta: float) -> None:
-    segments = extract_segments(noisy_walls(seed, noise=0.0), LineConfig()).transformed(Pose2D(x, y, theta))
+    segments = segments_by_hopping(noisy_walls(seed, noise=0.0), HoppingConfig()).transformed(Pose2D(x, y, theta))
     for ends in (segments.start, segments.end):
         off_line = np.sum(segments.normals * ends, axis=1) - segments.rho
         assert np.abs(off_line).max(initial=0.0) < 0.1
@@ -91,7 +129,7 @@ def test_a_corner_gives_two_segments_that_share_their_point(psi: int) -> None:
     points = np.concatenate(
         [np.column_stack([leg - 2, np.full(21, 1.0)]), np.column_stack([np.zeros(20), 1 - leg[1:]])]
     )
-    for segments in both_kernels(points, psi=psi, L_Th=11):
+    for segments in all_kernels(points, psi=psi, L_Th=11):
         assert segments.first.tolist() == [0, 20]
         assert segments.last.tolist() == [20, 40]
         np.testing.assert_allclose(segments.start, [[-2, 1], [0, 1]])
@@ -101,32 +139,32 @@ def test_a_corner_gives_two_segments_that_share_their_point(psi: int) -> None:
 def test_short_segments_are_dropped() -> None:
     """Proc. 7: more than L_Th points are kept, exactly L_Th are not."""
     line = np.column_stack([np.arange(7.0), np.ones(7)])
-    assert len(extract_segments(line, LineConfig(L_Th=6))) == 1
-    assert len(extract_segments(line, LineConfig(L_Th=7))) == 0
+    assert len(segments_by_hopping(line, HoppingConfig(L_Th=6))) == 1
+    assert len(segments_by_hopping(line, HoppingConfig(L_Th=7))) == 0
 
 
 def test_a_gap_can_split() -> None:
     x = np.concatenate([np.arange(0, 1, 0.05), np.arange(2, 3, 0.05)])
     wall = np.column_stack([x, np.ones_like(x)])
-    for segments in both_kernels(wall, split_gap=0.5):
+    for segments in all_kernels(wall, split_gap=0.5):
         assert segments.first.tolist() == [0, 20]
         assert segments.last.tolist() == [19, 39]
-    assert len(extract_segments(wall, LineConfig())) == 1
+    assert len(segments_by_hopping(wall, HoppingConfig())) == 1
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
 def test_too_few_points_give_nothing(count: int) -> None:
-    for segments in both_kernels(np.ones((count, 2))):
+    for segments in all_kernels(np.ones((count, 2))):
         assert len(segments) == 0
         assert segments.start.shape == (0, 2)
 
 
 def test_points_on_one_spot_do_no_harm() -> None:
-    for segments in both_kernels(np.full((20, 2), 1.5)):
+    for segments in all_kernels(np.full((20, 2), 1.5)):
         assert np.isfinite(segments.rho).all()
         assert (segments.counts > 4).all()
 
 
 def test_over_hopping_is_refused() -> None:
     with pytest.raises(ValidationError, match="over-hops"):
-        LineConfig(psi=3, L_Th=6)
+        HoppingConfig(psi=3, L_Th=6)

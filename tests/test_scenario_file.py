@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from slam.config import ChiSquareConfig, HoppingConfig
 from slam.errors import ScenarioError
 from slam.run.scenario.file import dump_scenario, load_scenario, shipped_scenarios
 
@@ -84,6 +85,22 @@ def test_a_missing_scenario_gets_a_hint(name: str, hint: str) -> None:
         load_scenario(name)
 
 
+def test_lines_are_extracted_as_in_the_paper_unless_a_method_is_named(tmp_path: Path) -> None:
+    paper = load_scenario(write(tmp_path, GOOD + "slam:\n  lines:\n    psi: 0\n"))
+    assert paper.slam.lines == HoppingConfig(psi=0)
+    own = load_scenario(write(tmp_path, GOOD + "slam:\n  lines:\n    method: chi_square\n    min_points: 9\n"))
+    assert own.slam.lines == ChiSquareConfig(min_points=9)
+    for scenario in (paper, own):
+        assert load_scenario(write(tmp_path, dump_scenario(scenario))) == scenario
+
+
+def test_a_mistake_in_the_settings_of_a_method_is_placed_in_the_file(tmp_path: Path) -> None:
+    text = GOOD + "slam:\n  lines:\n    method: chi_square\n    min_pints: 9\n"
+    complaint = f"small.yaml:{text.count(chr(10))}: slam.lines.min_pints: unknown key; did you mean min_points?"
+    with pytest.raises(ScenarioError, match=re.escape(complaint)):
+        load_scenario(write(tmp_path, text))
+
+
 def test_settings_change_values_and_items() -> None:
     scenario = load_scenario("corridor", ["slam.lines.psi=0", "route.waypoints.0=[3, 0]", "slam.lines.split_gap=.inf"])
     assert scenario.slam.lines.psi == 0
@@ -96,6 +113,11 @@ def test_settings_change_values_and_items() -> None:
     [
         ("slam.lines.psy=1", "--set: slam.lines.psy: unknown key; did you mean psi?"),
         ("slam.lines.psi=9", "--set: slam.lines: psi = 9 over-hops"),
+        ("slam.lines.method=papre", "--set: slam.lines.method: no method 'papre'; did you mean paper?"),
+        ("slam.lines.method=[1]", "--set: slam.lines.method: no method '[1]'; known here: paper, chi_square"),
+        ("slam.lines=5", "--set: slam.lines: a section of settings belongs here (got 5)"),
+        ("slam.lines={method: chi_square, min_point: 9}", "lines.min_point: unknown key; did you mean min_points?"),
+        ("slam.lines={method: chi_square, merge_cost: 0}", "--set: slam.lines.merge_cost: Input should be greater"),
         ("slam.lines.psi", "--set slam.lines.psi: expected key=value"),
         ("=3", "--set =3: expected key=value"),
         ("route.waypoints.7=[0, 0]", "there are 2 items here; 7 is none of 0 to 1"),

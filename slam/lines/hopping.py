@@ -1,4 +1,4 @@
-"""Hopping and reverse hop: which runs of points lie on one line. Sections 3.2 and 3.3, Proc. 1 to 6, Fig. 5.
+"""The segments of a scan by hopping and reverse hop: sections 3.2 and 3.3, Proc. 1 to 8, Fig. 5.
 
 The procedure as printed, with the singular values of A_i(l) at every test; prefix_sums.py has its fast form. Points are
 counted from 0, and a run includes both its ends.
@@ -6,13 +6,50 @@ counted from 0, and a run includes both its ends.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from math import isfinite
+from typing import Final
+
 import numpy as np
 
-from slam.lines.hough_line import design_matrix
+from slam.config import HoppingConfig
+from slam.lines.hough_line import design_matrix, hough_line
+from slam.lines.prefix_sums import runs_and_lines
+from slam.lines.segments import IntArray, Segments
 from slam.pose import FloatArray
 
 
-def hop_by_svd(points: FloatArray, sigma_Th: float, J: int) -> list[tuple[int, int]]:
+def segments_by_hopping(points: FloatArray, config: HoppingConfig) -> Segments:
+    """Segments of the points (N, 2) of one scan, in beam order, sensor frame: section 3.2.
+
+    Points that are not finite are left out, and not counted in ``first`` and ``last``.
+    """
+    if not isfinite(np.vdot(points, points)):
+        points = points[np.isfinite(points).all(axis=1)]
+    if config.kernel == "prefix_sums":
+        runs, lines = runs_and_lines(points, config.sigma_Th, config.psi, config.L_Th, config.split_gap)
+    else:
+        runs, lines = _by_svd(points, config)
+    first, last = runs[:, 0], runs[:, 1]
+    return Segments(first, last, lines[:, 0], lines[:, 1], points[first], points[last])  # Proc. 8
+
+
+def sigma_3(points: FloatArray) -> float:
+    """The smallest singular value of A for points (l, 2), l >= 3: eqs. (6)-(8); metres."""
+    return float(np.linalg.svd(design_matrix(points), compute_uv=False)[2])
+
+
+def sigma_3_full(points: FloatArray) -> float:
+    """The same, with all of U (l, l) and V as eq. (7) writes it: time and memory grow with l^2."""
+    return float(np.linalg.svd(design_matrix(points), full_matrices=True)[1][2])
+
+
+SIGMA_3: Final[dict[str, Callable[[FloatArray], float]]] = {"svd": sigma_3, "svd_full": sigma_3_full}
+
+
+def hop_by_svd(
+    points: FloatArray, sigma_Th: float, J: int, sigma_3: Callable[[FloatArray], float] = sigma_3
+) -> list[tuple[int, int]]:
     """The runs (P_m, Q_m) of points (N, 2) that lie on lines; J is the hopping factor."""
     N, runs = len(points), []
     i, l, psi, previous = 0, 3, J, 2  # Proc. 1
@@ -31,6 +68,20 @@ def hop_by_svd(points: FloatArray, sigma_Th: float, J: int) -> list[tuple[int, i
     return runs
 
 
-def sigma_3(points: FloatArray) -> float:
-    """The smallest singular value of A for points (l, 2), l >= 3: eqs. (6)-(8); metres."""
-    return float(np.linalg.svd(design_matrix(points), compute_uv=False)[2])
+def _by_svd(points: FloatArray, config: HoppingConfig) -> tuple[IntArray, FloatArray]:
+    """Runs (M, 2) and their (rho, theta), shape (M, 2), as printed."""
+    kept = [
+        (begin + P, begin + Q)
+        for begin, stop in zip(*_pieces(points, config.split_gap), strict=True)
+        for P, Q in hop_by_svd(points[begin:stop], config.sigma_Th, config.psi, SIGMA_3[config.kernel])
+        if Q - P + 1 > config.L_Th  # Proc. 7
+    ]
+    lines = [hough_line(points[P : Q + 1])[:2] for P, Q in kept]
+    return np.array(kept, dtype=np.int64).reshape(-1, 2), np.array(lines, dtype=np.float64).reshape(-1, 2)
+
+
+def _pieces(points: FloatArray, split_gap: float) -> tuple[IntArray, IntArray]:
+    """Begins and stops of the pieces without a step longer than ``split_gap`` metres."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    cuts = np.flatnonzero(steps > split_gap) + 1
+    return np.concatenate([[0], cuts]), np.concatenate([cuts, [len(points)]])

@@ -23,14 +23,21 @@ def runs_and_lines(
     runs = np.empty((N, 2), np.int64)
     M = begin = 0
     for j in range(1, N + 1):
-        if j == N or np.hypot(points[j, 0] - points[j - 1, 0], points[j, 1] - points[j - 1, 1]) > split_gap:
+        if j == N or _step(points, j) > split_gap * split_gap:
             M += _hop(sums, begin, j, sigma_Th, J, runs[M:])
             begin = j
     kept = runs[:M][runs[:M, 1] - runs[:M, 0] + 1 > L_Th]  # Proc. 7
     lines = np.empty((len(kept), 2))
     for m in range(len(kept)):
-        lines[m] = _line_of_sums(sums, kept[m, 0], kept[m, 1])
+        lines[m, 0], lines[m, 1] = _line_of_sums(sums, kept[m, 0], kept[m, 1])
     return kept, lines
+
+
+@compiled
+def _step(points: FloatArray, j: int) -> float:
+    """Square of the way from the point before j to j."""
+    x, y = points[j, 0] - points[j - 1, 0], points[j, 1] - points[j - 1, 1]
+    return float(x * x + y * y)
 
 
 @compiled
@@ -51,19 +58,14 @@ def _prefix_sums(points: FloatArray) -> FloatArray:
 def _fits_line(sums: FloatArray, i: int, l: int, sigma_Th: float) -> bool:
     """Whether sigma_3 < sigma_Th for the l points from i, given their prefix sums.
 
-    It is exactly when A^T A - sigma_Th^2 I is not positive definite, which the three pivots of its elimination tell.
+    It is exactly when A^T A - sigma_Th^2 I is not positive definite, which its three leading minors tell.
     """
     threshold = sigma_Th * sigma_Th
     x, y = sums[i + l, 0] - sums[i, 0], sums[i + l, 1] - sums[i, 1]
     xx, xy = sums[i + l, 2] - sums[i, 2] - threshold, sums[i + l, 3] - sums[i, 3]
     yy, n = sums[i + l, 4] - sums[i, 4] - threshold, l - threshold
-    if xx <= 0.0:
-        return True
-    pivot_2 = yy - xy * xy / xx
-    if pivot_2 <= 0.0:
-        return True
-    rest = y - xy * x / xx
-    return bool(n - x * x / xx - rest * rest / pivot_2 <= 0.0)
+    minor = xx * yy - xy * xy
+    return bool((xx <= 0.0) | (minor <= 0.0) | (n * minor <= x * x * yy - 2.0 * x * y * xy + y * y * xx))
 
 
 @compiled
@@ -88,10 +90,38 @@ def _hop(sums: FloatArray, begin: int, stop: int, sigma_Th: float, J: int, runs:
 
 
 @compiled
-def _line_of_sums(sums: FloatArray, first: int, last: int) -> FloatArray:
+def _line_of_sums(sums: FloatArray, first: int, last: int) -> tuple[float, float]:
     """(rho, theta) of the points ``first`` to ``last``: v_3 is the eigenvector of A^T A to its smallest eigenvalue."""
-    x, y, xx, xy, yy = sums[last + 1] - sums[first]
-    _, V = np.linalg.eigh(np.array([[xx, xy, -x], [xy, yy, -y], [-x, -y, last - first + 1.0]]))
-    v_3 = V[:, 0]  # eq. (10)
-    alpha = np.copysign(1.0 / np.hypot(v_3[0], v_3[1]), v_3[2])  # eq. (12)
-    return np.array([alpha * v_3[2], np.arctan2(alpha * v_3[1], alpha * v_3[0])])  # eq. (11)
+    n, x, y = last - first + 1.0, sums[last + 1, 0] - sums[first, 0], sums[last + 1, 1] - sums[first, 1]
+    xx, xy = sums[last + 1, 2] - sums[first, 2], sums[last + 1, 3] - sums[first, 3]
+    yy = sums[last + 1, 4] - sums[first, 4]
+    lam = _smallest_eigenvalue(xx, xy, yy, x, y, n)
+    a, b, c = xx - lam, yy - lam, n - lam
+    v0, v1, v2 = xy * y - b * x, xy * x - a * y, xy * xy - a * b  # v_3 is at right angles to the first two rows ...
+    w0, w1, w2 = b * c - y * y, x * y - xy * c, b * x - xy * y  # ... and to the last two
+    if w0 * w0 + w1 * w1 + w2 * w2 > v0 * v0 + v1 * v1 + v2 * v2:
+        v0, v1, v2 = w0, w1, w2
+    u0, u1, u2 = x * y - xy * c, a * c - x * x, a * y - xy * x
+    if u0 * u0 + u1 * u1 + u2 * u2 > v0 * v0 + v1 * v1 + v2 * v2:
+        v0, v1, v2 = u0, u1, u2
+    if not v0 * v0 + v1 * v1 > 1e-24 * (xx + yy + n) ** 4:  # points on one spot: any line through it
+        v0, v1, v2 = x / n, y / n, (x * x + y * y) / (n * n)
+    alpha = np.copysign(1.0 / np.hypot(v0, v1), v2)  # eq. (12)
+    return alpha * v2, np.arctan2(alpha * v1, alpha * v0)  # eq. (11)
+
+
+@compiled
+def _smallest_eigenvalue(xx: float, xy: float, yy: float, x: float, y: float, n: float) -> float:
+    """Of A^T A = [[xx, xy, -x], [xy, yy, -y], [-x, -y, n]], by Newton's method from 0, which climbs to it."""
+    trace = xx + yy + n
+    minors = xx * yy - xy * xy + xx * n - x * x + yy * n - y * y
+    determinant = n * (xx * yy - xy * xy) - x * x * yy + 2.0 * x * y * xy - y * y * xx
+    lam = 0.0
+    for _ in range(20):
+        value = determinant - lam * (minors - lam * (trace - lam))
+        slope = minors - lam * (2.0 * trace - 3.0 * lam)
+        step = value / slope if slope > 0.0 else 0.0
+        lam += step
+        if step <= 1e-14 * trace:
+            break
+    return lam

@@ -17,8 +17,8 @@ class Segments:
     """M segments as a structure of arrays; metres and radians, all in one frame.
 
     The line of segment m is the set of (x, y) with ``x cos(theta) + y sin(theta) = rho``, eq. (2). ``start`` and
-    ``end`` are the measured points p_k(P_m) and p_k(Q_m); ``first`` and ``last`` are their places (from 0) among the
-    points of the scan.
+    ``end`` are the measured points p_k(P_m) and p_k(Q_m), or lie on the line where there is a covariance; ``first`` and
+    ``last`` are the places (from 0) of P_m and Q_m among the points of the scan.
     """
 
     first: IntArray  # (M,)
@@ -27,6 +27,9 @@ class Segments:
     theta: FloatArray  # (M,)
     start: FloatArray  # (M, 2)
     end: FloatArray  # (M, 2)
+    covariance: FloatArray | None = None  # (M, 2, 2) of [rho, theta]; None where the method does not give it
+    start_covariance: FloatArray | None = None  # (M, 2, 2) of [x, y]
+    end_covariance: FloatArray | None = None  # (M, 2, 2)
 
     def __len__(self) -> int:
         return len(self.rho)
@@ -44,5 +47,23 @@ class Segments:
     def transformed(self, T_a_b: Pose2D) -> Segments:
         """The segments, given in frame ``b``, in frame ``a``."""
         theta = self.theta + T_a_b.theta
-        rho = self.rho + T_a_b.x * np.cos(theta) + T_a_b.y * np.sin(theta)
-        return Segments(self.first, self.last, rho, theta, T_a_b.transform(self.start), T_a_b.transform(self.end))
+        shift = T_a_b.x * np.cos(theta) + T_a_b.y * np.sin(theta)
+        turn = T_a_b.y * np.cos(theta) - T_a_b.x * np.sin(theta)
+        jacobian = np.tile(np.eye(2), (len(theta), 1, 1))  # of (rho, theta) in a by those in b
+        jacobian[:, 0, 1] = turn  # where the angle is unsure, so is how far the shift moves the line
+        return Segments(
+            self.first,
+            self.last,
+            self.rho + shift,
+            theta,
+            T_a_b.transform(self.start),
+            T_a_b.transform(self.end),
+            _propagated(jacobian, self.covariance),
+            _propagated(T_a_b.rotation, self.start_covariance),
+            _propagated(T_a_b.rotation, self.end_covariance),
+        )
+
+
+def _propagated(jacobian: FloatArray, covariance: FloatArray | None) -> FloatArray | None:
+    """J C J^T of every covariance C (M, 2, 2), for one J (2, 2) or as many."""
+    return None if covariance is None else jacobian @ covariance @ jacobian.swapaxes(-1, -2)

@@ -12,6 +12,8 @@ import typer
 from rich.console import Console
 
 from slam.errors import HopslamError
+from slam.run.bench.cli import app as bench
+from slam.run.lines_cli import lines
 
 if TYPE_CHECKING:
     from slam.run.experiment import Outcome
@@ -23,6 +25,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
+app.command()(lines)
+app.add_typer(bench, name="bench")
 console = Console()
 
 Settings = Annotated[
@@ -78,7 +82,7 @@ def run(
 
 @app.command()
 def replay(
-    log: Annotated[Path, typer.Argument(help="A CARMEN log or a URG-04LX text log; may be gzipped.")],
+    log: Annotated[Path, typer.Argument(help="A CARMEN log, a URG-04LX text log, both maybe gzipped, or a ROS 1 bag.")],
     scenario: Annotated[str, typer.Option(help="Where the settings of the method come from.")] = "replay",
     out: Out = None,
     settings: Settings = None,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final, Protocol
 
 from slam.errors import LogError
-from slam.run.logs import carmen, urg_text
+from slam.run.logs import carmen, rosbag1, urg_text
 from slam.run.logs.log import Log
 from slam.run.logs.tally import Tally
 from slam.run.logs.text import CutShort, read_lines
@@ -28,17 +28,20 @@ class Format(Protocol):
 
 
 _FORMATS: Final[tuple[Format, ...]] = (carmen, urg_text)
-_NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip"
+_NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip, or a ROS 1 bag"
 _HEAD: Final = 200
 """The format shows in one of that many first lines."""
 
 
 def read_log(path: str | Path) -> Log:
-    """The recorded run in a file, plain or gzip: CARMEN messages, or the text of a URG-04LX with wheel encoders.
+    """The recorded run in a file: CARMEN messages or the text of a URG-04LX with wheel encoders, plain or gzip; or the
+    laser scans of a ROS 1 bag.
 
     Lines that cannot be used are skipped and counted in ``Log.report``. Raises LogError, of one line, when the file
     cannot be read, is no such log, or holds no scan.
     """
+    if rosbag1.recognises(Path(path)):
+        return rosbag1.read(Path(path))
     tally = Tally(Path(path))
     with closing(_readable_lines(tally)) as lines:
         head = list(islice(lines, _HEAD))

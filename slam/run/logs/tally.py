@@ -34,7 +34,7 @@ class Tally:
     def no_scans(self, expected: str) -> LogError:
         """The error of a log that has none."""
         names = [f"{count} {name}" for name, count in self.ignored.most_common()]
-        found = ", ".join([*names, *self._skips()])
+        found = ", ".join([*names, *self._skips()]) or "nothing"
         return LogError("; ".join([f"{self.path}: no scan in this log: {found}", *self.notes, f"need {expected}"]))
 
     def _skips(self) -> list[str]:

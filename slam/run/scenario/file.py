@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 import yaml
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Tag, ValidationError
 from pydantic_core import ErrorDetails
 
 from slam.errors import ScenarioError
@@ -63,33 +63,55 @@ def dump_scenario(scenario: Scenario) -> str:
 
 
 def _complaint(error: ErrorDetails, file: YamlFile, overrides: list[Location]) -> str:
-    location = error["loc"]
+    location, section = _walk(error["loc"])
+    if error["type"] == "union_tag_invalid":
+        location = (*location, "method")
     by_hand = any(path[: len(location)] == location[: len(path)] for path in overrides)
     place = "--set" if by_hand else file.place(location)
-    return f"{place}: {'.'.join(map(str, location)) or 'scenario'}: {_reason(error)}"
+    return f"{place}: {'.'.join(map(str, location)) or 'scenario'}: {_reason(error, section)}"
 
 
-def _reason(error: ErrorDetails) -> str:
+def _reason(error: ErrorDetails, section: Any) -> str:
     if error["type"] == "extra_forbidden":
-        known = _keys_at(Scenario, error["loc"][:-1])
-        close = get_close_matches(str(error["loc"][-1]), known, n=1)
-        hint = f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
-        return f"unknown key; {hint}"
+        return f"unknown key; {_hint(str(error['loc'][-1]), list(section.model_fields))}"
+    if error["type"] == "union_tag_invalid":
+        return f"no method {error['ctx']['tag']!r}; {_hint(error['ctx']['tag'], list(_choices(section)))}"
     message = error["msg"].removeprefix("Value error, ")
+    if error["type"] == "union_tag_not_found":
+        message = "a section of settings belongs here"
     value = error["input"]
     return message if isinstance(value, dict) else f"{message} (got {value!r})"
 
 
-def _keys_at(model: type[BaseModel], location: Location) -> list[str]:
-    """The keys that may stand at this path of a scenario."""
+def _hint(word: str, known: list[str]) -> str:
+    close = get_close_matches(word, known, n=1)
+    return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
+
+
+def _walk(location: Location) -> tuple[Location, Any]:
+    """The path as the file has it, without the names of methods that pydantic puts into it, and the annotation of the
+    innermost section (or choice of sections) on it."""
+    path: Location = ()
+    section: Any = Scenario
     for step in location:
-        if isinstance(step, str):
-            model = _section_in(model.model_fields[step].annotation)
-    return list(model.model_fields)
+        choices = _choices(section)
+        if step in choices:
+            section = choices[str(step)]
+            continue
+        path = (*path, step)
+        if step in getattr(section, "model_fields", ()):
+            section = _section_in(section.model_fields[step].annotation) or section
+    return path, section
 
 
-def _section_in(annotation: Any) -> type[BaseModel]:
-    """The section class in an annotation such as ``Route`` or ``tuple[Wall, ...]``."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+def _section_in(annotation: Any) -> Any:
+    """The section in an annotation such as ``Route`` or ``tuple[Wall, ...]``, a choice of sections, or None."""
+    if _choices(annotation) or (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
         return annotation
-    return next(_section_in(inner) for inner in get_args(annotation) if inner is not Ellipsis)
+    return next(filter(None, map(_section_in, get_args(annotation))), None)
+
+
+def _choices(annotation: Any) -> dict[str, type[BaseModel]]:
+    """The sections of a union by the name that chooses them, as in LineConfig; nothing for any other annotation."""
+    variants = [get_args(variant) for variant in get_args(annotation)]
+    return {v[1].tag: v[0] for v in variants if len(v) == 2 and isinstance(v[1], Tag)}

@@ -1,0 +1,96 @@
+"""The segments of a scan by chi-square: this project's own method.
+
+Walls are found from the bottom up (wall_runs.py) and fitted to the ranges by the noise of the sensor, which gives every
+segment its covariance (wall_lines.py). An end where two walls meet is the corner of their lines; any other end is where
+its beam meets the line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from slam.config import ChiSquareConfig
+from slam.lines.range_noise import RangeNoise, noise_of_scan, noise_of_sensor
+from slam.lines.segments import IntArray, Segments
+from slam.lines.wall_lines import wall_lines
+from slam.lines.wall_runs import wall_runs, wall_runs_of_many
+from slam.pose import FloatArray
+from slam.scan import LaserScan
+
+
+def segments_by_chi_square(scan: LaserScan, config: ChiSquareConfig) -> Segments:
+    """Segments of the scan with their covariance, sensor frame; they count its points as ``scan.points()`` does.
+
+    Beams without echo (``inf``, ``nan``, or outside the reach of the sensor) are left out; a wall goes on behind them
+    where the gap allows it.
+    """
+    fan = _fan(scan.angle_min, scan.angle_increment, len(scan.ranges))
+    return _segments(scan.ranges, fan, (scan.range_min, scan.range_max), config)
+
+
+def segments_of_beams(bearings: FloatArray, ranges: FloatArray, config: ChiSquareConfig) -> Segments:
+    """The same for beams (N,) in any order and at any spacing; radians and metres.
+
+    They are sorted by bearing first; ``first`` and ``last`` count those with a range above 0 in that order.
+    """
+    order = np.argsort(bearings, kind="stable")
+    t = bearings[order]
+    return _segments(ranges[order], np.stack([t, np.cos(t), np.sin(t)]), (1e-6, 1e6), config)
+
+
+def segments_of_scans(scans: Sequence[LaserScan], config: ChiSquareConfig) -> tuple[Segments, IntArray]:
+    """Segments of many scans of one sensor, at once and on all processors; ``config.sensor`` is required.
+
+    Those of scan i are the places ``begins[i]`` to ``begins[i + 1]``, exclusive, of the segments; begins: (scans + 1,).
+    """
+    first, noise = scans[0], _noise(config)
+    if noise is None:
+        raise ValueError("scans are extracted together only for a sensor of known noise; set sensor")
+    fan = _fan(first.angle_min, first.angle_increment, len(first.ranges))
+    ranges = np.stack([scan.ranges for scan in scans])
+    reach = (first.range_min, first.range_max)
+    runs, totals, counts = wall_runs_of_many(ranges, fan, reach, noise, config.merge_cost, config.min_points)
+    used = np.arange(runs.shape[1]) < counts[:, None]
+    runs, totals = runs[used], totals[used]
+    kept, *lines = wall_lines(runs, totals, fan, first.angle_increment, config.min_length, config.max_angle_sigma)
+    begins = np.searchsorted(kept, np.concatenate([[0], np.cumsum(counts)]))
+    return _as_segments(runs[kept], *lines), begins
+
+
+def _segments(ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], config: ChiSquareConfig) -> Segments:
+    noise = _noise(config) or _estimate(ranges, fan, reach, config.shared_error)
+    runs, totals = wall_runs(ranges, fan, reach, noise, config.merge_cost, config.min_points)
+    spacing = float(fan[0, -1] - fan[0, 0]) / max(len(ranges) - 1, 1) if len(ranges) else 0.0
+    kept, *lines = wall_lines(runs, totals, fan, spacing, config.min_length, config.max_angle_sigma)
+    return _as_segments(runs[kept], *lines)
+
+
+def _as_segments(
+    runs: IntArray, line: FloatArray, line_cov: FloatArray, ends: FloatArray, ends_cov: FloatArray
+) -> Segments:
+    return Segments(
+        runs[:, 0], runs[:, 1], line[:, 0], line[:, 1], ends[:, 0], ends[:, 1],
+        line_cov, ends_cov[:, 0], ends_cov[:, 1],
+    )  # fmt: skip
+
+
+@lru_cache(maxsize=16)
+def _fan(angle_min: float, angle_increment: float, beams: int) -> FloatArray:
+    """Bearings of the beams, their cosines and sines, shape (3, N)."""
+    angles = angle_min + angle_increment * np.arange(beams, dtype=np.float64)
+    return np.stack([angles, np.cos(angles), np.sin(angles)])
+
+
+def _noise(config: ChiSquareConfig) -> RangeNoise | None:
+    return None if config.sensor is None else _noise_of_sensor(config.sensor, config.bound_sigmas)
+
+
+_noise_of_sensor = lru_cache(noise_of_sensor)
+
+
+def _estimate(ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], shared_error: float) -> RangeNoise:
+    echoes = (ranges >= reach[0]) & (ranges <= reach[1])
+    return noise_of_scan(fan[0, echoes], ranges[echoes], shared_error)

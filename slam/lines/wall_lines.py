@@ -1,0 +1,109 @@
+"""The line, the end points and their covariance of each run of beams that saw one wall, compiled."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slam.compiled import compiled
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray
+
+CORNER = 0.10  # metres: lines of neighbouring runs that cross this near to where the runs meet make a corner there ...
+CORNER_STEPS = 2.0  # ... or this and as many ways from one beam to the next
+SINE = 0.2  # of the angle between them, at least
+
+
+@compiled
+def wall_lines(
+    runs: IntArray, totals: FloatArray, fan: FloatArray, spacing: float, min_length: float, max_angle_sigma: float
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Of the runs (M, 5) and sums (M, 6) of wall_runs.py, those long and sure enough, metres and radians: K of them.
+
+    ``spacing`` is the angle between two beams, radians. Returns which these are (K,), [rho, theta] (K, 2), their
+    covariance (K, 2, 2), start and end points (K, 2, 2) and the covariance of each, shape (K, 2, 2, 2).
+    """
+    M = len(runs)
+    kept, line, line_cov = np.empty(M, np.int64), np.empty((M, 2)), np.empty((M, 2, 2))
+    ends, ends_cov = np.empty((M, 2, 2)), np.empty((M, 2, 2, 2))
+    ab, ab_cov = np.empty((M, 2)), np.empty((M, 3))
+    K = 0
+    for m in range(M):
+        if not _solve(totals[m], ab[K], ab_cov[K]):
+            continue
+        _polar(ab[K], ab_cov[K], line[K], line_cov[K])
+        for e in range(2):
+            beam = runs[m, 2 + e]
+            _end(ab[K], ab_cov[K], fan[1, beam], fan[2, beam], spacing, ends[K, e], ends_cov[K, e])
+        dx, dy = ends[K, 1, 0] - ends[K, 0, 0], ends[K, 1, 1] - ends[K, 0, 1]
+        sure = line_cov[K, 1, 1] <= max_angle_sigma * max_angle_sigma
+        if sure and dx * dx + dy * dy >= min_length * min_length:  # false for a NaN
+            kept[K] = m
+            K += 1
+    for k in range(K - 1):
+        if kept[k + 1] == kept[k] + 1 and runs[kept[k], 4]:
+            _corner(ab[k : k + 2], ab_cov[k : k + 2], spacing, ends[k : k + 2], ends_cov[k : k + 2])
+    return kept[:K], line[:K], line_cov[:K], ends[:K], ends_cov[:K]
+
+
+@compiled
+def _solve(totals: FloatArray, ab: FloatArray, cov: FloatArray) -> bool:
+    """(a, b) of a x + b y = 1 and its covariance [aa, ab, bb] from the six sums; False where they leave it open."""
+    x, y, xx, xy, yy = totals[1], totals[2], totals[3], totals[4], totals[5]
+    determinant = xx * yy - xy * xy
+    if not determinant > 1e-12 * xx * yy:
+        return False
+    ab[0], ab[1] = (yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant
+    cov[0], cov[1], cov[2] = yy / determinant, -xy / determinant, xx / determinant
+    return True
+
+
+@compiled
+def _polar(ab: FloatArray, cov: FloatArray, line: FloatArray, line_cov: FloatArray) -> None:
+    """[rho, theta] and its covariance: rho = 1 / |(a, b)|, theta = atan2(b, a)."""
+    a, b = ab
+    rho = 1.0 / np.sqrt(a * a + b * b)
+    line[0], line[1] = rho, np.arctan2(b, a)
+    ra, rb = -a * rho**3, -b * rho**3
+    ta, tb = -b * rho**2, a * rho**2
+    aa, ab_, bb = cov
+    line_cov[0, 0] = ra * ra * aa + 2.0 * ra * rb * ab_ + rb * rb * bb
+    line_cov[1, 1] = ta * ta * aa + 2.0 * ta * tb * ab_ + tb * tb * bb
+    line_cov[0, 1] = line_cov[1, 0] = ra * ta * aa + (ra * tb + rb * ta) * ab_ + rb * tb * bb
+
+
+@compiled
+def _end(
+    ab: FloatArray, cov: FloatArray, c: float, s: float, spacing: float, end: FloatArray, end_cov: FloatArray
+) -> None:
+    """Where the beam of this cosine and sine meets the line. It is as sure as the line is along the beam; and along the
+    line, the wall ends anywhere up to the next beam, whose mean square is a third of the square of that way."""
+    a, b = ab
+    r = 1.0 / (a * c + b * s)
+    end[0], end[1] = (r * c, r * s) if r > 0.0 else (np.nan, np.nan)
+    along_beam = r**4 * (c * c * cov[0] + 2.0 * c * s * cov[1] + s * s * cov[2])
+    step_x, step_y = -b * r * r * spacing, a * r * r * spacing  # d(end)/d(bearing) times the spacing
+    end_cov[0, 0] = along_beam * c * c + step_x * step_x / 3.0
+    end_cov[1, 1] = along_beam * s * s + step_y * step_y / 3.0
+    end_cov[0, 1] = end_cov[1, 0] = along_beam * c * s + step_x * step_y / 3.0
+
+
+@compiled
+def _corner(ab: FloatArray, cov: FloatArray, spacing: float, ends: FloatArray, ends_cov: FloatArray) -> None:
+    """Let two neighbours end where their lines cross, with the covariance that follows from both lines."""
+    (a0, b0), (a1, b1) = ab
+    cross = a0 * b1 - a1 * b0
+    if cross * cross < SINE**2 * (a0 * a0 + b0 * b0) * (a1 * a1 + b1 * b1):
+        return
+    x, y = (b1 - b0) / cross, (a0 - a1) / cross
+    for k in range(2):
+        end_x, end_y = ends[k, 1 - k]
+        step = (end_x * end_x + end_y * end_y) * np.hypot(ab[k, 0], ab[k, 1]) * abs(spacing)
+        if np.hypot(x - end_x, y - end_y) > CORNER + CORNER_STEPS * step:
+            return
+    v0 = (x * x * cov[0, 0] + 2.0 * x * y * cov[0, 1] + y * y * cov[0, 2]) / (cross * cross)
+    v1 = (x * x * cov[1, 0] + 2.0 * x * y * cov[1, 1] + y * y * cov[1, 2]) / (cross * cross)
+    for k in range(2):
+        ends[k, 1 - k, 0], ends[k, 1 - k, 1] = x, y
+        ends_cov[k, 1 - k, 0, 0] = b1 * b1 * v0 + b0 * b0 * v1
+        ends_cov[k, 1 - k, 1, 1] = a1 * a1 * v0 + a0 * a0 * v1
+        ends_cov[k, 1 - k, 0, 1] = ends_cov[k, 1 - k, 1, 0] = -a1 * b1 * v0 - a0 * b0 * v1

@@ -1,0 +1,1 @@
+"""Measurements: the tables and figures of the paper, and the line extractors side by side."""

@@ -1,0 +1,72 @@
+"""``hopslam bench``: measurements."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+app = typer.Typer(help="Measure: the paper's figures, and line extractors.", no_args_is_help=True)
+console = Console()
+
+
+@app.command()
+def paper(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the report and the pictures.")] = Path(
+        "bench/paper"
+    ),
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer points and trials: seconds, not minutes.")] = False,
+) -> None:
+    """Measure Table 2 and Figs. 7, 8 and 10 of the paper again, beside its own numbers.
+
+    The whole of Table 2 takes some minutes, nearly all of it for the full U that the paper's SVD has.
+
+    [bold]Examples[/bold]
+
+    hopslam bench paper --quick
+
+    hopslam bench paper --out /tmp/paper
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # numpy reads it when it is imported; threads wait for others
+    from slam.run.bench.paper.report import reproduce
+
+    report = reproduce(out, quick, console)
+    for table in report.tables:
+        console.print(table.rich())
+    console.print(f"report and pictures in {report.path.parent}", highlight=False)
+
+
+@app.command()
+def lines(
+    log: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="A recorded log, instead of simulated scans.")
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, max=60, help="Seeds of each family of floor plan.")] = 60,
+    sensor: Annotated[
+        str | None, typer.Option(metavar="NAME", help="With --log: whose noise ours expects; estimated without it.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the tables to a Markdown file.")] = None,
+) -> None:
+    """Compare line extractors: the paper's, this project's, split-and-merge, RANSAC and Hough.
+
+    On simulated scans of four families at three levels of noise, with seeds that nothing was tuned on; or on a recorded
+    log, where only the share of the beams near a segment can be told.
+
+    [bold]Examples[/bold]
+
+    hopslam bench lines
+
+    hopslam bench lines --seeds 5 --out /tmp/lines.md
+
+    hopslam bench lines --log mines1.dat.gz --sensor urg04lx
+    """
+    from slam.run.bench.lines_report import log_tables, scene_tables, write_tables
+
+    tables = scene_tables(seeds, console) if log is None else log_tables(log, console, sensor)
+    for table in tables:
+        console.print(table.rich())
+    if out is not None:
+        write_tables(out, tables)

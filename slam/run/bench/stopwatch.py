@@ -1,0 +1,21 @@
+"""Wall time of a function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+
+import numpy as np
+
+
+def seconds(function: Callable[[], object]) -> float:
+    """Seconds that one call takes."""
+    began = perf_counter()
+    function()
+    return perf_counter() - began
+
+
+def median_seconds(function: Callable[[], object], repeats: int) -> float:
+    """Median over so many calls, after one that is not counted: it compiles, and fills the caches."""
+    function()
+    return float(np.median([seconds(function) for _ in range(repeats)]))

@@ -1,0 +1,104 @@
+"""The segments of the scans of a recorded log, written to files or shown."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from slam.config import ChiSquareConfig, HoppingConfig
+from slam.errors import InputError
+from slam.lidars import LIDARS
+from slam.lines.extraction import extract_segments
+from slam.lines.segments import Segments
+from slam.run.logs import Log
+from slam.run.results.files import GrowingGeoJson, GrowingText
+from slam.run.results.scan_picture import draw_scan
+from slam.run.results.segment_files import CSV_HEADER, csv_lines, geojson_features
+
+METHODS: Final = ("paper", "chi_square")
+
+
+@dataclass(frozen=True, slots=True)
+class Outputs:
+    """Where the segments go; without a file, CSV goes to the standard output."""
+
+    csv: Path | None = None
+    geojson: Path | None = None
+    png: Path | None = None
+
+
+def line_config(method: str, sensor: str | None) -> HoppingConfig | ChiSquareConfig:
+    """The settings of a method by name, with the noise of the sensor of that name; InputError lists the known ones."""
+    if method not in METHODS:
+        raise InputError(f"no method named {method!r}; choose one of {', '.join(METHODS)}")
+    if method == "chi_square":
+        return chi_square_config(sensor)
+    if sensor is not None:
+        raise InputError("--sensor says what noise to expect, and method paper asks for none; leave one of them out")
+    return HoppingConfig()
+
+
+def chi_square_config(sensor: str | None) -> ChiSquareConfig:
+    """The settings of this project's method for the sensor of that name; InputError lists the known ones."""
+    if sensor is not None and sensor not in LIDARS:
+        raise InputError(f"no sensor named {sensor!r}; choose one of {', '.join(LIDARS)}, or leave --sensor out")
+    return ChiSquareConfig.model_validate({"sensor": sensor})
+
+
+def chosen_scans(log: Log, scan: int | None) -> range:
+    """That scan of the log, or all; InputError when it has none of that number."""
+    if scan is None:
+        return range(len(log))
+    if not 0 <= scan < len(log):
+        raise InputError(f"no scan {scan} in this log; choose one from 0 to {len(log) - 1}")
+    return range(scan, scan + 1)
+
+
+def write_lines(
+    log: Log, scans: range, config: HoppingConfig | ChiSquareConfig, outputs: Outputs,
+    track: Callable[[Iterable[int]], Iterable[int]] = iter,
+) -> int:  # fmt: skip
+    """Extract the segments of these scans and write them; returns how many. ``track`` shows the progress."""
+    if outputs.png is not None and len(scans) != 1:
+        raise InputError(f"{outputs.png}: a picture shows one scan; give --scan K")
+    try:
+        return _write(log, scans, config, outputs, track)
+    except OSError as error:
+        raise InputError(f"{error.filename}: cannot be written: {error.strerror}; choose another file") from error
+
+
+def _write(
+    log: Log, scans: range, config: HoppingConfig | ChiSquareConfig, outputs: Outputs,
+    track: Callable[[Iterable[int]], Iterable[int]],
+) -> int:  # fmt: skip
+    count = 0
+    with ExitStack() as stack:
+        sinks = list(_sinks(log, outputs, stack))
+        for index in track(scans):
+            segments = extract_segments(log.scan(index), config)
+            count += len(segments)
+            for sink in sinks:
+                sink(index, segments)
+    return count
+
+
+def _sinks(log: Log, outputs: Outputs, stack: ExitStack) -> Iterator[Callable[[int, Segments], object]]:
+    """What takes the number of a scan and its segments."""
+    if outputs == Outputs():
+        sys.stdout.write(CSV_HEADER)
+        yield lambda scan, segments: sys.stdout.write(csv_lines(scan, segments))
+    if (path := outputs.csv) is not None:
+        text = GrowingText(path, CSV_HEADER)
+        stack.callback(text.close)
+        yield lambda scan, segments: text.append(csv_lines(scan, segments))
+    if (path := outputs.geojson) is not None:
+        features = stack.enter_context(GrowingGeoJson(path, frame="sensor", unit="metre"))
+        yield lambda scan, segments: features.append(geojson_features(scan, segments))
+    if (png := outputs.png) is not None:
+        yield lambda scan, segments: draw_scan(
+            png, log.scan(scan).points(), segments, f"scan {scan}: {len(segments)} segments"
+        )

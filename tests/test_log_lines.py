@@ -1,0 +1,147 @@
+"""``hopslam lines`` and ``hopslam bench``: what they write, and what they say when they cannot."""
+
+import csv
+import io
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slam.errors import InputError
+from slam.lines.extraction import extract_segments
+from slam.run.log_lines import METHODS, Outputs, chosen_scans, line_config, write_lines
+from slam.run.logs import read_log
+from slam.run.results.segment_files import CSV_COLUMNS, CSV_HEADER, csv_lines, geojson_features
+
+
+def hopslam(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", "from slam.run.cli import main; main()", *map(str, words)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])},
+    )
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_csv_reads_back_as_the_segments(small_log: Path, method: str) -> None:
+    segments = extract_segments(read_log(small_log).scan(3), line_config(method, None))
+    rows = list(csv.DictReader(io.StringIO(CSV_HEADER + csv_lines(3, segments))))
+    assert len(rows) == len(segments) > 0
+    assert tuple(rows[0]) == CSV_COLUMNS
+    for names, expected in (
+        (("start_x", "start_y"), segments.start),
+        (("end_x", "end_y"), segments.end),
+        (("rho", "theta"), np.column_stack([segments.rho, segments.theta])),
+        (("scan", "beams"), np.column_stack([np.full(len(segments), 3), segments.counts])),
+    ):
+        np.testing.assert_allclose([[float(row[name]) for name in names] for row in rows], expected, rtol=1e-8)
+    if segments.covariance is None:
+        assert {row[name] for row in rows for name in CSV_COLUMNS[8:]} == {""}
+    else:
+        found = [[float(row[name]) for name in CSV_COLUMNS[8:]] for row in rows]
+        np.testing.assert_allclose(found, segments.covariance[:, [0, 1, 0], [0, 1, 1]], rtol=1e-8)
+
+
+def test_the_walls_of_the_small_log(small_log: Path) -> None:
+    """A passage 4 m wide that ends 3 m ahead: three lines, their normals away from the sensor."""
+    segments = extract_segments(read_log(small_log).scan(0), line_config("chi_square", None))
+    np.testing.assert_allclose(segments.rho, [2.0, 3.0, 2.0], atol=0.002)
+    np.testing.assert_allclose(segments.theta, [-np.pi / 2, 0.0, np.pi / 2], atol=0.002)
+
+
+def test_geojson_has_what_the_csv_has(small_log: Path) -> None:
+    segments = extract_segments(read_log(small_log).scan(0), line_config("chi_square", None))
+    features = list(geojson_features(7, segments))
+    assert [feature["geometry"]["coordinates"][0] for feature in features] == segments.start.tolist()
+    assert {"scan", *CSV_COLUMNS[5:]} == set(features[0]["properties"])
+    assert features[0]["properties"]["var_rho"] > 0
+
+
+def test_lines_of_all_scans_on_the_standard_output(small_log: Path) -> None:
+    done = hopslam("lines", small_log)
+    assert done.returncode == 0, done.stderr
+    rows = list(csv.DictReader(io.StringIO(done.stdout)))
+    assert {int(row["scan"]) for row in rows} == set(range(12))
+    assert "12 scans" in done.stderr
+    assert f"{len(rows)} segments in 12 scans" in done.stderr
+
+
+def test_lines_of_one_scan_in_files(small_log: Path, tmp_path: Path) -> None:
+    files = {name: tmp_path / f"lines.{name}" for name in ("csv", "geojson", "png")}
+    options = [word for name, path in files.items() for word in (f"--{name}", path)]
+    done = hopslam("lines", small_log, "--scan", "5", "--method", "paper", *options)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""
+    rows = files["csv"].read_text().splitlines()[1:]
+    assert rows
+    assert all(row.startswith("5,") for row in rows)
+    assert len(json.loads(files["geojson"].read_text())["features"]) == len(rows)
+    assert files["png"].read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["--scan", "12"], "no scan 12 in this log; choose one from 0 to 11"),
+        (["--method", "magic"], "no method named 'magic'; choose one of paper, chi_square"),
+        (["--sensor", "sonar"], "no sensor named 'sonar'; choose one of table1, urg04lx"),
+        (["--method", "paper", "--sensor", "urg04lx"], "leave one of them out"),
+        (["--png", "all.png"], "a picture shows one scan; give --scan K"),
+        (["--csv", "nowhere/lines.csv"], "nowhere/lines.csv: cannot be written"),
+    ],
+)
+def test_what_cannot_be_is_one_line(small_log: Path, tmp_path: Path, words: list[str], complaint: str) -> None:
+    failed = hopslam("lines", small_log, *words, cwd=tmp_path)
+    assert failed.returncode == 2
+    assert complaint in failed.stderr
+    assert failed.stderr.splitlines()[-1].startswith("hopslam: ")
+
+
+def test_a_scan_is_chosen_by_its_number(small_log: Path) -> None:
+    log = read_log(small_log)
+    assert list(chosen_scans(log, 4)) == [4]
+    assert len(chosen_scans(log, None)) == 12
+    with pytest.raises(InputError):
+        chosen_scans(log, -1)
+    with pytest.raises(InputError, match="give --scan"):
+        write_lines(log, range(2), line_config("paper", None), Outputs(png=Path("x.png")))
+
+
+@pytest.mark.parametrize("words", [["lines"], ["bench", "paper"], ["bench", "lines"]])
+def test_help_has_examples(words: list[str]) -> None:
+    shown = hopslam(*words, "--help")
+    assert shown.returncode == 0
+    assert "Examples" in shown.stdout
+
+
+def test_bench_lines(tmp_path: Path) -> None:
+    pytest.importorskip("skimage")
+    pytest.importorskip("cv2")
+    done = hopslam("bench", "lines", "--seeds", "1", "--out", tmp_path / "lines.md")
+    assert done.returncode == 0, done.stderr
+    text = (tmp_path / "lines.md").read_text()
+    assert text.count("| split-and-merge |") == 3
+    assert "seeds 1000 to 1000" in text
+
+
+def test_bench_lines_of_a_log(small_log: Path) -> None:
+    pytest.importorskip("skimage")
+    pytest.importorskip("cv2")
+    done = hopslam("bench", "lines", "--log", small_log)
+    assert done.returncode == 0, done.stderr
+    assert "12 of 12 scans, 181 beams each" in done.stdout
+    assert "RANSAC" in done.stdout
+
+
+def test_bench_paper(tmp_path: Path) -> None:
+    pytest.importorskip("skimage")
+    done = hopslam("bench", "paper", "--quick", "--out", tmp_path / "paper")
+    assert done.returncode == 0, done.stderr
+    assert "380 nearly collinear points" in done.stdout
+    assert (tmp_path / "paper" / "fig_8.png").is_file()

@@ -41,7 +41,8 @@ clean:
 .venv/bin/pip:
 	@for python in python3.11 python3; do \
 	    if $$python -c 'import ensurepip, sys, venv; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null; then \
-	        set -e; $$python -m venv .venv; .venv/bin/python -m pip install --quiet --upgrade 'pip>=25.1'; exit 0; \
+	        $$python -m venv .venv && .venv/bin/python -m pip install --quiet --upgrade 'pip>=25.1' && exit 0; \
+	        rm -rf .venv; exit 1; \
 	    fi; \
 	done; \
 	if command -v uv >/dev/null 2>&1; then uv venv --quiet --seed --python 3.11 .venv && exit 0; fi; \

@@ -18,9 +18,17 @@ def compiled(function: F) -> F:
     NaN stays a NaN. On one machine the same input gives the same bits. The kept result is renewed when the function's
     own file changes, and only then: a compiled function calls compiled functions of its own file, and of no other.
     """
-    return cast(F, njit(cache=True, error_model="numpy", fastmath=_FASTMATH)(function))
+    return _compile(function, parallel=False)
 
 
 def compiled_parallel(function: F) -> F:
     """The same, with the turns of each ``prange`` shared out among the processors."""
-    return cast(F, njit(cache=True, error_model="numpy", fastmath=_FASTMATH, parallel=True)(function))
+    return _compile(function, parallel=True)
+
+
+def _compile(function: F, parallel: bool) -> F:
+    options: dict[str, Any] = {"error_model": "numpy", "fastmath": _FASTMATH, "parallel": parallel}
+    try:
+        return cast(F, njit(cache=True, **options)(function))
+    except RuntimeError:  # neither beside the source nor at home is there a place to keep it
+        return cast(F, njit(**options)(function))

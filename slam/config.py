@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
@@ -10,15 +10,15 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_val
 class Section(BaseModel):
     """A part of a configuration: immutable, and an unknown key is an error."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class HoppingConfig(Section):
     """Line extraction as printed, sections 3.1 to 3.3."""
 
     method: Literal["paper"] = "paper"
-    sigma_Th: float = Field(25.0 / 1024, gt=0)
-    """Threshold on the smallest singular value sigma_3, metres."""
+    sigma_Th: float = Field(25.0 / 1024, ge=1e-5)
+    """Threshold on the smallest singular value sigma_3, metres; below 10 um prefix sums lose it in rounding."""
     L_Th: int = Field(4, ge=3)
     """A segment is kept when it has more than this many points (Proc. 7). The paper gives no value."""
     psi: int = Field(1, ge=0)
@@ -26,7 +26,7 @@ class HoppingConfig(Section):
     kernel: Literal["svd_full", "svd", "prefix_sums"] = "prefix_sums"
     """How sigma_3 < sigma_Th is tested: by the SVD of A_i(l) with all of U as printed, by its singular values alone, or
     by prefix sums of A^T A. Same segments."""
-    split_gap: float = Field(float("inf"), gt=0)
+    split_gap: float = Field(float("inf"), gt=0, allow_inf_nan=True)
     """Not in the paper: neighbouring points farther apart than this, in metres, never share a segment."""
 
     @model_validator(mode="after")
@@ -39,6 +39,9 @@ class HoppingConfig(Section):
         return self
 
 
+_WITHOUT_A_SENSOR: Final = {"merge_cost": 24.0, "min_points": 10, "min_length": 0.15, "max_angle_sigma": 1.0}
+
+
 class ChiSquareConfig(Section):
     """Line extraction of this project: the walls that explain the ranges by the noise of the sensor."""
 
@@ -47,17 +50,23 @@ class ChiSquareConfig(Section):
     """Whose noise to expect, see slam/lidars.py; without a name it is estimated from every scan."""
     bound_sigmas: float = Field(3.0, gt=0)
     """How many standard deviations the accuracy is that the sensor's maker gives."""
-    shared_error: float = Field(0.02, gt=0)
-    """Without a sensor: the error that neighbouring beams share and that no scan shows, metres. Walls are not quite
-    straight, and the ranges of a real sensor wander by a centimetre or two over tens of beams."""
+    shared_error: float = Field(0.05, gt=0)
+    """Without a sensor: what neighbouring beams share and no scan shows, metres. Real walls are not quite straight, and
+    what stands before them is no wall at all."""
     merge_cost: float = Field(18.0, gt=0)
-    """Two neighbouring segments become one where that raises chi-square by less than this."""
+    """Two neighbouring segments become one where that raises chi-square by less than this (24 without a sensor)."""
     min_points: int = Field(7, ge=3)
-    """A segment has at least this many points ..."""
+    """A segment has at least this many points (10 without a sensor) ..."""
     min_length: float = Field(0.14, ge=0)
-    """... and this length, metres ..."""
+    """... and this length, metres (0.15 without a sensor) ..."""
     max_angle_sigma: float = Field(0.15, gt=0)
-    """... and its direction is at least this sure: one standard deviation, radians."""
+    """... and its direction is at least this sure: one standard deviation, radians (1 without a sensor)."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _coarser_without_a_sensor(cls, given: Any) -> Any:
+        """Where the noise is only guessed, details are not to be trusted."""
+        return given if not isinstance(given, dict) or given.get("sensor") else _WITHOUT_A_SENSOR | given
 
 
 def _method(lines: Any) -> str | None:
@@ -76,7 +85,7 @@ class MapConfig(Section):
 
     draw: float = Field(0.75, gt=0, le=1)
     """Share of the map points in the sensor's reach that is drawn at random for one matching."""
-    reach: float = Field(float("inf"), gt=0)
+    reach: float = Field(float("inf"), gt=0, allow_inf_nan=True)
     """Not in the paper: map points farther than this from the sensor, metres, are not matched even where it could see
     them. The paper's sensor sees 4 m; one that sees 80 m would match most of a building at every step."""
 

@@ -4,8 +4,9 @@ HopslamError
 ├── InputError          what the user gave cannot be used          (exit code 2)
 │   ├── ScenarioError   a scenario, a setting or a ``--set``
 │   └── LogError        a recorded log
-└── RobotError          a device or back end failed                (exit code 3)
-    └── RobotTimeout    no data within the time asked for
+├── RobotError          a device or back end failed                (exit code 3)
+│   └── RobotTimeout    no data within the time asked for
+└── StorageError        results cannot be written any more         (exit code 3)
 """
 
 
@@ -37,3 +38,9 @@ class RobotError(HopslamError):
 
 class RobotTimeout(RobotError, TimeoutError):
     """No data within the time asked for."""
+
+
+class StorageError(HopslamError):
+    """Results cannot be written any more: the disk is full, or the folder is gone."""
+
+    exit_code = 3

@@ -50,6 +50,11 @@ class LaserScan:
     time_increment: float = 0.0
     scan_time: float = 0.1
 
+    @property
+    def angle_max(self) -> float:
+        """Bearing of the last beam."""
+        return self.lidar.angle_max
+
     def __eq__(self, other: object) -> bool:
         """Bit by bit; two ``nan`` readings are equal."""
         if not isinstance(other, LaserScan):

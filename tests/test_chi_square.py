@@ -184,7 +184,7 @@ def test_noise_is_estimated_from_a_scan(noise: RangeNoise, share: float) -> None
     t = LIDAR.angles
     clean = np.minimum(0.9 / np.maximum(np.cos(t), 0.3), 2.5 / np.maximum(np.cos(t - 1.8), 0.3))
     noisy = clean + share * noise.sigma(clean) * np.random.default_rng(1).standard_normal(len(clean))
-    estimate = noise_of_scan(t, noisy, 1e-4)
+    estimate = noise_of_scan(t, noisy, (0.01, 100.0), 1e-4)
     ratio = estimate.sigma(clean) / (share * noise.sigma(clean))
     assert 0.75 < np.median(ratio) < 1.35
 

@@ -128,6 +128,9 @@ def test_replay(tmp_path: Path, small_log: Path) -> None:
         (["run", "corridor", "--set", "physics.rate=241"], "physics.rate"),
         (["run", "corridor", "--seed", "-1"], "seed"),
         (["replay", "nowhere.log"], "nowhere.log"),
+        (["run", "replay"], "the world is empty"),
+        (["run", "paper_simulation", "--rerun", "my.log"], "my.log: a recording needs a name that ends in .rrd"),
+        (["run", "paper_simulation", "--rerun", "no/where.rrd"], "no/where.rrd: cannot be written"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(words: list[str], complaint: str, tmp_path: Path) -> None:
@@ -146,6 +149,11 @@ def test_a_log_without_a_scan_is_bad_input(tmp_path: Path) -> None:
     assert "empty.log" in failed.stderr
 
 
+def hear_ctrl_c() -> None:
+    """For a child whose parent ignores SIGINT, as a shell does in the background."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 def test_ctrl_c_leaves_a_complete_folder_and_exit_code_130(tmp_path: Path) -> None:
     words = [
         sys.executable,
@@ -156,7 +164,7 @@ def test_ctrl_c_leaves_a_complete_folder_and_exit_code_130(tmp_path: Path) -> No
         "--out",
         tmp_path / "run",
     ]
-    running = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    running = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=hear_ctrl_c)
     trajectory = tmp_path / "run" / "trajectory.tum"
     while not trajectory.exists() or trajectory.stat().st_size < 1000:
         assert running.poll() is None

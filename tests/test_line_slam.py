@@ -7,7 +7,7 @@ from pydantic import ValidationError
 from sim.robot import SimRobot
 from slam.config import MapConfig, SlamConfig
 from slam.line_slam import Estimate, LineSlam
-from slam.odometry import Twist2D
+from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.scenario.file import load_scenario
@@ -82,15 +82,43 @@ def test_between_updates_it_is_odometry(drive: list[Observation]) -> None:
             assert run[k].T_map_base.distance(run[k - 1].T_map_base @ wheels) < 1e-12
 
 
+def test_without_odometry_the_wheels_say_nothing(drive: list[Observation]) -> None:
+    config = ALL_POINTS.model_copy(update={"odometry": False})
+    slam = LineSlam(config, Pose2D(), Pose2D())
+    for k, (seen, plain) in enumerate(zip(drive, estimates(drive, config, Pose2D()), strict=True)):
+        nonsense = Odometry(seen.odometry.stamp, Pose2D(3.0 * k, -5.0 * k, 0.7 * k))
+        assert slam.update(seen.scan, nonsense).T_map_base == plain.T_map_base
+
+
+def blind(scan: LaserScan) -> LaserScan:
+    """The scan, had nothing come back."""
+    return LaserScan(
+        scan.stamp, scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, np.full(128, np.inf)
+    )
+
+
+@pytest.mark.parametrize("turn", [0.07, -0.07])
+def test_it_maps_again_after_so_much_turning(drive: list[Observation], turn: float) -> None:
+    """Three times 0.07 rad are more than 0.2, whichever way; nothing is seen that could correct the heading."""
+    slam = LineSlam(SlamConfig(update_distance=10.0, update_angle=0.2), Pose2D())
+    run = [slam.update(blind(drive[0].scan), Odometry(0.1 * k, Pose2D(0.0, 0.0, turn * k))) for k in range(10)]
+    assert [k for k, estimate in enumerate(run) if estimate.mapped] == [0, 3, 6, 9]
+
+
+def test_an_update_knows_what_it_cost(drive: list[Observation]) -> None:
+    for estimate in estimates(drive, SlamConfig(update_distance=0.2), Pose2D()):
+        if estimate.mapped:
+            assert 0.0 < estimate.extraction_time < estimate.total_time
+        else:
+            assert 0.0 == estimate.extraction_time < estimate.total_time
+
+
 def test_a_scan_without_an_echo_leaves_the_prior(drive: list[Observation]) -> None:
     slam = LineSlam(SlamConfig(matching=PAPER.slam.matching), Pose2D())
     for seen in drive[:3]:
         slam.update(seen.scan, seen.odometry)
-    before, scan = slam.T_map_base, drive[3].scan
-    blind = LaserScan(
-        scan.stamp, scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, np.full(128, np.inf)
-    )
-    estimate = slam.update(blind, drive[3].odometry)
+    before = slam.T_map_base
+    estimate = slam.update(blind(drive[3].scan), drive[3].odometry)
     wheels = drive[2].odometry.T_odom_base.between(drive[3].odometry.T_odom_base)
     assert estimate.T_map_base.distance(before @ wheels) < 1e-12
 

@@ -9,6 +9,7 @@ from slam.config import MapConfig
 from slam.lidars import TABLE1
 from slam.mapping.point_map import PointMap
 from slam.pose import Pose2D
+from slam.scan import Lidar
 
 ALL = MapConfig(draw=1.0)
 
@@ -46,6 +47,13 @@ def test_what_is_drawn_is_in_the_frame_of_the_sensor() -> None:
     made = PointMap()
     made.add(scan, T_map_laser)
     np.testing.assert_allclose(made.draw_visible(T_map_laser, TABLE1.lidar, ALL, np.random.default_rng(0)), scan)
+
+
+def test_a_sensor_that_looks_all_around_sees_behind_itself_wherever_its_fan_begins() -> None:
+    made = a_map([[1, 0], [0, 1], [-1, 0.01], [0, -1]])
+    for angle_min in (0.0, -pi, 1.0):
+        around = Lidar(angle_min, 2 * pi / 360, 361, 0.1, 10.0, 0.1)
+        assert len(made.draw_visible(Pose2D(), around, ALL, np.random.default_rng(0))) == 4
 
 
 def test_the_reach_can_be_shorter_than_the_sensor_s() -> None:

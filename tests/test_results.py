@@ -5,18 +5,28 @@ import signal
 import subprocess
 import sys
 import textwrap
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
+from rich.console import Console
 
 from slam.errors import InputError
-from slam.pose import Pose2D
+from slam.line_slam import Estimate
+from slam.odometry import Odometry, Twist2D
+from slam.pose import FloatArray, Pose2D
+from slam.robot import Observation
 from slam.run.logs.tum import format_tum
-from slam.run.results.files import GrowingGeoJson, write_whole
+from slam.run.loop import Step
+from slam.run.results.files import GrowingGeoJson, whole_file, write_whole
+from slam.run.results.map_picture import draw_map
 from slam.run.results.metrics import measure
+from slam.run.results.progress import RunProgress
 from slam.run.results.recorder import STEP_COLUMNS
 from slam.run.results.run_folder import make_run_folder
+from slam.scan import LaserScan
 
 
 def test_a_whole_file_replaces_the_old_one_and_leaves_no_draft(tmp_path: Path) -> None:
@@ -94,6 +104,66 @@ def test_metrics_have_all_that_is_promised(tmp_path: Path) -> None:
     assert {*errors, *(f"odometry_{name}" for name in errors), *work, *more} <= measure(tmp_path).keys()
 
 
+def test_the_work_is_that_of_the_scans_that_were_mapped(tmp_path: Path) -> None:
+    """The first scan has nothing to be matched to, and the last one is not mapped."""
+    write_run(tmp_path)
+    mapped = [(k, 1, 10 * k, k % 2, 3 * k, 2, 0.1 * k, k, 0.5, 0.0) for k in range(49)]
+    rows = [*mapped, (49, 0, 0, 0, 150, 0, 1000, 1000, 0.5, 0.0)]
+    text = "".join(",".join(map(str, row)) + "\n" for row in rows)
+    (tmp_path / "steps.csv").write_text(",".join(STEP_COLUMNS) + "\n" + text)
+    known = {
+        "scans": 50,
+        "updates": 49,
+        "iterations_mean": 245.0,
+        "iterations_max": 480,
+        "not_converged": 24,
+        "slam_ms_median": 24.0,
+        "slam_ms_p99": 47.52,
+        "slam_s_total": 2.176,
+        "extraction_ms_median": 2.4,
+        "map_points": 150,
+        "segments": 98,
+    }
+    metrics = measure(tmp_path)
+    assert {name: metrics[name] for name in known} == pytest.approx(known)
+
+
+def step_of(truth: Pose2D | None, estimate: Pose2D) -> Step:
+    scan = LaserScan(0.0, -0.5, 0.5, 0.1, 9.0, np.ones(3))
+    return Step(0, Observation(scan, Odometry(0.0, Pose2D()), truth), Estimate(0.0, estimate), Twist2D(), 0.5)
+
+
+def shown_by_the_bar(step: Step) -> str:
+    text = StringIO()
+    with RunProgress(Console(file=text, force_terminal=True, width=200), "corridor") as bar:
+        bar.see(step)
+    return text.getvalue()
+
+
+def test_the_bar_shows_the_error_where_the_truth_is_known() -> None:
+    estimate = Pose2D(1.0, 2.032, 0.5)
+    shown = shown_by_the_bar(step_of(Pose2D(1.0, 2.0, 0.5), estimate))
+    assert all(part in shown for part in ("corridor", "50%", "1 scans", "error 3.2 cm"))
+    assert "error" not in shown_by_the_bar(step_of(None, estimate))
+
+
+def grey_pixels(folder: Path, outlines: list[FloatArray]) -> int:
+    """How much of ``map.png`` has the colour that walls are filled with."""
+    draw_map(folder, np.array([[-2.0, -2.0], [2.0, 2.0]]), np.empty((0, 2, 2)), outlines)
+    picture = imread(folder / "map.png")
+    return int((np.abs(picture[:, :, :3] - 0.88) < 0.01).all(axis=2).sum())
+
+
+def test_the_true_walls_are_drawn(tmp_path: Path) -> None:
+    write_run(tmp_path)
+    wall = np.array([[-1.5, -1.5], [-0.5, -1.5], [-0.5, 1.5], [-1.5, 1.5]])
+    bare = grey_pixels(tmp_path, [])
+    one = grey_pixels(tmp_path, [wall]) - bare
+    two = grey_pixels(tmp_path, [wall, wall + np.array([2.0, 0.0])]) - bare
+    assert one > 10_000
+    assert two == pytest.approx(2 * one, rel=0.1)
+
+
 KILLED = """
     import os, sys
     from slam.run import experiment
@@ -114,11 +184,18 @@ KILLED = """
 """
 
 
+def hear_ctrl_c() -> None:
+    """For a child whose parent ignores SIGINT, as a shell does in the background."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @pytest.mark.parametrize("name", ["SIGKILL", "SIGINT"])
 def test_what_was_done_survives(name: str, tmp_path: Path) -> None:
     number = getattr(signal, name)
     code = textwrap.dedent(KILLED).format(signal=int(number))
-    ended = subprocess.run([sys.executable, "-c", code, tmp_path / "run"], capture_output=True, text=True)
+    ended = subprocess.run(
+        [sys.executable, "-c", code, tmp_path / "run"], capture_output=True, text=True, preexec_fn=hear_ctrl_c
+    )
     assert len((tmp_path / "run" / "trajectory.tum").read_text().splitlines()) == 21
     assert len((tmp_path / "run" / "steps.csv").read_text().splitlines()) == 22
     assert len(json.loads((tmp_path / "run" / "lines.geojson").read_text())["features"]) > 50
@@ -144,3 +221,25 @@ def test_a_run_without_a_step_is_measured_as_such(tmp_path: Path) -> None:
         (tmp_path / name).touch()
     (tmp_path / "steps.csv").write_text(",".join(STEP_COLUMNS) + "\n")
     assert measure(tmp_path) == {"scans": 0}
+
+
+def test_a_file_that_fails_half_way_does_not_take_its_name(tmp_path: Path) -> None:
+    path = tmp_path / "map.png"
+    path.write_text("old")
+
+    def interrupted() -> None:
+        with whole_file(path) as draft:
+            draft.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_latest_is_not_overwritten_when_it_is_no_link(tmp_path: Path) -> None:
+    (tmp_path / "latest").mkdir()
+    with pytest.raises(InputError, match="is no link"):
+        make_run_folder("corridor", runs=tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["latest"]

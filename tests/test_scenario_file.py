@@ -66,7 +66,9 @@ def test_a_mistake_is_named(old: str, new: str, complaint: str, tmp_path: Path) 
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize("text", ["", "[1, 2]", "just words", "\x00\x01"])
+@pytest.mark.parametrize(
+    "text", ["", "[1, 2]", "just words", "\x00\x01", "a: &a [*a]", "a: " + 5000 * "[" + 5000 * "]", "x: 2018-13-45"]
+)
 def test_what_is_no_scenario_is_refused(text: str, tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match=r"small\.yaml"):
         load_scenario(write(tmp_path, text))
@@ -78,7 +80,12 @@ def test_python_objects_in_yaml_are_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "hint"), [("coridor", "did you mean corridor?"), ("zzz", "give a path, or one of: corridor")]
+    ("name", "hint"),
+    [
+        ("coridor", "did you mean corridor?"),
+        ("zzz", "give a path, or one of: corridor"),
+        (300 * "a", "give a path, or one of: corridor"),
+    ],
 )
 def test_a_missing_scenario_gets_a_hint(name: str, hint: str) -> None:
     with pytest.raises(ScenarioError, match=re.escape(hint)):
@@ -123,6 +130,12 @@ def test_settings_change_values_and_items() -> None:
         ("route.waypoints.7=[0, 0]", "there are 2 items here; 7 is none of 0 to 1"),
         ("route.speed.x=1", "x lies inside 0.5, which has no parts"),
         ("route.speed=[", "the value is not valid YAML"),
+        ("duration=.inf", "--set: duration: Input should be a finite number (got inf)"),
+        ("robot.start.x=.nan", "--set: robot.start.x: Input should be a finite number (got nan)"),
+        ("duration=0.05", "duration = 0.05 s ends before the first scan"),
+        ("name=../evil", "--set: name: String should match pattern"),
+        ("world.walls.².x=1", "² is none of 0 to 3"),
+        ("seed=" + 5000 * "9", "the value is not valid YAML"),
         ("physics.rate=250.5", "--set: physics.rate: Input should be a valid integer"),
     ],
 )

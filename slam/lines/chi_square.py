@@ -61,7 +61,7 @@ def segments_of_scans(scans: Sequence[LaserScan], config: ChiSquareConfig) -> tu
 
 
 def _segments(ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], config: ChiSquareConfig) -> Segments:
-    noise = _noise(config) or _estimate(ranges, fan, reach, config.shared_error)
+    noise = _noise(config) or noise_of_scan(fan[0], ranges, reach, config.shared_error)
     runs, totals = wall_runs(ranges, fan, reach, noise, config.merge_cost, config.min_points)
     spacing = float(fan[0, -1] - fan[0, 0]) / max(len(ranges) - 1, 1) if len(ranges) else 0.0
     kept, *lines = wall_lines(runs, totals, fan, spacing, config.min_length, config.max_angle_sigma)
@@ -89,8 +89,3 @@ def _noise(config: ChiSquareConfig) -> RangeNoise | None:
 
 
 _noise_of_sensor = lru_cache(noise_of_sensor)
-
-
-def _estimate(ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], shared_error: float) -> RangeNoise:
-    echoes = (ranges >= reach[0]) & (ranges <= reach[1])
-    return noise_of_scan(fan[0, echoes], ranges[echoes], shared_error)

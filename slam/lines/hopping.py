@@ -63,8 +63,6 @@ def hop_by_svd(
         else:
             runs.append((i, i + l - 2))  # Proc. 5
             i, l, psi = i + l - 2, 3, J  # Proc. 6: the end point is the next start point
-            if runs[-1][1] == N - 1:
-                break
     return runs
 
 

@@ -84,8 +84,6 @@ def _hop(sums: FloatArray, begin: int, stop: int, sigma_Th: float, J: int, runs:
             runs[M, 0], runs[M, 1] = i, i + l - 2  # Proc. 5
             M += 1
             i, l, psi = i + l - 2, 3, J  # Proc. 6
-            if i == stop - 1:
-                break
     return M
 
 

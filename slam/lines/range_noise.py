@@ -6,9 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from slam.compiled import compiled
 from slam.lidars import lidar_model
 from slam.pose import FloatArray
 
+NORMAL_MEDIAN = 0.6745  # of the absolute value, in standard deviations
 UNKNOWN = 0.01  # metres: taken where a scan has too few beams to tell
 
 
@@ -37,27 +39,49 @@ def noise_of_sensor(name: str, bound_sigmas: float) -> RangeNoise:
     )
 
 
-def noise_of_scan(bearings: FloatArray, ranges: FloatArray, shared_error: float) -> RangeNoise:
-    """Estimated from a scan of bearings and ranges (N,), all echoes, in order of bearing.
+def noise_of_scan(
+    bearings: FloatArray, ranges: FloatArray, reach: tuple[float, float], shared_error: float
+) -> RangeNoise:
+    """Estimated from a scan: bearings in order and ranges (N,), of which those within ``reach`` are echoes.
 
-    Neighbours do not show the error that they share, metres; it becomes the floor.
-
-    Along a straight wall 1/r is a sinusoid of the bearing, so with equal steps the second difference
-    u(-1) - 2 cos(step) u(0) + u(+1) of u = 1/r is noise alone, of variance 6 sigma^2 / r^4. Corners and gaps are the
-    rarer the finer the scan; a median looks past them. The nearer and the farther half of the beams are asked apart: a
-    noise that grows from one to the other is taken to grow with the range from half way on.
+    Neighbours do not show the error that they share, ``shared_error`` metres; it becomes the floor.
     """
-    step = np.diff(bearings)
-    even = np.abs(step[1:] - step[:-1]) < 0.1 * np.abs(step[1:])
-    if np.count_nonzero(even) < 8:
-        return RangeNoise(UNKNOWN, np.inf, 0.0, shared_error)
-    u = 1.0 / ranges
-    bend = (u[:-2] - 2.0 * np.cos(step[1:]) * u[1:-1] + u[2:])[even]
-    r = ranges[1:-1][even]
-    noise = np.abs(bend) * r * r / np.sqrt(6.0)
-    middle = float(np.median(r))
-    near, far = (float(np.median(noise[half])) / 0.6745 for half in (r <= middle, r >= middle))
+    near, near_range, far = _noise_of_neighbours(bearings, ranges, reach)
+    return RangeNoise(near, near_range, far, shared_error)
+
+
+@compiled
+def _noise_of_neighbours(
+    bearings: FloatArray, ranges: FloatArray, reach: tuple[float, float]
+) -> tuple[float, float, float]:
+    """Near, near_range and far of RangeNoise, from every three neighbouring echoes with equal steps between them.
+
+    Along a straight wall 1/r is a sinusoid of the bearing, so the second difference u(-1) - 2 cos(step) u(0) + u(+1) of
+    u = 1/r is noise alone, of variance 6 sigma^2 / r^4. Corners and gaps are the rarer the finer the scan; a median
+    looks past them. The nearer and the farther half of the beams are asked apart: a noise that grows from one to the
+    other is taken to grow with the range from half way on.
+    """
+    noise, r = np.empty(len(ranges)), np.empty(len(ranges))
+    n = echoes = 0
+    t_1 = t_0 = u_1 = u_0 = 0.0
+    for j in range(len(ranges)):
+        if not (reach[0] <= ranges[j] <= reach[1]):
+            continue
+        t, u = bearings[j], 1.0 / ranges[j]
+        step, before = t - t_0, t_0 - t_1
+        if echoes >= 2 and abs(step - before) < 0.1 * abs(step):
+            r[n] = 1.0 / u_0
+            noise[n] = abs(u_1 - 2.0 * np.cos(step) * u_0 + u) * r[n] * r[n] / np.sqrt(6.0)
+            n += 1
+        t_1, t_0, u_1, u_0 = t_0, t, u_0, u
+        echoes += 1
+    if n < 8:
+        return UNKNOWN, np.inf, 0.0
+    noise, r = noise[:n], r[:n]
+    middle = np.median(r)
+    near = np.median(noise[r <= middle]) / NORMAL_MEDIAN
+    far = np.median(noise[r >= middle]) / NORMAL_MEDIAN
     if far <= 1.2 * near:
-        return RangeNoise(max(near, far), np.inf, 0.0, shared_error)
-    far_slope = far / float(np.median(r[r >= middle]))
-    return RangeNoise(near, near / far_slope, far_slope, shared_error)
+        return max(near, far), np.inf, 0.0
+    slope = far / np.median(r[r >= middle])
+    return near, near / slope, slope

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -13,7 +14,7 @@ from typing import Any
 
 from rich.console import Console
 
-from slam.errors import RobotError
+from slam.errors import RobotError, ScenarioError, StorageError
 from slam.line_slam import LineSlam
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
@@ -27,7 +28,7 @@ from slam.run.results.map_picture import draw_map
 from slam.run.results.metrics import measure
 from slam.run.results.progress import RunProgress
 from slam.run.results.recorder import Recorder
-from slam.run.results.rerun_log import RerunLog
+from slam.run.results.rerun_log import RerunLog, check_recording
 from slam.run.results.run_folder import make_run_folder
 from slam.run.robot_env import RobotEnv
 from slam.run.scenario.file import dump_scenario
@@ -61,20 +62,37 @@ class Experiment:
     """More for ``metrics.json``."""
 
     def run(self, out: Path | None = None, rerun: Path | None = None, console: Console | None = None) -> Outcome:
-        """Run to the end, or to Ctrl-C, or to the failure of the robot; the folder is complete in every case."""
+        """Run to the end, or to Ctrl-C, or to the failure of the robot; what was done is in the folder in every case.
+
+        Raises InputError for files that cannot be written, before anything is done, and StorageError on the way.
+        """
         console = console or Console(quiet=True)
+        if rerun is not None:
+            check_recording(rerun)
+        warm_up(console, self.scenario.slam)
         folder = make_run_folder(self.scenario.name, out)
+        try:
+            return self._run_in(folder, rerun, console)
+        except OSError as error:
+            raise StorageError(f"{folder}: {error.strerror}; what was written until then is kept") from error
+
+    def _run_in(self, folder: Path, rerun: Path | None, console: Console) -> Outcome:
         write_whole(folder / "config.yaml", dump_scenario(self.scenario))
-        warm_up(console)
         began = perf_counter()
         ending, error = self._drive(folder, rerun, console)
         metrics = self._measure(folder, ending, perf_counter() - began)
         write_whole(folder / "metrics.json", json.dumps(metrics, indent=2) + "\n")
         if metrics["scans"]:
-            with console.status("drawing"):
-                draw_map(folder, self.slam.points.points, self.slam.lines.ends, self.outlines)
-                draw_errors(folder)
+            try:
+                self._draw(folder, console)
+            except KeyboardInterrupt:
+                ending = "interrupted"
         return Outcome(folder, ending, metrics, error)
+
+    def _draw(self, folder: Path, console: Console) -> None:
+        with console.status("drawing"):
+            draw_map(folder, self.slam.points.points, self.slam.lines.ends, self.outlines)
+            draw_errors(folder)
 
     def _drive(self, folder: Path, rerun: Path | None, console: Console) -> tuple[Ending, RobotError | None]:
         """The loop, with its watchers; whatever ends it, files are closed and the robot is stopped."""
@@ -103,6 +121,8 @@ class Experiment:
 
 def scenario_experiment(scenario: Scenario) -> Experiment:
     """The simulated robot in the scenario's world, driving its route on the pose that the method estimates."""
+    if not scenario.world.prisms():
+        raise ScenarioError(f"{scenario.name}: nothing to see: the world is empty; a log is run by hopslam replay LOG")
     start, lidar = scenario.robot.start.pose, scenario.lidar
     return Experiment(
         scenario=scenario,
@@ -121,7 +141,8 @@ def scenario_experiment(scenario: Scenario) -> Experiment:
 def replay_experiment(path: Path, scenario: Scenario) -> Experiment:
     """A recorded log, through the method as the scenario sets it; its world and robot are not used."""
     log = read_log(path)
-    scenario = scenario.model_copy(update={"name": path.name.split(".")[0]})
+    name = re.sub(r"[^A-Za-z0-9._ -]", "-", path.name.lstrip(".")).split(".")[0] or "log"
+    scenario = Scenario(name=name, description=f"replay of {path.name}", slam=scenario.slam, seed=scenario.seed)
     return Experiment(
         scenario=scenario,
         env=RobotEnv(lambda seed: make_robot("replay", log), log.lidar, Twist2D(10.0, 10.0)),

@@ -25,7 +25,7 @@ class Step:
     observation: Observation
     estimate: Estimate
     applied: Twist2D
-    """The velocity that was driven to come here."""
+    """The command on the way here, within the robot's limits; in a replay, what was recorded."""
     progress: float
     """Share of the route that is behind."""
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from slam.run.results.files import whole_file
 from slam.run.results.traces import Traces, pose_errors
 
 _ROWS = (("x", 100.0, "cm"), ("y", 100.0, "cm"), ("heading", 180.0 / np.pi, "deg"))
@@ -32,4 +33,5 @@ def draw_errors(folder: Path) -> None:
     rows[3].plot(mapped, traces.steps["iterations"][mapped], ".-", color="tab:blue", linewidth=0.6, markersize=3)
     rows[3].set(ylabel="iterations q", xlabel="step k")
     figure.suptitle("Estimate less truth" if known else "Estimate less dead reckoning (no ground truth)")
-    figure.savefig(folder / "errors.png")
+    with whole_file(folder / "errors.png") as draft:
+        figure.savefig(draft)

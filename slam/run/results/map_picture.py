@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from slam.pose import FloatArray
 from slam.run.logs.tum import read_tum
+from slam.run.results.files import whole_file
 
 _TRAJECTORIES = (
     ("odometry.tum", "dead reckoning", "tab:red", "-"),
@@ -44,7 +45,8 @@ def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outline
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]", aspect="equal")
     columns = max(1, round(float(figure.get_figwidth()) / 2.2))
     figure.legend(loc="outside upper center", ncols=columns, fontsize="small", frameon=False)
-    figure.savefig(folder / "map.png")
+    with whole_file(folder / "map.png") as draft:
+        figure.savefig(draft)
 
 
 def _draw_points(axes: Axes, points: FloatArray) -> None:

@@ -23,16 +23,24 @@ _P3DX_OUTLINE = np.array(
 """With a stroke from the axle's middle to the front."""
 
 
+def check_recording(path: Path) -> None:
+    """Refuse, by InputError, a file that a recording cannot or should not be written to."""
+    if path.suffix != ".rrd":
+        raise InputError(f"{path}: a recording needs a name that ends in .rrd; choose another --rerun FILE")
+    try:
+        path.open("ab").close()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --rerun FILE") from error
+
+
 class RerunLog:
-    """A watcher that writes what it sees to .rrd files; InputError when one of them cannot be written."""
+    """A watcher that writes what it sees to .rrd files."""
 
     def __init__(self, paths: Sequence[Path], T_base_laser: Pose2D, outlines: Sequence[FloatArray]) -> None:
         self._T_base_laser = T_base_laser
         self._last: dict[str, Pose2D] = {}
         self._T_map_odom = Pose2D()
         files = {path.resolve() for path in paths}
-        for path in files:
-            _check_writable(path)
         self._stream = rr.RecordingStream("hopslam", send_properties=False)
         self._stream.set_sinks(*map(rr.FileSink, sorted(files)), default_blueprint=_blueprint(outlines))
         self._stream.log("map/walls", _strips([np.vstack([o, o[:1]]) for o in outlines], (110, 110, 110)), static=True)
@@ -83,13 +91,6 @@ class RerunLog:
     ) -> None:
         self._stream.flush()
         self._stream.disconnect()
-
-
-def _check_writable(path: Path) -> None:
-    try:
-        path.open("wb").close()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --rerun FILE") from error
 
 
 def _blueprint(outlines: Sequence[FloatArray]) -> rrb.Blueprint:

@@ -29,10 +29,13 @@ def _given(out: Path) -> Path:
 
 def _stamped(name: str, runs: Path) -> Path:
     runs.mkdir(parents=True, exist_ok=True)
+    latest = runs / "latest"
+    if latest.exists() and not latest.is_symlink():
+        raise InputError(f"{latest}: is no link that could point at the new run; move it away, or give --out")
     folder = _first_free(runs / f"{name}-{datetime.now():%Y%m%d-%H%M%S}")
     draft = runs / f".latest-{folder.name}"
     draft.symlink_to(folder.name)
-    draft.replace(runs / "latest")
+    draft.replace(latest)
     return folder
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, get_args
@@ -47,10 +48,11 @@ def load_scenario(name: str | Path, settings: Sequence[str] = ()) -> Scenario:
 def find_scenario(name: str | Path) -> Path:
     """The path of a scenario given by path or by name."""
     path, shipped = Path(name), SHIPPED / f"{name}.yaml"
-    if path.is_file():
-        return path
-    if shipped.is_file():
-        return shipped
+    with suppress(OSError):  # a name too long for a file
+        if path.is_file():
+            return path
+        if shipped.is_file():
+            return shipped
     known = shipped_scenarios()
     close = get_close_matches(str(name), known, n=1)
     hint = f"did you mean {close[0]}?" if close else f"give a path, or one of: {', '.join(known)}"

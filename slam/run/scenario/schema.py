@@ -109,7 +109,8 @@ class Physics(Section):
 class Scenario(Section):
     """One whole experiment."""
 
-    name: str
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._ -]*$")
+    """Of the run folders too."""
     description: str = ""
     world: World = World()
     robot: RobotConfig = RobotConfig()
@@ -130,6 +131,8 @@ class Scenario(Section):
     @model_validator(mode="after")
     def _scans_fall_on_physics_steps(self) -> Self:
         scan_time = self.lidar.description.lidar.scan_time
+        if self.duration < scan_time:
+            raise ValueError(f"duration = {self.duration:g} s ends before the first scan, which takes {scan_time:g} s")
         if abs(self.physics.rate * scan_time - self.steps_per_scan) > 1e-9:
             raise ValueError(
                 f"physics.rate = {self.physics.rate} gives {self.physics.rate * scan_time:g} steps in the "

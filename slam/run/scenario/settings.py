@@ -18,9 +18,9 @@ def parse_setting(text: str) -> tuple[Location, Any]:
         raise ScenarioError(f"--set {text}: expected key=value, for example --set slam.lines.psi=2")
     try:
         parsed = yaml.safe_load(value)
-    except yaml.YAMLError as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise ScenarioError(f"--set {text}: the value is not valid YAML; quote it if it is text") from error
-    return tuple(int(step) if step.isdigit() else step for step in key.strip().split(".")), parsed
+    return tuple(int(step) if step.isascii() and step.isdigit() else step for step in key.strip().split(".")), parsed
 
 
 def apply_settings(data: dict[str, Any], settings: Iterable[tuple[Location, Any]]) -> None:

@@ -23,7 +23,6 @@ class YamlFile:
         root, data = self._parse()
         if root is None or not isinstance(data, dict):
             raise ScenarioError(f"{self.path}: a scenario is a mapping of keys to values; see scenarios/corridor.yaml")
-        self._refuse_doubles(root)
         self._root = root
         self.data: dict[str, Any] = data
 
@@ -41,16 +40,18 @@ class YamlFile:
         """The tree of nodes, which know their lines, and the plain data."""
         try:
             text = self.path.read_text(encoding="utf-8")
-            return yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
+            root, data = yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
+            self._refuse_doubles(root)
+            return root, data
         except yaml.MarkedYAMLError as error:
             line = error.problem_mark.line + 1 if error.problem_mark else 1
             raise ScenarioError(f"{self.path}:{line}: not valid YAML: {error.problem}") from error
-        except (yaml.YAMLError, UnicodeDecodeError) as error:
+        except (yaml.YAMLError, ValueError, RecursionError) as error:
             raise ScenarioError(f"{self.path}: not a YAML text file: {str(error).splitlines()[0]}") from error
         except OSError as error:
             raise ScenarioError(f"{self.path}: cannot be read: {error.strerror}") from error
 
-    def _refuse_doubles(self, node: yaml.Node) -> None:
+    def _refuse_doubles(self, node: yaml.Node | None) -> None:
         seen: set[str | int] = set()
         for key, line, child in _children(node):
             if key in seen:
@@ -59,7 +60,7 @@ class YamlFile:
             self._refuse_doubles(child)
 
 
-def _children(node: yaml.Node) -> list[tuple[str | int, int, yaml.Node]]:
+def _children(node: yaml.Node | None) -> list[tuple[str | int, int, yaml.Node]]:
     """(key or index, line from 0, value) of what is directly inside."""
     if isinstance(node, yaml.MappingNode):
         return [(str(key.value), key.start_mark.line, value) for key, value in node.value]

@@ -1,0 +1,103 @@
+"""Whole runs, set up and measured."""
+
+import json
+from itertools import count
+from math import cos, sin
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from slam.pose import Pose2D
+from slam.run import experiment
+from slam.run.experiment import Experiment, replay_experiment, scenario_experiment
+from slam.run.logs.tum import read_tum
+from slam.run.scenario.file import load_scenario
+
+MOUNT = 0.3
+TURN = 0.06
+"""Radians from one scan to the next."""
+
+
+def walls_seen_from(x: float, y: float, bearings: np.ndarray) -> np.ndarray:
+    """Ranges in a room from (-3, -1.5) to (4, 2), metres."""
+    directions = np.column_stack([np.cos(bearings), np.sin(bearings)])
+    with np.errstate(divide="ignore"):
+        return np.where(directions > 0, ([4.0, 2.0] - np.array([x, y])) / directions,
+                        ([-3.0, -1.5] - np.array([x, y])) / directions).min(axis=1)  # fmt: skip
+
+
+@pytest.fixture
+def turning_log(tmp_path: Path) -> Path:
+    """A robot that turns on the spot by 54 degrees, its laser 0.3 m ahead of its centre."""
+    bearings = np.linspace(-np.pi / 2, np.pi / 2, 181)
+    lines = []
+    for k in range(17):
+        theta = TURN * k
+        x, y = MOUNT * cos(theta), MOUNT * sin(theta)
+        readings = " ".join(f"{reading:.3f}" for reading in walls_seen_from(x, y, theta + bearings))
+        lines.append(
+            f"ROBOTLASER1 0 -1.570796 3.141593 0.017453 80 0.01 0 181 {readings} 0 "
+            f"{x:.6f} {y:.6f} {theta:.6f} 0 0 {theta:.6f} 0 0 0 0 0 {0.1 * k:.3f} host {0.1 * k:.3f}"
+        )
+    path = tmp_path / "turning.log"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def replayed(log: Path, *settings: str) -> Experiment:
+    return replay_experiment(log, load_scenario("replay", settings))
+
+
+def off_the_walls(x: float, y: float) -> float:
+    return min(abs(x + 3.0), abs(x - 4.0), abs(y + 1.5), abs(y - 2.0))
+
+
+def test_a_robot_that_turns_on_the_spot_stays_there_wherever_its_laser_sits(turning_log: Path, tmp_path: Path) -> None:
+    """Taken for one on the robot's centre, the laser would move by 28 cm."""
+    run = replayed(turning_log, "slam.update_distance=0")
+    assert run.slam.T_base_laser.distance(Pose2D(MOUNT)) < 1e-3
+    folder = run.run(tmp_path / "run").folder
+    _, poses = read_tum(folder / "trajectory.tum")
+    assert len(poses) == 17
+    assert np.hypot(poses[:, 0], poses[:, 1]).max() < 0.05
+    np.testing.assert_allclose(poses[:, 2], TURN * np.arange(17), atol=0.02)
+
+
+def test_the_line_map_of_a_log_lies_on_the_walls(turning_log: Path, tmp_path: Path) -> None:
+    folder = replayed(turning_log, "slam.update_distance=0").run(tmp_path / "run").folder
+    features = json.loads((folder / "lines.geojson").read_text())["features"]
+    ends = [end for feature in features for end in feature["geometry"]["coordinates"]]
+    assert len(ends) > 60
+    assert np.median([off_the_walls(*end) for end in ends]) < 0.02
+    assert max(off_the_walls(*end) for end in ends) < 0.1
+
+
+def test_the_real_time_factor_is_recorded_time_over_wall_time(
+    small_log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """1.1 s of log by a clock that moves on by half a second when it is looked at: at the start and at the end."""
+    monkeypatch.setattr(experiment, "perf_counter", count(0.0, 0.5).__next__)
+    metrics = replayed(small_log).run(tmp_path / "run").metrics
+    assert metrics["duration_s"] == pytest.approx(1.1)
+    assert metrics["real_time_factor"] == pytest.approx(1.1 / 0.5, abs=0.01)
+
+
+def test_the_map_points_are_those_of_the_map(small_log: Path, tmp_path: Path) -> None:
+    run = replayed(small_log, "slam.update_distance=0.1")
+    outcome = run.run(tmp_path / "run")
+    steps = np.genfromtxt(outcome.folder / "steps.csv", delimiter=",", names=True)
+    assert steps["map_points"][0] == 181
+    assert outcome.metrics["map_points"] == steps["map_points"][-1] == len(run.slam.points) > 181
+    np.testing.assert_array_equal(np.diff(steps["map_points"]) > 0, steps["mapped"][1:] == 1)
+
+
+def test_dead_reckoning_begins_at_the_start_in_the_map_frame(tmp_path: Path) -> None:
+    """Not at the origin: it is drawn over the map, and compared with the truth."""
+    scenario = load_scenario("paper_simulation", ["duration=1"])
+    folder = scenario_experiment(scenario).run(tmp_path / "run").folder
+    (_, odometry), (_, truth) = (read_tum(folder / name) for name in ("odometry.tum", "groundtruth.tum"))
+    np.testing.assert_allclose(odometry[0], [1.0, 1.0, np.pi / 2], atol=1e-3)
+    assert len(odometry) == len(truth) > 5
+    assert np.hypot(*(odometry - truth)[:, :2].T).max() < 0.05
+    assert truth[-1, 1] - truth[0, 1] > 0.05

@@ -1,0 +1,119 @@
+"""The loop on a robot and a method that say what the test wants."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from slam.line_slam import Estimate
+from slam.odometry import Odometry, Twist2D
+from slam.pose import Pose2D
+from slam.robot import Observation
+from slam.run.loop import Step, run_loop
+from slam.run.pilot import Passenger, WaypointPilot
+from slam.run.robot_env import RobotEnv
+from slam.run.scenario.schema import Route
+from slam.scan import LaserScan, Lidar
+
+LIDAR = Lidar(-0.5, 0.5, 3, 0.1, 9.0, 0.1)
+ROUTE = Route(waypoints=((2.0, 0.0),))
+TRUTH, WRONG = Pose2D(0.1, 0.2, 0.3), Pose2D(-7.0, 5.0, 1.0)
+
+
+class Scripted:
+    """A robot that sees what it is told, and notes the commands."""
+
+    T_base_laser = Pose2D()
+
+    def __init__(self, truths: Sequence[Pose2D], collides_at: int | None = None) -> None:
+        self._truths, self._collides_at = truths, collides_at
+        self._index = 0
+        self.commands: list[Twist2D] = []
+
+    def __enter__(self) -> "Scripted":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def observe(self, timeout: float = 1.0) -> Observation | None:
+        index, self._index = self._index, self._index + 1
+        if index >= len(self._truths):
+            return None
+        scan = LaserScan(0.1 * index, LIDAR.angle_min, LIDAR.angle_increment, 0.1, 9.0, np.ones(3))
+        return Observation(scan, Odometry(scan.stamp, Pose2D()), self._truths[index], index == self._collides_at)
+
+    def drive(self, command: Twist2D) -> Twist2D:
+        self.commands.append(command)
+        return Twist2D(command.linear / 2, command.angular)
+
+
+class Oracle:
+    """A method that believes what it is told."""
+
+    def __init__(self, beliefs: Sequence[Pose2D]) -> None:
+        self._beliefs = iter(beliefs)
+
+    def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
+        return Estimate(scan.stamp, next(self._beliefs))
+
+
+class Notes:
+    """A watcher that keeps the steps; and a pilot that keeps where it was said to be."""
+
+    progress = 0.25
+
+    def __init__(self) -> None:
+        self.steps: list[Step] = []
+        self.poses: list[Pose2D] = []
+
+    def see(self, step: Step) -> None:
+        self.steps.append(step)
+
+    def command(self, T_map_base: Pose2D) -> Twist2D:
+        self.poses.append(T_map_base)
+        return Twist2D(0.5, -0.25)
+
+
+def env_of(robot: Scripted) -> RobotEnv:
+    return RobotEnv(lambda seed: robot, LIDAR, Twist2D(1.0, 1.0))
+
+
+def test_the_pilot_sees_the_estimate_and_never_the_truth() -> None:
+    beliefs, notes = [Pose2D(-k, 3.0 * k, 0.1) for k in range(4)], Notes()
+    assert run_loop(env_of(Scripted([TRUTH] * 4)), Oracle(beliefs), notes, [], 0) == "no more scans"
+    assert notes.poses == beliefs
+
+
+@pytest.mark.parametrize(
+    ("truth", "belief", "ending", "drives"),
+    [(Pose2D(-5.0), Pose2D(2.0), "arrived", 0), (Pose2D(2.0), Pose2D(-5.0), "no more scans", 3)],
+)
+def test_it_arrives_where_it_believes_to_be(truth: Pose2D, belief: Pose2D, ending: str, drives: int) -> None:
+    robot = Scripted([truth] * 3)
+    assert run_loop(env_of(robot), Oracle([belief] * 3), WaypointPilot(ROUTE, Pose2D()), [], 0) == ending
+    assert len(robot.commands) == drives
+
+
+@pytest.mark.parametrize("at", [0, 2])
+def test_a_collision_ends_it_once_it_was_seen(at: int) -> None:
+    robot, notes = Scripted([TRUTH] * 6, collides_at=at), Notes()
+    assert run_loop(env_of(robot), Oracle([WRONG] * 6), Passenger(6), [notes], 0) == "collided"
+    assert [step.observation.collided for step in notes.steps] == [False] * at + [True]
+    assert len(robot.commands) == at
+
+
+def test_a_collision_at_the_goal_is_a_collision() -> None:
+    robot = Scripted([TRUTH], collides_at=0)
+    assert run_loop(env_of(robot), Oracle([Pose2D(2.0)]), WaypointPilot(ROUTE, Pose2D()), [], 0) == "collided"
+
+
+def test_every_watcher_sees_every_step() -> None:
+    pilot, watchers = Notes(), [Notes(), Notes()]
+    run_loop(env_of(Scripted([TRUTH] * 3)), Oracle([WRONG] * 3), pilot, watchers, 0)
+    for notes in watchers:
+        assert [step.index for step in notes.steps] == [0, 1, 2]
+        assert [step.applied for step in notes.steps] == [Twist2D(), *[Twist2D(0.25, -0.25)] * 2]
+        assert {step.progress for step in notes.steps} == {0.25}
+        assert {step.estimate.T_map_base for step in notes.steps} == {WRONG}
+        assert {step.observation.T_map_base for step in notes.steps} == {TRUTH}

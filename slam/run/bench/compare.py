@@ -22,8 +22,8 @@ COLUMNS: Final = (
 )  # fmt: skip
 NOTES: Final = (
     "TP: walls found. FP: segments that are no wall. Angle, offset and time: medians; ends: median and 90 %. Times are "
-    'of one scan of 682 beams; x ours: time over ours. "paper, tuned" and the last four know the noise, tuned for '
-    "it on other seeds or told; ours estimates it from every scan."
+    "of one scan of 682 beams; x ours: time over ours. Ours is told the noise of the sensor, but for the last three "
+    'rows; "paper, tuned", split-and-merge, RANSAC and Hough were tuned for each level on other seeds.'
 )
 
 

@@ -11,9 +11,11 @@ from rich.progress import Progress
 
 from slam.errors import InputError
 from slam.run.bench import compare, log_score
-from slam.run.bench.methods import all_methods, told_the_noise
+from slam.run.bench.line_times import time_table
+from slam.run.bench.methods import all_methods, ours_misled, told_the_noise
 from slam.run.bench.scenes import HELD_OUT_SEEDS, NOISE_LEVELS, scenes
 from slam.run.bench.tables import ResultTable
+from slam.run.log_lines import chi_square_config
 from slam.run.logs import read_log
 from slam.run.results.files import write_whole
 
@@ -24,16 +26,18 @@ def scene_tables(seeds: int, console: Console) -> list[ResultTable]:
     tables = []
     with Progress(console=console) as bar:
         for noise_level, noise in NOISE_LEVELS.items():
-            methods = (*all_methods(noise_level), told_the_noise(noise))
+            methods = (*all_methods(noise_level, told_the_noise(noise)), *ours_misled(noise))
             seen = list(scenes(used, noise_level))
             task = bar.add_task(f"noise {noise_level}", total=len(seen))
             tables.append(compare.table(noise_level, compare.compare(seen, methods, partial(bar.advance, task)), used))
+    with console.status("timing"):
+        tables.append(time_table(seeds))
     return tables
 
 
 def log_tables(path: Path, console: Console, sensor: str | None = None) -> list[ResultTable]:
     """The table of a recorded log, with ours for the noise of the sensor of that name where one is given."""
-    methods = all_methods(sensor=sensor)
+    methods = all_methods(ours=chi_square_config(sensor))
     log = read_log(path)
     console.print(log.report, highlight=False)
     with Progress(console=console) as bar:

@@ -13,7 +13,6 @@ from slam.lines.segments import Segments
 from slam.run.bench.hough_peer import ProbabilisticHough
 from slam.run.bench.ransac_peer import Ransac
 from slam.run.bench.split_and_merge import SplitAndMerge
-from slam.run.log_lines import chi_square_config
 from slam.scan import LaserScan
 
 
@@ -50,21 +49,30 @@ TUNED: Final = {
 """The best settings found on TUNING_SEEDS, by coordinate search for F1, at each level of noise."""
 
 
-def all_methods(noise_level: str = "spec/3", sensor: str | None = None) -> tuple[Method, ...]:
+def all_methods(noise_level: str = "spec/3", ours: ChiSquareConfig | None = None) -> tuple[Method, ...]:
     """The paper's as printed, and tuned; this project's; and three of the field, tuned: split-and-merge, scikit-image's
-    RANSAC, OpenCV's HoughLinesP. Ours expects the noise of the sensor of that name, or estimates it from every scan.
+    RANSAC, OpenCV's HoughLinesP. Without settings ours knows no sensor, and estimates the noise from every scan.
     """
     hopping, split_and_merge, ransac, hough = TUNED[noise_level]
     return (
         _slam("paper, printed", HoppingConfig(L_Th=8)),
         _slam("paper, tuned", hopping),
-        _slam(OURS, chi_square_config(sensor)),
+        _slam(OURS, ours or ChiSquareConfig()),
         Method("split-and-merge", split_and_merge),
         Method("RANSAC", ransac),
         Method("Hough", hough),
     )
 
 
-def told_the_noise(noise: float) -> Method:
-    """Ours, told that the standard deviation is this share of the bound that the maker of the URG-04LX gives."""
-    return _slam("ours, noise told", ChiSquareConfig(sensor="urg04lx", bound_sigmas=1.0 / noise))
+def told_the_noise(noise: float) -> ChiSquareConfig:
+    """Settings of ours that know the sensor: its noise is this share of the bound that the URG-04LX's maker gives."""
+    return ChiSquareConfig(sensor="urg04lx", bound_sigmas=1.0 / noise)
+
+
+def ours_misled(noise: float) -> tuple[Method, ...]:
+    """Ours without a sensor, and told of too little and of too much noise."""
+    return (
+        _slam("ours, no sensor named", ChiSquareConfig()),
+        _slam("ours, sigma x 0.7", told_the_noise(0.7 * noise)),
+        _slam("ours, sigma x 2", told_the_noise(2.0 * noise)),
+    )

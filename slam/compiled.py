@@ -17,18 +17,9 @@ def compiled(function: F) -> F:
     Additions may be reordered and a division by zero gives infinity, which lets the compiler use vector registers; a
     NaN stays a NaN. On one machine the same input gives the same bits. The kept result is renewed when the function's
     own file changes, and only then: a compiled function calls compiled functions of its own file, and of no other.
+    While one runs, other threads run too.
     """
-    return _compile(function, parallel=False)
-
-
-def compiled_parallel(function: F) -> F:
-    """The same, with the turns of each ``prange`` shared out among the processors."""
-    return _compile(function, parallel=True)
-
-
-def _compile(function: F, parallel: bool) -> F:
-    options: dict[str, Any] = {"error_model": "numpy", "fastmath": _FASTMATH, "parallel": parallel}
     try:
-        return cast(F, njit(cache=True, **options)(function))
+        return cast(F, njit(cache=True, nogil=True, error_model="numpy", fastmath=_FASTMATH)(function))
     except RuntimeError:  # neither beside the source nor at home is there a place to keep it
-        return cast(F, njit(**options)(function))
+        return cast(F, njit(nogil=True, error_model="numpy", fastmath=_FASTMATH)(function))

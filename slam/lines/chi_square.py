@@ -7,10 +7,14 @@ its beam meets the line.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
-from functools import lru_cache
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache, partial
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.config import ChiSquareConfig
 from slam.lines.range_noise import RangeNoise, noise_of_scan, noise_of_sensor
@@ -19,6 +23,9 @@ from slam.lines.wall_lines import wall_lines
 from slam.lines.wall_runs import wall_runs, wall_runs_of_many
 from slam.pose import FloatArray
 from slam.scan import LaserScan
+
+PART: Final = 64
+"""Scans that a thread takes at a time."""
 
 
 def segments_by_chi_square(scan: LaserScan, config: ChiSquareConfig) -> Segments:
@@ -41,23 +48,34 @@ def segments_of_beams(bearings: FloatArray, ranges: FloatArray, config: ChiSquar
     return _segments(ranges[order], np.stack([t, np.cos(t), np.sin(t)]), (1e-6, 1e6), config)
 
 
-def segments_of_scans(scans: Sequence[LaserScan], config: ChiSquareConfig) -> tuple[Segments, IntArray]:
-    """Segments of many scans of one sensor, at once and on all processors; ``config.sensor`` is required.
+def segments_of_scans(
+    scans: Sequence[LaserScan], config: ChiSquareConfig, threads: int | None = None
+) -> tuple[Segments, IntArray]:
+    """Segments of many scans of one sensor, on this many threads, or on all; ``config.sensor`` is required.
 
     Those of scan i are the places ``begins[i]`` to ``begins[i + 1]``, exclusive, of the segments; begins: (scans + 1,).
     """
-    first, noise = scans[0], _noise(config)
-    if noise is None:
+    if config.sensor is None:
         raise ValueError("scans are extracted together only for a sensor of known noise; set sensor")
+    parts = [scans[k : k + PART] for k in range(0, len(scans), PART)]
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        runs, counts, *lines = zip(*pool.map(partial(_lines_of_part, config=config), parts), strict=True)
+    begins = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
+    return _as_segments(np.concatenate(runs), *map(np.concatenate, lines)), begins
+
+
+def _lines_of_part(scans: Sequence[LaserScan], config: ChiSquareConfig) -> tuple[NDArray[Any], ...]:
+    """Runs, segments a scan, lines, their covariance, ends, theirs: of scans that one thread works on."""
+    first, noise = scans[0], _noise(config)
+    assert noise is not None
     fan = _fan(first.angle_min, first.angle_increment, len(first.ranges))
-    ranges = np.stack([scan.ranges for scan in scans])
-    reach = (first.range_min, first.range_max)
+    ranges, reach = np.stack([scan.ranges for scan in scans]), (first.range_min, first.range_max)
     runs, totals, counts = wall_runs_of_many(ranges, fan, reach, noise, config.merge_cost, config.min_points)
     used = np.arange(runs.shape[1]) < counts[:, None]
     runs, totals = runs[used], totals[used]
     kept, *lines = wall_lines(runs, totals, fan, first.angle_increment, config.min_length, config.max_angle_sigma)
-    begins = np.searchsorted(kept, np.concatenate([[0], np.cumsum(counts)]))
-    return _as_segments(runs[kept], *lines), begins
+    counts = np.diff(np.searchsorted(kept, np.concatenate([[0], np.cumsum(counts)])))
+    return runs[kept], counts, *lines
 
 
 def _segments(ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], config: ChiSquareConfig) -> Segments:

@@ -10,10 +10,9 @@ All of it stands in one file because compiled functions call none of another fil
 from __future__ import annotations
 
 import numpy as np
-from numba import prange
 from numpy.typing import NDArray
 
-from slam.compiled import compiled, compiled_parallel
+from slam.compiled import compiled
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
@@ -45,17 +44,17 @@ def wall_runs(
     return runs[:M], totals[:M]
 
 
-@compiled_parallel
+@compiled
 def wall_runs_of_many(
     ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], noise: tuple[float, float, float, float],
     merge_cost: float, min_points: int,
 ) -> tuple[IntArray, FloatArray, IntArray]:  # fmt: skip
-    """The same for scans (B, N) of one sensor, side by side: runs (B, most, 5), sums (B, most, 6), how many (B,)."""
+    """The same for scans (B, N) of one sensor: runs (B, most, 5), sums (B, most, 6), how many (B,)."""
     scans, beams = ranges.shape
     most = beams // min_points + 1
     runs, totals = np.empty((scans, most, 5), np.int64), np.empty((scans, most, SUMS))
     counts = np.empty(scans, np.int64)
-    for i in prange(scans):
+    for i in range(scans):
         counts[i] = _find(ranges[i], fan, reach, noise, merge_cost, min_points, runs[i], totals[i])
     return runs, totals, counts
 

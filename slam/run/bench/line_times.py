@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Final
 
-import numba
 import numpy as np
 
 from slam.config import ChiSquareConfig, HoppingConfig
@@ -39,7 +39,7 @@ def time_table(seeds: int) -> ResultTable:
     least = float(np.median(times["prefix sums alone"]))
     rows = [(name, *_cells(taken, least)) for name, taken in times.items()]
     many = (found * (MANY // len(found) + 1))[:MANY]
-    threads = numba.get_num_threads()
+    threads = os.cpu_count() or 1
     one, every = _batch(many, ours, 1), _batch(many, ours, threads)
     notes = (
         f"One call from Python, 682 beams, spec/3, arrays ready; {ROUNDS} rounds in one process. {MANY} scans at once: "
@@ -69,14 +69,8 @@ def _times(calls: dict[str, Sequence[Callable[[], object]]]) -> dict[str, FloatA
 
 
 def _batch(scans: Sequence[LaserScan], config: ChiSquareConfig, threads: int) -> float:
-    """Seconds for all of the scans at once; the best of some rounds, because threads are the first to be disturbed."""
-    before = numba.get_num_threads()
-    numba.set_num_threads(threads)
-    try:
-        median_seconds(lambda: segments_of_scans(scans, config), 1)
-        return min(seconds(lambda: segments_of_scans(scans, config)) for _ in range(2 * ROUNDS))
-    finally:
-        numba.set_num_threads(before)
+    """Seconds for all of the scans at once."""
+    return median_seconds(partial(segments_of_scans, scans, config, threads), 2 * ROUNDS)
 
 
 def _cells(taken: FloatArray, least: float) -> tuple[str, str, str]:

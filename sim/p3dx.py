@@ -15,7 +15,7 @@ from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
-from slam.run.scenario.schema import Limits
+from slam.run.scenario.robot_config import Limits
 
 WHEEL_RADIUS: Final = 0.0975
 """Of the wheels in p3dx.urdf, metres."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from slam.lidars import LidarModel
 from slam.pose import FloatArray
-from slam.run.scenario.schema import LidarConfig
+from slam.run.scenario.lidar_config import LidarConfig
 
 
 def measure(ranges: FloatArray, config: LidarConfig, rng: np.random.Generator) -> FloatArray:

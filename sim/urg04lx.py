@@ -7,7 +7,7 @@ import numpy as np
 from sim.range_noise import measure
 from sim.world import World
 from slam.pose import FloatArray, Pose2D
-from slam.run.scenario.schema import LidarConfig
+from slam.run.scenario.lidar_config import LidarConfig
 from slam.scan import LaserScan
 
 

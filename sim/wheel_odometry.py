@@ -9,7 +9,7 @@ import numpy as np
 from sim.p3dx import TICKS_PER_TURN, Ticks
 from slam.odometry import Odometry, Twist2D, wheel_motion
 from slam.pose import Pose2D
-from slam.run.scenario.schema import WheelErrors
+from slam.run.scenario.robot_config import WheelErrors
 
 
 class WheelOdometry:

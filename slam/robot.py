@@ -13,12 +13,23 @@ from slam.scan import LaserScan
 
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """One scan, the odometry at its stamp and, where the back end knows it, the truth."""
+    """One scan, the odometry and, where the back end knows it, the truth, all at ``scan.stamp``.
+
+    The twist of the odometry is the mean over the time that the beams took, or since the last scan where they are taken
+    at once: with it, the skew of a scan can be undone.
+    """
 
     scan: LaserScan
     odometry: Odometry
     T_map_base: Pose2D | None = None
     collided: bool = False
+    """Whether the robot touched anything but the floor since the last observation."""
+    stalled: bool = False
+    """Whether the base says that a wheel cannot turn as it should."""
+    bumpers: tuple[bool, ...] = ()
+    """Which bumper segments are pressed, the front ones from left to right, then the rear ones; () without bumpers."""
+    sonar: tuple[float, ...] = ()
+    """Ranges of the front sonar ring, metres, inf without an echo, from left to right; () without a ring."""
 
 
 class Robot(Protocol):

@@ -12,7 +12,7 @@ from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Odometry, Twist2D, wheel_motion
 from slam.pose import Pose2D, wrap_angle
-from slam.run.scenario.schema import Limits, WheelErrors
+from slam.run.scenario.robot_config import Limits, WheelErrors
 
 RATE = 240
 ORIGIN = Pose2D()

@@ -10,7 +10,7 @@ from sim.urg04lx import Urg04lx
 from sim.world import World
 from slam.lidars import LIDARS, TABLE1, URG04LX
 from slam.pose import Pose2D
-from slam.run.scenario.schema import LidarConfig
+from slam.run.scenario.lidar_config import LidarConfig
 from slam.run.scenario.world_plan import Table, Wall
 from slam.run.scenario.world_plan import World as Plan
 

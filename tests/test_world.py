@@ -9,7 +9,7 @@ from sim.resources import asset
 from sim.world import World
 from slam.errors import RobotError
 from slam.pose import Pose2D
-from slam.run.scenario.schema import Limits
+from slam.run.scenario.robot_config import Limits
 from slam.run.scenario.world_plan import Box
 from slam.run.scenario.world_plan import World as Plan
 

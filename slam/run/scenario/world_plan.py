@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
 from slam.config import Section
 from slam.pose import FloatArray, Pose2D
-
-Length = Annotated[float, Field(gt=0)]
-Point = tuple[float, float]
+from slam.run.scenario.values import Point, Positive
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,8 +34,8 @@ class Wall(Section):
 
     points: tuple[Point, ...] = Field(min_length=2)
     closed: bool = False
-    thickness: Length = 0.1
-    height: Length = 1.0
+    thickness: Positive = 0.1
+    height: Positive = 1.0
 
     def prisms(self) -> Iterator[Prism]:
         """One for each stretch, half a thickness longer at both ends so that corners are filled."""
@@ -53,8 +50,8 @@ class Box(Section):
     """A box on the floor."""
 
     center: Point
-    size: tuple[Length, Length, Length]
-    """Length along ``yaw``, width, height."""
+    size: tuple[Positive, Positive, Positive]
+    """Positive along ``yaw``, width, height."""
     yaw: float = 0.0
 
     def prisms(self) -> Iterator[Prism]:
@@ -66,12 +63,12 @@ class Table(Section):
     """A table: four square legs and a top; a low lidar sees the legs only."""
 
     center: Point
-    size: tuple[Length, Length, Length] = (1.2, 0.6, 0.75)
-    """Length along ``yaw``, width, height."""
+    size: tuple[Positive, Positive, Positive] = (1.2, 0.6, 0.75)
+    """Positive along ``yaw``, width, height."""
     yaw: float = 0.0
-    leg: Length = 0.05
+    leg: Positive = 0.05
     """Side of a leg."""
-    top: Length = 0.03
+    top: Positive = 0.03
     """Thickness of the top."""
 
     def prisms(self) -> Iterator[Prism]:

@@ -1,0 +1,31 @@
+"""People who walk through a scenario's world: two legs on a path."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from slam.config import Section
+from slam.run.scenario.values import NotNegative, Point, Positive
+
+
+class Person(Section):
+    """Somebody who walks from way-point to way-point, for ever, and stands still while the robot is in the way."""
+
+    waypoints: tuple[Point, ...] = Field(min_length=1)
+    """Metres, map frame; one alone: a person who stands there."""
+    closed: bool = False
+    """From the last way-point on to the first; else the same way back."""
+    speed: Positive = 1.0
+    """m/s."""
+    pause: NotNegative = 0.0
+    """Seconds at each way-point."""
+    start: NotNegative = 0.0
+    """Metres of the path that are behind this person when the run begins."""
+    leg_radius: Positive = 0.06
+    """Metres."""
+    stance: Positive = 0.2
+    """Between the middles of the legs, across the path, metres."""
+    stride: Positive = 0.7
+    """Between two footprints of different legs, along the path, metres."""
+    keep: NotNegative = 0.5
+    """This person stops while the middle of the robot is nearer than this ahead, metres."""

@@ -1,0 +1,28 @@
+"""What the sections of a scenario are made of: positive numbers, points and poses in SI units and radians."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from slam.config import Section
+from slam.pose import Pose2D
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Point = tuple[float, float]
+"""x and y in the map frame, metres."""
+
+
+class Place(Section):
+    """A pose in the plane, metres and radians."""
+
+    x: float = 0.0
+    y: float = 0.0
+    theta: float = 0.0
+
+    @property
+    def pose(self) -> Pose2D:
+        """As a value to compute with."""
+        return Pose2D(self.x, self.y, self.theta)

@@ -34,7 +34,7 @@ def segments_by_chi_square(scan: LaserScan, config: ChiSquareConfig) -> Segments
     Beams without echo (``inf``, ``nan``, or outside the reach of the sensor) are left out; a wall goes on behind them
     where the gap allows it.
     """
-    fan = _fan(scan.angle_min, scan.angle_increment, len(scan.ranges))
+    fan = fan_of(scan)
     return _segments(scan.ranges, fan, (scan.range_min, scan.range_max), config)
 
 
@@ -93,6 +93,13 @@ def _as_segments(
         runs[:, 0], runs[:, 1], line[:, 0], line[:, 1], ends[:, 0], ends[:, 1],
         line_cov, ends_cov[:, 0], ends_cov[:, 1],
     )  # fmt: skip
+
+
+def fan_of(scan: LaserScan) -> FloatArray:
+    """Bearings of the beams of a scan, their cosines and sines, shape (3, N); not to be written to."""
+    if scan.beam_bearings is None:
+        return _fan(scan.angle_min, scan.angle_increment, len(scan.ranges))
+    return np.stack([scan.beam_bearings, np.cos(scan.beam_bearings), np.sin(scan.beam_bearings)])
 
 
 @lru_cache(maxsize=16)

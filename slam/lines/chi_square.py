@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any, Final
 
@@ -83,7 +84,7 @@ def _segments(ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], c
     runs, totals = wall_runs(ranges, fan, reach, noise, config.merge_cost, config.min_points)
     spacing = float(fan[0, -1] - fan[0, 0]) / max(len(ranges) - 1, 1) if len(ranges) else 0.0
     kept, *lines = wall_lines(runs, totals, fan, spacing, config.min_length, config.max_angle_sigma)
-    return _as_segments(runs[kept], *lines)
+    return replace(_as_segments(runs[kept], *lines), noise=noise)
 
 
 def _as_segments(

@@ -5,34 +5,45 @@ from __future__ import annotations
 import numpy as np
 
 from slam.compiled import compiled
-from slam.lines.range_noise import RangeNoise
+from slam.lines.chi_square import fan_of
+from slam.lines.range_noise import noise_of_scan
 from slam.lines.segments import IntArray, Segments
 from slam.pose import FloatArray
+from slam.scan import LaserScan
 
 X, Y, NX, NY, VARIANCE, COUNT, LINKED = range(7)
-"""Columns of facets (F, 6): centre, unit normal away from the sensor (0, 0 for a cluster), variance of the centre along
-the normal (m^2), points."""
+"""Columns of facets (F, 7): centre, unit normal away from the sensor (0, 0 for a cluster), variance of the centre along
+the normal (m^2), points, and 1 where the facet before is of the same segment."""
+RANGE_FLOOR = 0.003  # metres: a range is never surer than this
 CLUSTER_GAP = 0.10  # metres between neighbouring points of a cluster, at most
 CLUSTER_SIZE = 0.15  # metres from its first point to its last
 
 
-def facets_of(points: FloatArray, segments: Segments, noise: RangeNoise, length: float) -> FloatArray:
-    """Facets (F, 6) of the echoes (N, 2) of one scan, on its segments and beside them, sensor frame."""
-    return _facets(points, segments.first, segments.last, segments.theta, noise, length)
+def facets_of(scan: LaserScan, segments: Segments, length: float) -> FloatArray:
+    """Facets (F, 7) of a scan, on its segments, none longer than ``length`` metres, and beside them; sensor frame."""
+    fan, reach = fan_of(scan), (scan.range_min, scan.range_max)
+    noise = segments.noise or noise_of_scan(fan[0], scan.ranges, reach, RANGE_FLOOR)
+    noise = noise._replace(floor=RANGE_FLOOR)
+    return _facets(scan.ranges, fan, reach, segments.first, segments.last, segments.theta, noise, length)
 
 
 @compiled
 def _facets(
-    points: FloatArray, first: IntArray, last: IntArray, theta: FloatArray,
-    noise: tuple[float, float, float, float], length: float,
+    ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], first: IntArray, last: IntArray,
+    theta: FloatArray, noise: tuple[float, float, float, float], length: float,
 ) -> FloatArray:  # fmt: skip
-    facets = np.zeros((len(points) + 1, 7))
+    points, n = np.empty((len(ranges), 2)), 0
+    for j in range(len(ranges)):
+        if reach[0] <= ranges[j] <= reach[1]:
+            points[n, 0], points[n, 1] = ranges[j] * fan[1, j], ranges[j] * fan[2, j]
+            n += 1
+    facets = np.zeros((n + 1, 7))
     count = begin = 0
     for m in range(len(first)):
         count = _clusters(points, begin, first[m], noise, facets, count)
         count = _cut(points, first[m], last[m] + 1, theta[m], noise, length, facets, count)
         begin = max(begin, last[m] + 1)
-    count = _clusters(points, begin, len(points), noise, facets, count)
+    count = _clusters(points, begin, n, noise, facets, count)
     return facets[:count]
 
 

@@ -36,17 +36,20 @@ def best_of_window(
     x0, y0 = prior[0] - 0.5 * size * PIXEL, prior[1] - 0.5 * size * PIXEL
     pictures = _draw(grid, x0, y0, size)
     best, scores = np.empty((2 * m + 1, 4)), np.empty((2 * n + 1, 2 * n + 1), np.uint16)
+    half = 0.5 * information
+    xx, xy, yy, xt = half[0, 0], half[0, 1], half[1, 1], 2.0 * half[0, 2] * TURN
+    yt, tt = 2.0 * half[1, 2] * TURN, half[2, 2] * TURN * TURN
     for a in range(-m, m + 1):
         theta = prior[2] + a * TURN
         _add_up(facets, prior[0] - x0, prior[1] - y0, theta, reach, pictures, scores)
         best[a + m, 0] = -np.inf
         for i in range(2 * n + 1):
             for j in range(2 * n + 1):
-                d = np.array([(j - n) * PIXEL, (i - n) * PIXEL, a * TURN])
-                score = scores[i, j] / FULL - 0.5 * (d @ information @ d) if scores[i, j] > 0 else -np.inf
+                dx, dy = (j - n) * PIXEL, (i - n) * PIXEL
+                cost = dx * (xx * dx + 2.0 * xy * dy + xt * a) + dy * (yy * dy + yt * a) + tt * a * a
+                score = scores[i, j] / FULL - cost if scores[i, j] > 0 else -np.inf
                 if score > best[a + m, 0]:
-                    best[a + m, 0] = score
-                    best[a + m, 1], best[a + m, 2] = prior[0] + d[0], prior[1] + d[1]
+                    best[a + m, 0], best[a + m, 1], best[a + m, 2] = score, prior[0] + dx, prior[1] + dy
         best[a + m, 3] = theta
     return best
 

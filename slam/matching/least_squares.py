@@ -77,6 +77,28 @@ def solve(
 
 
 @compiled
+def fuse(
+    predicted: FloatArray, motion: FloatArray, offset: FloatArray, information: FloatArray, projector: FloatArray,
+    lever: float, correlation: float,
+) -> tuple[FloatArray, float, FloatArray]:  # fmt: skip
+    """Covariance (3, 3) after a match, how much it surprises, and the unconstrained directions (K, 3).
+
+    The information of the scan, over ``correlation``, counts only in the directions that it constrains. The surprise is
+    that of the ``offset`` (3,) from the prior under the covariance of the last ``motion`` alone: 1 on average.
+    """
+    scale = np.array([1.0, 1.0, lever])
+    keep = projector * np.outer(1.0 / scale, scale)
+    posterior = np.linalg.inv(np.linalg.inv(predicted) + keep.T @ information @ keep / correlation)
+    expected = motion + correlation * np.linalg.inv(information + np.eye(3))
+    surprise = offset @ np.linalg.solve(expected, offset) / 3.0
+    values, vectors = np.linalg.eigh(projector)
+    free = 0
+    while free < 3 and values[free] < 0.5:
+        free += 1
+    return posterior, surprise, np.ascontiguousarray(vectors[:, :free].T)  # type: ignore[return-value]  # of float64
+
+
+@compiled
 def _normal_equations(
     facets: FloatArray, pose: FloatArray, grid: Grid, settings: Settings, kernel: float, wide: bool, H: FloatArray,
     g: FloatArray,

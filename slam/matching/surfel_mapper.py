@@ -8,20 +8,17 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.config import LeastSquaresConfig, SurfelMapConfig
-from slam.lines.chi_square import fan_of
 from slam.lines.facets import facets_of
-from slam.lines.range_noise import noise_of_scan
 from slam.lines.segments import Segments
 from slam.mapping.drift import Drift
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.coarse_search import best_of_window
-from slam.matching.least_squares import Settings, solve
+from slam.matching.least_squares import Settings, fuse, solve
 from slam.matching.match import Match
 from slam.motion_model import motion_covariance, moved
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import LaserScan
 
-RANGE_FLOOR = 0.003  # metres: a range is never surer than this
 APART = 0.05  # radians between two headings of the search that are followed up ...
 FOLLOWED = 5  # ... so many at most
 LEAST_SEARCH = 0.3, 0.1  # metres and radians: the smallest window
@@ -57,31 +54,27 @@ class SurfelMapper:
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
         """The pose of the sensor after the scan, given the pose of the base that odometry predicts."""
-        noise = noise_of_scan(fan_of(scan)[0], scan.ranges, (scan.range_min, scan.range_max), RANGE_FLOOR)
-        self._facets = facets_of(scan.points(), segments, noise, self.config.facet_length)
+        self._facets = facets_of(scan, segments, self.config.facet_length)
         if self._last is None:
             self._last = prior
             return Match(Pose2D(), 0, False, 0, covariance=self._drift.covariance(prior, self._covariance))
-        motion = self._motion_covariance(self._last, prior)
-        T_map_laser = prior @ self.T_base_laser
-        lever = _lever(prior, T_map_laser)
+        T_map_laser, motion = prior @ self.T_base_laser, self._motion_covariance(self._last, prior)
         predicted = moved(self._covariance, self._last, prior) + self._growth * motion
-        fit, searched = self._fit(T_map_laser, lever @ predicted @ lever.T, self._last.between(prior))
-        posterior = _posterior(lever @ predicted @ lever.T, fit, self.config)
-        self._trust_odometry(_as_array(T_map_laser), fit, lever @ motion @ lever.T)
-        back = _lever(prior, T_map_laser, -1.0)
-        self._covariance = back @ posterior @ back.T
-        self._misfits = self._misfits + 1 if fit.inliers < self.config.lost_below * len(self._facets) else 0
-        T_map_laser_now = Pose2D(*fit.pose.tolist())
-        self._last = T_map_laser_now @ self.T_base_laser.inverse()
+        there = _lever(prior, T_map_laser)
+        fit, searched = self._fit(T_map_laser, there @ predicted @ there.T, self._last.between(prior))
+        found = Pose2D(*fit.pose.tolist())
+        unconstrained = self._learn(fit, _as_array(T_map_laser), there @ predicted @ there.T, there @ motion @ there.T)
+        self._last = found @ self.T_base_laser.inverse()
+        back = _lever(found, self._last)
+        self._covariance = back @ self._covariance @ back.T
         return Match(
-            T_map_laser.between(T_map_laser_now),
+            T_map_laser.between(found),
             fit.iterations,
             fit.converged,
             len(self._facets),
             fit.inliers,
             self._drift.covariance(self._last, self._covariance),
-            _unconstrained(fit.projector),
+            unconstrained,
             searched,
             self._misfits >= self.config.lost_after,
         )
@@ -139,13 +132,18 @@ class SurfelMapper:
         offset = _offset(fit.pose, prior)
         return fit.inliers - 0.5 * float(offset @ weighed @ offset)
 
-    def _trust_odometry(self, prior: FloatArray, fit: _Fit, motion: FloatArray) -> None:
-        """Raise the variances of odometry where the scans contradict it, and lower them again where they do not."""
-        config, offset = self.config.motion, _offset(fit.pose, prior)
-        expected = motion + self.config.correlation * np.linalg.inv(fit.information + np.eye(3))
-        surprise = min(float(offset @ np.linalg.solve(expected, offset)) / 3.0, 2.0 * config.most_growth)
-        growth = config.memory * self._growth + (1.0 - config.memory) * surprise
-        self._growth = min(max(growth, 1.0), config.most_growth)
+    def _learn(self, fit: _Fit, prior: FloatArray, predicted: FloatArray, motion: FloatArray) -> FloatArray:
+        """Keep the covariance of the sensor's pose, trust odometry less where scans contradict it, count misfits;
+        returns the unconstrained directions."""
+        config, offset = self.config, _offset(fit.pose, prior)
+        self._covariance, surprise, unconstrained = fuse(
+            predicted, motion, offset, fit.information, fit.projector, config.lever, config.correlation
+        )
+        most, memory = config.motion.most_growth, config.motion.memory
+        growth = memory * self._growth + (1.0 - memory) * min(surprise, 2.0 * most)
+        self._growth = min(max(growth, 1.0), most)
+        self._misfits = self._misfits + 1 if fit.inliers < config.lost_below * len(self._facets) else 0
+        return unconstrained
 
 
 def _as_array(pose: Pose2D) -> FloatArray:
@@ -156,20 +154,6 @@ def _offset(pose: FloatArray, prior: FloatArray) -> FloatArray:
     return np.array([pose[0] - prior[0], pose[1] - prior[1], wrap_angle(pose[2] - prior[2])])
 
 
-def _lever(base: Pose2D, laser: Pose2D, sign: float = 1.0) -> FloatArray:
-    """Jacobian (3, 3) of the laser's x, y, theta by the base's; with sign -1, of the base's by the laser's."""
-    return np.array([[1.0, 0.0, sign * (base.y - laser.y)], [0.0, 1.0, sign * (laser.x - base.x)], [0.0, 0.0, 1.0]])
-
-
-def _posterior(predicted: FloatArray, fit: _Fit, config: LeastSquaresConfig) -> FloatArray:
-    """Covariance (3, 3) after the scan, whose information counts only in the directions that it constrains."""
-    scale = np.array([1.0, 1.0, config.lever])
-    keep = fit.projector * scale[:, None].T / scale[:, None]
-    information = keep.T @ fit.information @ keep / config.correlation
-    return np.asarray(np.linalg.inv(np.linalg.inv(predicted) + information))
-
-
-def _unconstrained(projector: FloatArray) -> FloatArray:
-    """The directions (K, 3) that a projector onto the others takes away."""
-    values, vectors = np.linalg.eigh(projector)
-    return np.asarray(vectors[:, values < 0.5].T)
+def _lever(a: Pose2D, b: Pose2D) -> FloatArray:
+    """Jacobian (3, 3) of the x, y, theta of ``b`` by those of ``a``, where the two are fixed to each other."""
+    return np.array([[1.0, 0.0, a.y - b.y], [0.0, 1.0, b.x - a.x], [0.0, 0.0, 1.0]])

@@ -14,6 +14,7 @@ from rich.console import Console
 from slam.errors import HopslamError
 from slam.run.bench.cli import app as bench
 from slam.run.lines_cli import lines
+from slam.run.world_cli import world
 
 if TYPE_CHECKING:
     from slam.run.experiment import Outcome
@@ -26,6 +27,7 @@ app = typer.Typer(
     add_completion=False,
 )
 app.command()(lines)
+app.command()(world)
 app.add_typer(bench, name="bench")
 console = Console()
 

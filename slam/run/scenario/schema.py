@@ -7,6 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from slam.config import Section, SlamConfig
+from slam.run.scenario.generators.kinds import Generator
 from slam.run.scenario.lidar_config import LidarConfig
 from slam.run.scenario.people import Person
 from slam.run.scenario.robot_config import RobotConfig
@@ -18,7 +19,7 @@ class Route(Section):
     """Way-points, followed one after another on the estimated pose."""
 
     waypoints: tuple[Point, ...] = ()
-    """Map frame, metres; none: the robot stands."""
+    """Map frame, metres; none: the robot stands. Left out where a world is generated: a tour of it."""
     speed: Positive = 0.5
     """m/s."""
     turn_speed: Positive = 0.8
@@ -40,6 +41,8 @@ class Scenario(Section):
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._ -]*$")
     """Of the run folders too."""
     description: str = ""
+    generate: Generator | None = None
+    """Makes a world, a route and people from a seed, when the scenario is loaded; written by hand, they add to it."""
     world: World = World()
     people: tuple[Person, ...] = ()
     robot: RobotConfig = RobotConfig()
@@ -50,7 +53,7 @@ class Scenario(Section):
     duration: Positive = 600.0
     """The run ends after this many simulated seconds at the latest."""
     seed: int = Field(0, ge=0)
-    """Of all that is random: noise of the lidar and the wheels, and the draw of map points."""
+    """Of all that is random: values that the file leaves to chance, noise of the lidar and the wheels, map points."""
 
     @property
     def steps_per_scan(self) -> int:

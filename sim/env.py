@@ -23,7 +23,7 @@ from slam.run.env.episode import Episode
 from slam.run.env.info import episode_info
 from slam.run.env.top_view import TopView
 from slam.run.env.views import make_views
-from slam.run.scenario.file import load_scenario
+from slam.run.scenario.file import load_template
 from slam.run.scenario.schema import Scenario
 
 ObservationDict = dict[str, NDArray[Any]]
@@ -133,7 +133,9 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         **arguments: Any,
     ) -> None:
         self.config = env_config(arguments)
-        self.scenario = scenario if isinstance(scenario, Scenario) else load_scenario(scenario, settings)
+        world = scenario if isinstance(scenario, Scenario) else load_template(scenario, settings)
+        self._template = None if isinstance(world, Scenario) else world
+        self.scenario = world if isinstance(world, Scenario) else world.draw()
         self._require_route()
         views = make_views(self.config, self.scenario)
         spaces: Space[Any] = Dict({name: view.space() for name, view in views.items()})
@@ -197,8 +199,18 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         self._robot = self._episode = None
 
     def _begin(self, seed: int) -> None:
+        """The same world again, or a new one where the scenario leaves something to chance."""
+        if self._template is not None and self._template.random:
+            self._enter(self._template.draw(seed))
         self.close()
         self._robot = SimRobot(self.scenario, seed)
+
+    def _enter(self, scenario: Scenario) -> None:
+        if scenario.lidar.description != self.scenario.lidar.description:
+            raise ScenarioError(f"{scenario.name}: lidar.model is random, and spaces cannot change; settle on one")
+        self.scenario = scenario
+        if self._top_view is not None:
+            self._top_view.show(scenario)
 
     def _observe(self) -> Observation:
         observation = self.robot.observe()

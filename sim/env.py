@@ -11,7 +11,6 @@ import numpy as np
 from gymnasium.spaces import Dict, Space
 from numpy.typing import NDArray
 
-from sim.p3dx import TRACK
 from sim.robot import SimRobot
 from slam.errors import RobotError, ScenarioError
 from slam.odometry import Twist2D
@@ -34,9 +33,9 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
 
     ## Description
     A differential-drive robot drives through a PyBullet world, sees it through a noisy lidar and reckons its way by
-    wheels that err. One step is one turn of the lidar: the action is held for ``scan_time`` = 0.1 s, in which the base
-    follows its acceleration ramps at every physics step, 1/240 s, and the scan at the end is the observation. A
-    scenario whose physics rate does not divide the scan time is refused.
+    wheels that err. One step is one turn of the lidar, 0.1 s: so long the action is held, and at the end the scan is
+    observed. Meanwhile physics advances at ``physics.rate``, 240 steps a second, and the base follows
+    its ramps at ``robot.control_rate``, 60 times a second. A scenario in which one does not divide the other is refused.
 
     ## Action Space
     ``Box(-1, 1, (2,), float32)``, in SI units:
@@ -46,9 +45,9 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     | `"twist"` | v, forward, m/s | omega, counter-clockwise, rad/s |
     | `"wheels"` | left rim, m/s | right rim, m/s |
 
-    With wheels of track b = 0.33 m, v = (left + right) / 2 and omega = (right - left) / b. Nothing is scaled; a number
-    beyond 1 is obeyed up to the scenario's limits, and `info["applied"]` is what the base was told in the end. Another
-    shape, and numbers that are not finite, are an `InputError`.
+    v = (left + right) / 2 and omega = (right - left) / b, with the track b = ``robot.odometry.track``. Nothing is
+    scaled; a number beyond 1 is obeyed up to the scenario's limits, and `info["applied"]` is what the base was told in
+    the end. Another shape, and numbers that are not finite, are an `InputError`.
 
     ## Observation Space
     A ``Dict`` of the keys in `observe`, fresh arrays at every step:
@@ -190,7 +189,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
             self._top_view = TopView(self.scenario)
         slam = self.episode.slam
         lines = np.empty((0, 2, 2)) if slam is None else slam.lines.ends
-        return self._top_view.frame(self.episode.moment, lines, np.empty((0, 2)))
+        return self._top_view.frame(self.episode.moment, lines, self.robot.people)
 
     def close(self) -> None:
         """Free the physics engine; closing twice is allowed."""
@@ -201,9 +200,12 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     def _begin(self, seed: int) -> None:
         """The same world again, or a new one where the scenario leaves something to chance."""
         if self._template is not None and self._template.random:
+            self.close()
             self._enter(self._template.draw(seed))
-        self.close()
-        self._robot = SimRobot(self.scenario, seed)
+        if self._robot is None:
+            self._robot = SimRobot(self.scenario, seed)
+        else:
+            self._robot.restart(seed)
 
     def _enter(self, scenario: Scenario) -> None:
         if scenario.lidar.description != self.scenario.lidar.description:
@@ -219,7 +221,11 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         return observation
 
     def _twist(self, action: Any) -> Twist2D:
-        return twist_action(action) if self.config.action == "twist" else wheels_action(action, TRACK)
+        return (
+            twist_action(action)
+            if self.config.action == "twist"
+            else wheels_action(action, self.scenario.robot.odometry.track)
+        )
 
     def _require_route(self) -> None:
         needs = "reward='progress'" if self.config.reward == "progress" else "observe='goal'"

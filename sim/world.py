@@ -17,15 +17,21 @@ from slam.run.scenario.world_plan import Prism
 
 GRAVITY: Final = 9.81
 """m/s^2."""
-SOLVER_ITERATIONS: Final = 75
-"""With PyBullet's 50 a standing robot creeps 2 um/s, with 75 a tenth of it; turning in place gains as much."""
+SOLVER_ITERATIONS: Final = 60
+"""With PyBullet's 50 a standing robot creeps 2 um/s, with 60 less than half of it; each costs 0.3 us a step."""
 RAYS_PER_CALL: Final = 8192
 """PyBullet drops rays from 16,384 on without a word."""
 TOUCH: Final = 1e-3
 """Two bodies touch when closer than this, metres; PyBullet lists contacts from 20 mm on."""
 
-FLOOR, WALLS = 1, 2
-"""Collision groups, used in p3dx.urdf too; the robot is 4. Rays belong to group 1 and meet the walls only."""
+OUT_OF_REACH: Final = (0.0, 0.0, -10.0)
+"""Under the floor, where nothing meets anything; metres."""
+
+FLOOR, WALLS, ROBOT, PEOPLE = 1, 2, 4, 8
+"""Collision groups, used in p3dx.urdf too. Rays belong to group 1 and meet the walls only."""
+
+Contact = tuple[float, float]
+"""x and y of where a body was touched."""
 
 _hit_fraction = itemgetter(2)
 
@@ -34,6 +40,7 @@ class World:
     """A physics world of its own that steps ``rate`` times a second. Use it as a context manager, or close it."""
 
     def __init__(self, prisms: Sequence[Prism], rate: int) -> None:
+        self.prisms = tuple(prisms)
         self.rate = rate
         self.steps = 0
         self.bullet = Bullet()
@@ -46,8 +53,9 @@ class World:
             collisionFilterMode=0,  # both masks must agree; the default is that one is enough (bullet3 issue 4148)
         )
         self.bullet.call(pybullet.setGravity, 0.0, 0.0, -GRAVITY)
-        self._add_static(FLOOR, lateral_friction=1.0, shapeType=pybullet.GEOM_PLANE)
-        self._walls = self._add_mesh(extrude(prisms)) if prisms else None
+        self._floor = self._add_static(FLOOR, lateral_friction=1.0, shapeType=pybullet.GEOM_PLANE)
+        if prisms:
+            self._add_mesh(extrude(prisms))
 
     def __enter__(self) -> Self:
         return self
@@ -76,12 +84,29 @@ class World:
         self.bullet.call(pybullet.stepSimulation)
         self.steps += 1
 
-    def touches_walls(self, body: int) -> bool:
-        """Whether this body touched anything that stands on the floor in the last step."""
-        if self._walls is None:
-            return False
-        contacts = self.bullet.call(pybullet.getContactPoints, body, self._walls)
-        return any(contact[8] < TOUCH for contact in contacts)
+    def save(self) -> None:
+        """Remember the state of all bodies, for ``restore``."""
+        self._saved = self.bullet.call(pybullet.saveState)
+
+    def restore(self) -> None:
+        """Back to the time 0 and to the state that was saved; motors keep what they were told last."""
+        self.bullet.call(pybullet.restoreState, self._saved)
+        self.steps = 0
+
+    def contacts(self, body: int) -> list[Contact]:
+        """Where the base of this body touched anything but the floor in the last step."""
+        near = self.bullet.call(pybullet.getContactPoints, body, linkIndexA=-1)
+        return [c[5][:2] for c in near if c[2] != self._floor and c[8] < TOUCH]
+
+    def add_pillar(self, radius: float, height: float) -> int:
+        """A cylinder that ``move`` sets down and the robot runs into; rays pass through it. It starts out of reach."""
+        pillar = self._add_static(PEOPLE, 0.5, shapeType=pybullet.GEOM_CYLINDER, radius=radius, height=height)
+        self.move(pillar, *OUT_OF_REACH)
+        return pillar
+
+    def move(self, pillar: int, x: float, y: float, z: float) -> None:
+        """Put the middle of a pillar there, at once."""
+        self.bullet.call(pybullet.resetBasePositionAndOrientation, pillar, (x, y, z), (0.0, 0.0, 0.0, 1.0))
 
     def cast(self, origins: FloatArray, ends: FloatArray) -> FloatArray:
         """How far along each ray, from ``origins`` (N, 3) to ``ends`` (N, 3), something stands: 0 to 1, or inf; (N,).

@@ -120,6 +120,6 @@ def test_a_lidar_left_to_chance_is_refused() -> None:
         for seed in range(20):
             env.reset(seed=seed)
 
-    with P3DXEnv("paper_simulation", ["lidar.model={choice: [urg04lx, table1]}"]) as env:
-        with pytest.raises(ScenarioError, match=r"lidar\.model is random"):
-            reset_often(env)
+    env = P3DXEnv("paper_simulation", ["lidar.model={choice: [urg04lx, table1]}"])
+    with env, pytest.raises(ScenarioError, match=r"lidar\.model is random"):
+        reset_often(env)

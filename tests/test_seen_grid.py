@@ -14,13 +14,13 @@ SIZE = 12
 inside = st.floats(0.01, SIZE - 0.01)
 
 
-def chords(x: float, y: float, heading: float, length: float) -> np.ndarray:
-    """Length of the ray within each cell, by clipping it to all of them at once (slabs)."""
+def chords(x: float, y: float, heading: float, length: float, inset: float) -> np.ndarray:
+    """Length of the ray within each cell, smaller by ``inset`` on all sides, clipped to all of them at once (slabs)."""
     direction = np.array([np.cos(heading), np.sin(heading)])
     direction[np.abs(direction) < 1e-12] = 1e-12
     rows, columns = np.mgrid[:SIZE, :SIZE]
     low = np.stack([columns, rows], axis=-1) - np.array([x, y])
-    borders = np.sort(np.stack([low, low + 1.0]) / direction, axis=0)
+    borders = np.sort(np.stack([low + inset, low + 1.0 - inset]) / direction, axis=0)
     return np.minimum(borders[1].min(axis=-1), length) - np.maximum(borders[0].max(axis=-1), 0.0)
 
 
@@ -30,9 +30,8 @@ def test_a_ray_marks_the_cells_that_it_crosses_and_no_others(
 ) -> None:
     cells = np.zeros((SIZE, SIZE), np.uint8)
     found = mark_rays(cells, x, y, np.array([heading]), np.array([length]), np.array([echo]))
-    inside_for = chords(x, y, heading, length)
-    assert (cells[inside_for > 1e-9] != UNKNOWN).all()
-    assert (cells[inside_for < -1e-9] == UNKNOWN).all()
+    assert (cells[chords(x, y, heading, length, inset=1e-9) > 0.0] != UNKNOWN).all()
+    assert (cells[chords(x, y, heading, length, inset=-1e-9) < 0.0] == UNKNOWN).all()
     assert found == np.count_nonzero(cells)
     column, row = int(np.floor(x + length * np.cos(heading))), int(np.floor(y + length * np.sin(heading)))
     walls = np.argwhere(cells == WALL).tolist()

@@ -63,13 +63,15 @@ def _as_built(env: Any) -> Table:
     """The spaces and the clock of this one environment, with its default arguments."""
     from rich.table import Table
 
-    table, scenario = Table(box=None, show_header=False), env.scenario
+    scenario, table = env.scenario, Table(box=None, show_header=False)
     table.add_row("action", str(env.action_space))
     for name, space in env.observation_space.spaces.items():
         table.add_row(f"observation {name}", str(space))
-    steps, scan_time = scenario.steps_per_scan, scenario.lidar.description.lidar.scan_time
+    clock, scan_time = scenario.clock, scenario.lidar.description.lidar.scan_time
     table.add_row(
-        "time", f"1 step = 1 scan = {scan_time:g} s = {steps} steps of physics, {scenario.physics.rate} a second"
+        "time",
+        f"a step is a scan, {scan_time:g} s: {clock.controls_per_scan} control steps "
+        f"of {clock.steps_per_control} physics steps of 1/{clock.rate} s",
     )
     table.add_row("scenario", f"{scenario.name}: {scenario.description}")
     return table

@@ -46,7 +46,7 @@ def clearance(points: FloatArray, footprints: Sequence[FloatArray]) -> FloatArra
     return np.where(inside, 0.0, distance)
 
 
-def sampled(path: Sequence[tuple[float, float]], step: float = 0.05) -> FloatArray:
+def sampled(path: Sequence[tuple[float, float]] | FloatArray, step: float = 0.05) -> FloatArray:
     """Points (N, 2) on a polyline, no more than ``step`` metres apart, its corners among them."""
     corners = np.asarray(path, np.float64)
     parts = [corners[:1]]

@@ -109,6 +109,15 @@ def test_a_generator_without_a_seed_is_random(tmp_path: Path) -> None:
     assert not load_template(write(tmp_path, "generate: {kind: loop, seed: 3}")).random
 
 
+def test_the_kind_of_generator_and_the_method_may_be_random(tmp_path: Path) -> None:
+    text = (
+        "generate: {kind: {choice: [corridor, loop, office]}}\nslam: {lines: {method: {choice: [paper, chi_square]}}}"
+    )
+    draws = [load_template(write(tmp_path, text)).draw(seed) for seed in range(12)]
+    assert len({len(scenario.route.waypoints) for scenario in draws}) >= 3
+    assert {scenario.slam.lines.method for scenario in draws} == {"paper", "chi_square"}
+
+
 def test_no_key_of_a_scenario_is_named_like_a_distribution() -> None:
     seen: set[Any] = set()
 

@@ -33,8 +33,8 @@ _WALKER_FROM_THINGS: Final = 0.35
 class Room:
     """A rectangle between the faces of its walls, ``low`` to ``high`` corner, metres, map frame.
 
-    What is put into it keeps off ``route`` and ``leaves``: points (N, 2) in and near the room, on the robot's way and on
-    the outlines of doors.
+    What is put into it keeps off ``route`` and ``leaves``: points (N, 2) in and near the room, on the robot's way
+    and on the outlines of doors.
     """
 
     low: Point

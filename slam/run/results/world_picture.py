@@ -99,6 +99,6 @@ def _extent(prisms: Sequence[Prism], scenario: Scenario) -> tuple[FloatArray, Fl
 
 
 def _size(extent: FloatArray) -> tuple[float, float]:
-    """Inches: the longer side 12, the shorter in proportion but never less than 2.5, and room for the labels."""
+    """Inches: the longer side 12, the shorter in proportion but never less than 1.2, and room for the labels."""
     width, height = 12.0 * extent / extent.max()
-    return max(float(width), 5.0) + 0.8, max(float(height), 2.0) + 1.0
+    return max(float(width), 5.0) + 0.8, max(float(height), 1.2) + 1.0

@@ -35,18 +35,20 @@ def clearance(points: FloatArray, footprints: Sequence[FloatArray]) -> FloatArra
     if not footprints:
         return np.full(len(points), np.inf)
     start = np.concatenate(footprints)
-    edge = np.concatenate([np.roll(footprint, -1, axis=0) for footprint in footprints]) - start
+    first = np.cumsum([0, *map(len, footprints)])
+    following = np.arange(1, len(start) + 1)
+    following[first[1:] - 1] = first[:-1]
+    edge = start[following] - start
     to_point = points[:, np.newaxis] - start
     squared = np.maximum((edge**2).sum(axis=1), np.finfo(np.float64).tiny)
     along = np.clip((to_point * edge).sum(axis=2) / squared, 0.0, 1.0)
     distance = np.linalg.norm(to_point - along[:, :, np.newaxis] * edge, axis=2).min(axis=1)
     left_of_edge = edge[:, 0] * to_point[:, :, 1] - edge[:, 1] * to_point[:, :, 0]
-    first = np.cumsum([0, *map(len, footprints)])[:-1]
-    inside = (np.minimum.reduceat(left_of_edge, first, axis=1) >= 0.0).any(axis=1)
+    inside = (np.minimum.reduceat(left_of_edge, first[:-1], axis=1) >= 0.0).any(axis=1)
     return np.where(inside, 0.0, distance)
 
 
-def sampled(path: Sequence[tuple[float, float]], step: float = 0.05) -> FloatArray:
+def sampled(path: Sequence[tuple[float, float]] | FloatArray, step: float = 0.05) -> FloatArray:
     """Points (N, 2) on a polyline, no more than ``step`` metres apart, its corners among them."""
     corners = np.asarray(path, np.float64)
     parts = [corners[:1]]

@@ -103,4 +103,4 @@ def _occupied(path: Path, header: MapHeader) -> NDArray[np.bool_]:
     except (UnidentifiedImageError, Image.DecompressionBombError, ValueError) as error:
         raise ValueError(f"{path}: not an image in a format that maps come in (PGM, PNG, BMP)") from error
     darkness = grey if header.negate else 1.0 - grey
-    return (darkness > header.occupied_thresh)[::-1]
+    return (darkness > header.occupied_thresh)[::-1].copy()

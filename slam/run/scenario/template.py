@@ -63,7 +63,7 @@ class ScenarioTemplate:
     def _find_random(self) -> dict[Location, RandomValue]:
         """The random values by their paths; a generator without a seed of its own gets a random one."""
         generate = self._source.data.get("generate")
-        if isinstance(generate, dict):
+        if isinstance(generate, dict) and "kind" in generate:
             generate.setdefault("seed", {"integer": [0, 2**31]})
         return {path: self._parsed(path, kind, text) for path, kind, text in find_random(self._source.data)}
 

@@ -69,18 +69,25 @@ class Wall(Section):
     doors: tuple[Door, ...] = ()
 
     def prisms(self) -> Iterator[Prism]:
-        """What stands of each stretch, half a thickness longer at its ends so that corners are filled, and the leaves
-        of its doors."""
+        """What stands of each stretch, half a thickness longer at its ends so that corners are filled; then the leaves
+        of all doors."""
         for stretch in self._stretches():
-            doors = sorted((door for door in self.doors if stretch.holds(door)), key=lambda door: door.at)
-            openings = [place - stretch.begin for door in doors for place in (door.at, door.end)]
+            openings = [place - stretch.begin for door in self._doors_in(stretch) for place in (door.at, door.end)]
             ends = [-self.thickness / 2, *openings, stretch.length + self.thickness / 2]
             for low, high in zip(ends[::2], ends[1::2], strict=True):
                 if high > low:
                     yield stretch.solid(low, high, self.thickness, self.height)
-            for door in doors:
+        yield from self.leaves()
+
+    def leaves(self) -> Iterator[Prism]:
+        """The leaves of the doors alone."""
+        for stretch in self._stretches():
+            for door in self._doors_in(stretch):
                 if door.angle is not None:
                     yield self._leaf(stretch, door, door.angle)
+
+    def _doors_in(self, stretch: Stretch) -> list[Door]:
+        return sorted((door for door in self.doors if stretch.holds(door)), key=lambda door: door.at)
 
     def _stretches(self) -> list[Stretch]:
         ends = [*self.points, self.points[0]] if self.closed else self.points

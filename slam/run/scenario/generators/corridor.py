@@ -45,7 +45,9 @@ class CorridorGenerator(Passage):
         )
 
     def _person(self, rng: np.random.Generator) -> Person:
-        y = self.walking_offset(rng)
-        near, far = np.sort(rng.uniform(0.5, self.length - 0.5, size=2))
-        near, far, y, speed, start = millimetres(near, far, y, rng.uniform(0.5, 1.3), rng.uniform(0.0, far - near))
+        """Up and down a part of the corridor."""
+        way = rng.uniform(0.25, 0.75) * (self.length - 2.0 * _TURN)
+        near = rng.uniform(_TURN, self.length - _TURN - way)
+        near, far, y = millimetres(near, near + way, self.walking_offset(rng))
+        speed, start = millimetres(rng.uniform(0.5, 1.3), rng.uniform(0.0, way))
         return Person(waypoints=((near, y), (far, y)), speed=speed, start=start, pause=1.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import reduce
 from itertools import pairwise
-from math import pi
+from math import cos, pi
 from typing import Final, Literal, Self
 
 import numpy as np
@@ -24,7 +24,7 @@ _THICKNESS: Final[float] = Wall.model_fields["thickness"].default
 _INTO_ROOM: Final = 1.1
 """The robot drives so far into a room that it visits, metres."""
 _BESIDE_DOOR: Final = 0.2
-"""Least wall between a door and the corner of its room, metres."""
+"""Least wall between a door, or its open leaf, and the corner of its room, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class OfficeGenerator(Section):
     """Between the walls, metres."""
     door_width: float = Field(0.95, ge=0.8)
     """Metres."""
-    door_angle: Span = (1.6, 2.4)
+    door_angle: Span = (1.6, 2.0)
     """Least and largest angle of an open door's leaf, radians; less than pi / 2 would block the way."""
     shut: float = Field(0.25, ge=0, le=1)
     """Share of the doors that are shut, on average."""
@@ -75,12 +75,15 @@ class OfficeGenerator(Section):
         rng = np.random.default_rng(self.seed)
         rows = self._rows(rng)
         waypoints = self._waypoints(rows, rng)
-        route = sampled([(1.0, 0.0), *waypoints])
-        rooms = [room for row in rows for room in self._rooms_of(row)]
-        pieces = [room.pieces(self.furniture, route, rng) for room in rooms]
+        route = sampled([(1.0, 0.0), *waypoints], step=0.1)
+        walls = self._walls(rows)
+        outlines = [sampled(leaf.footprint, step=0.1) for wall in walls for leaf in wall.leaves()]
+        leaves = np.concatenate(outlines)
+        rooms = [Room.between(low, high, route, leaves) for row in rows for low, high in self._floors(row)]
+        pieces = [room.pieces(self.furniture, rng) for room in rooms]
         chosen = rng.permutation(np.resize(rng.permutation(len(rooms)), self.people))
-        people = [rooms[k].person(route, pieces[k], rng) for k in chosen]
-        world = reduce(World.joined, map(furniture, pieces), World(walls=self._walls(rows)))
+        people = [rooms[k].person(pieces[k], rng) for k in chosen]
+        world = reduce(World.joined, map(furniture, pieces), World(walls=walls))
         return Site(world, Place(x=1.0), waypoints, tuple(person for person in people if person))
 
     def _rows(self, rng: np.random.Generator) -> tuple[Row, Row]:
@@ -96,7 +99,7 @@ class OfficeGenerator(Section):
         """One for each room."""
         doors = []
         for low, high in pairwise(bounds):
-            at = rng.uniform(low + _BESIDE_DOOR, high - _BESIDE_DOOR - self.door_width)
+            at = rng.uniform(low + self._beside_door, high - self._beside_door - self.door_width)
             at, angle = millimetres(at, 0.0 if rng.random() < self.shut else rng.uniform(*self.door_angle))
             hinge: Literal["begin", "end"] = "begin" if rng.integers(2) else "end"
             doors.append(Door(at=at, width=self.door_width, angle=angle, hinge=hinge))
@@ -113,17 +116,23 @@ class OfficeGenerator(Section):
         return (*stops, (round(far, 3), 0.0), (1.0, 0.0))
 
     @property
+    def _beside_door(self) -> float:
+        """From a door to the corner of its room, metres, at least."""
+        return _BESIDE_DOOR - self.door_width * cos(self.door_angle[1])
+
+    @property
     def _room_front(self) -> float:
         """y of a row's room behind the corridor's wall, metres."""
         return self.corridor_width / 2.0 + _THICKNESS
 
-    def _rooms_of(self, row: Row) -> list[Room]:
+    def _floors(self, row: Row) -> list[tuple[Point, Point]]:
+        """Lower and upper corner of each room, map frame."""
         half, front = _THICKNESS / 2.0, self._room_front
         corners = [
             (row.point(x0 + half, front), row.point(x1 - half, front + self.room_depth))
             for x0, x1 in pairwise(row.bounds)
         ]
-        return [Room((min(a[0], b[0]), min(a[1], b[1])), (max(a[0], b[0]), max(a[1], b[1]))) for a, b in corners]
+        return [((min(a[0], b[0]), min(a[1], b[1])), (max(a[0], b[0]), max(a[1], b[1]))) for a, b in corners]
 
     def _walls(self, rows: tuple[Row, Row]) -> tuple[Wall, ...]:
         """Of each row: the one with the doors, the one behind, the partitions; then both ends of the corridor."""
@@ -139,9 +148,9 @@ class OfficeGenerator(Section):
 
     @model_validator(mode="after")
     def _doors_fit(self) -> Self:
-        least = self.door_width + 2.0 * _BESIDE_DOOR
-        if self.room_length[0] < max(least, 2.0):
-            raise ValueError(f"room_length: {self.room_length[0]:g} m is too short; at least {max(least, 2.0):g} m")
+        least = max(self.door_width + 2.0 * self._beside_door, 2.0)
+        if self.room_length[0] < least:
+            raise ValueError(f"room_length: {self.room_length[0]:g} m is too short; at least {least:.2f} m")
         if self.door_angle[0] < pi / 2.0 or self.door_angle[1] > pi:
             raise ValueError(f"door_angle = {list(self.door_angle)} rad must lie within pi / 2 and pi")
         return self

@@ -13,10 +13,13 @@ from slam.run.scenario.generators.side import SLOT, Side
 from slam.run.scenario.values import Count, NotNegative, Positive
 from slam.run.scenario.world_plan import World
 
-PERSON: Final = 0.2
-"""Half of the width that somebody walking takes, metres."""
 _LEAST_DEPTH: Final = 0.2
-_LANE_WITH_PEOPLE: Final = 1.6
+"""Of furniture, metres."""
+_BODY: Final = 0.2
+"""Half of the width that somebody walking takes, metres."""
+_BESIDE_ROBOT: Final = 0.6
+"""From the robot's way to where people walk, metres, at least."""
+_LANE_WITH_PEOPLE: Final = 2.0 * (_BESIDE_ROBOT + _BODY)
 
 
 class Passage(Section):
@@ -60,12 +63,12 @@ class Passage(Section):
         return World(walls=tuple(walls), boxes=tuple(boxes), tables=tuple(tables))
 
     def walking_offset(self, rng: np.random.Generator) -> float:
-        """Where somebody walks: metres to the left of the middle, near one edge of the lane."""
-        return float(rng.choice([-1.0, 1.0])) * (self.lane / 2.0 - PERSON)
+        """Where somebody walks: metres to the left of the middle, beside the robot's way and within the lane."""
+        return float(rng.choice([-1.0, 1.0]) * rng.uniform(_BESIDE_ROBOT, self.lane / 2.0 - _BODY))
 
     @model_validator(mode="after")
     def _things_fit(self) -> Self:
-        if self.depth < _LEAST_DEPTH and self.boxes + self.tables:
+        if self.depth < _LEAST_DEPTH - 1e-9 and self.boxes + self.tables:
             raise ValueError(
                 f"width = {self.width:g} m and lane = {self.lane:g} m leave less than {_LEAST_DEPTH} m on either side "
                 f"for furniture; widen it, or set boxes and tables to 0"
@@ -73,7 +76,9 @@ class Passage(Section):
         if self.lane > self.width:
             raise ValueError(f"lane = {self.lane:g} m is wider than the passage, width = {self.width:g} m")
         if self.people and self.lane < _LANE_WITH_PEOPLE:
-            raise ValueError(f"lane = {self.lane:g} m is too narrow to meet people in; at least {_LANE_WITH_PEOPLE} m")
+            raise ValueError(
+                f"lane = {self.lane:g} m is too narrow to meet people in; at least {_LANE_WITH_PEOPLE:g} m"
+            )
         wanted, there = self.recesses + self.boxes + self.tables, sum(side.slots for side in self.sides())
         if wanted > there:
             raise ValueError(f"{wanted} recesses, boxes and tables; the walls have room for {there}, {SLOT} m for each")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, pi
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 
@@ -31,36 +31,53 @@ _WALKER_FROM_THINGS: Final = 0.35
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """A rectangle between the faces of its walls, ``low`` to ``high`` corner, metres, map frame."""
+    """A rectangle between the faces of its walls, ``low`` to ``high`` corner, metres, map frame.
+
+    What is put into it keeps off ``route`` and ``leaves``: points (N, 2) in and near the room, on the robot's way
+    and on the outlines of doors.
+    """
 
     low: Point
     high: Point
+    route: FloatArray
+    leaves: FloatArray
 
-    def pieces(self, count: int, route: FloatArray, rng: np.random.Generator) -> list[Piece]:
-        """Up to ``count`` pieces of furniture, apart from each other and from the points (N, 2) of the robot's way."""
+    @classmethod
+    def between(cls, low: Point, high: Point, route: FloatArray, leaves: FloatArray) -> Self:
+        """The room, with what it needs of the points on all ways and doors."""
+        return cls(low, high, *(_near(points, low, high) for points in (route, leaves)))
+
+    def pieces(self, count: int, rng: np.random.Generator) -> list[Piece]:
+        """Up to ``count`` pieces of furniture, apart from each other."""
         placed: list[Piece] = []
         for _ in range(count):
             tries = (self._piece(rng) for _ in range(_TRIES))
-            free = (
-                piece
-                for piece in tries
-                if all(_apart(piece, other) for other in placed)
-                and clearance(route, [_footprint(piece)]).min() >= _FROM_ROUTE
-            )
-            placed.extend([piece for piece in [next(free, None)] if piece])
+            free = (piece for piece in tries if self._has_place(piece, placed))
+            placed += [piece for piece in [next(free, None)] if piece]
         return placed
 
-    def person(self, route: FloatArray, pieces: Sequence[Piece], rng: np.random.Generator) -> Person | None:
-        """Somebody who walks to and fro, clear of the robot's way and of the furniture; None where there is no room."""
+    def person(self, pieces: Sequence[Piece], rng: np.random.Generator) -> Person | None:
+        """Somebody who walks to and fro, clear of the furniture too; None where there is no room."""
         things = [_footprint(piece) for piece in pieces]
         for _ in range(_TRIES):
             ends = [self._point(0.4, 0.4, rng) for _ in range(2)]
             path = sampled(ends)
-            from_route = np.linalg.norm(path[:, np.newaxis] - route, axis=2).min()
-            if from_route >= _WALKER_FROM_ROUTE and clearance(path, things).min() >= _WALKER_FROM_THINGS:
+            if (
+                _all_far(path, self.route, _WALKER_FROM_ROUTE)
+                and _all_far(path, self.leaves, _WALKER_FROM_THINGS)
+                and clearance(path, things).min() >= _WALKER_FROM_THINGS
+            ):
                 (speed,) = millimetres(rng.uniform(0.4, 1.0))
                 return Person(waypoints=(ends[0], ends[1]), speed=speed, pause=2.0)
         return None
+
+    def _has_place(self, piece: Piece, others: Sequence[Piece]) -> bool:
+        outline = _footprint(piece)
+        return (
+            all(_apart(piece, other) for other in others)
+            and bool((clearance(self.route, [outline]) >= _FROM_ROUTE).all())
+            and bool((clearance(self.leaves, [outline]) > 0.0).all())
+        )
 
     def _piece(self, rng: np.random.Generator) -> Piece:
         """One of three kinds, somewhere in the room and wholly inside."""
@@ -83,6 +100,16 @@ class Room:
             rng.uniform(self.low[0] + dx, self.high[0] - dx), rng.uniform(self.low[1] + dy, self.high[1] - dy)
         )
         return x, y
+
+
+def _near(points: FloatArray, low: Point, high: Point) -> FloatArray:
+    """Those of the points (N, 2) that matter to a room between these corners."""
+    lowest, highest = np.subtract(low, _WALKER_FROM_ROUTE), np.add(high, _WALKER_FROM_ROUTE)
+    return points[np.all((points > lowest) & (points < highest), axis=1)]
+
+
+def _all_far(path: FloatArray, points: FloatArray, distance: float) -> bool:
+    return bool((np.linalg.norm(path[:, np.newaxis] - points, axis=2) >= distance).all())
 
 
 def furniture(pieces: Sequence[Piece]) -> World:

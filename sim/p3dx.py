@@ -22,7 +22,7 @@ TICKS_PER_TURN: Final = 76_600
 """Of a wheel: 500 lines, read on 4 edges, behind a 38.3:1 gear; 125 ticks/mm, where the vendor's table says 128."""
 WATCHDOG: Final = 2.0
 """Seconds without a command after which ARCOS stops the robot (AMRISim, world.inc)."""
-MOTOR_TORQUE: Final = 3.0
+MOTOR_TORQUE: Final = 2.4
 """N m at a wheel: several times what the ramps need, and just too little to make a blocked robot slip or tip over."""
 STALL_TIME: Final = 0.5
 """Seconds of full torque after which a wheel counts as stalled. ARCOS has such a time in its StallCount; ours."""

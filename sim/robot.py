@@ -18,7 +18,7 @@ from sim.wheel_odometry import WheelOdometry
 from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Twist2D
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray
 from slam.robot import Observation, Robot
 from slam.run.scenario.schema import Scenario
 

@@ -30,9 +30,9 @@ def _speeds() -> ResultTable:
              f"{period / speed.whole:.0f}")
         )  # fmt: skip
     notes = (
-        f"A corridor with 40 boxes, 682 beams, rolling, noise of the paper, 10 scans and 240 physics steps a second; CPU "
-        f"time. The engine's calls are those that the robot makes, made again alone; for exact, the compiled caster is "
-        f"one of them. Most memory held: {peak_memory():.0f} MB."
+        f"A corridor with 40 boxes, 682 beams, rolling, noise of the paper, 10 scans and 240 physics steps a second; "
+        f"CPU time. The engine's calls are those that the robot makes, made again alone; for exact, the compiled "
+        f"caster is one of them. Most memory held: {peak_memory():.0f} MB."
     )
     columns = ("caster", "engine alone\nus a scan", "whole\nus a scan", "ours on\ntop", "simulated s\nper CPU s")
     return ResultTable("Speed of the simulator", columns, rows, notes)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
-from time import process_time
+from time import perf_counter, process_time
 from typing import Any
 from unittest.mock import patch
 
 import gymnasium
 import numpy as np
 
+from sim.bullet import Bullet
+from sim.casters import ExactCaster
 from sim.env import P3DXEnv
 from sim.robot import SimRobot
 from slam.odometry import Twist2D
@@ -45,38 +47,42 @@ def drive(robot: SimRobot, scans: int = SCANS) -> None:
 
 
 @contextmanager
-def recording(robot: SimRobot) -> Iterator[Tape]:
-    """The calls that this robot makes of PyBullet and of its ray caster, ready to be made again."""
-    tape: Tape = []
-    bullet, lidar = robot._world.bullet, robot._lidar
-    real_call, exact = bullet.call, lidar.caster
+def recording(tape: Tape) -> Iterator[None]:
+    """Robots made meanwhile note on the tape the calls that they make of PyBullet, and of the compiled caster."""
+    real_prepared, real_cast = Bullet.prepared, ExactCaster.cast
 
-    def call(function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-        tape.append(partial(function, *args, **kwargs, physicsClientId=bullet._client))
-        return real_call(function, *args, **kwargs)
+    def prepared(self: Bullet, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Callable[[], Any]:
+        raw = partial(function, *args, **kwargs, physicsClientId=self._client)
+        checked = real_prepared(self, function, *args, **kwargs)
 
-    def cast(*rays: Any) -> Any:
-        tape.append(partial(type(exact).cast, exact, *rays))
-        return type(exact).cast(exact, *rays)
+        def call() -> Any:
+            tape.append(raw)
+            return checked()
 
-    with patch.object(bullet, "call", call):
-        if type(exact).__name__ == "ExactCaster":  # the compiled caster stands for the engine's rays
-            with patch.object(exact, "cast", cast):
-                yield tape
-        else:
-            yield tape
+        return call
+
+    def cast(self: ExactCaster, *rays: Any) -> Any:
+        tape.append(partial(real_cast, self, *rays))
+        return real_cast(self, *rays)
+
+    with patch.object(Bullet, "prepared", prepared), patch.object(ExactCaster, "cast", cast):
+        yield
 
 
 def speed_of(scenario: Scenario) -> Speed:
     """The least of ROUNDS rounds of either, taken in turn, so that the machine's pace meets both alike."""
-    with SimRobot(scenario, 0) as robot:
+    tape: Tape = []
+    with ExitStack() as stack:
+        robot = stack.enter_context(SimRobot(scenario, 0))
         drive(robot)
-        with recording(robot) as tape:
-            drive(robot)
+        with recording(tape):
+            noted = stack.enter_context(SimRobot(scenario, 0))
+            tape.clear()
+            drive(noted)
         engine, whole = [], []
         for _ in range(ROUNDS):
             whole.append(cpu_seconds(partial(drive, robot)))
-            engine.append(cpu_seconds(partial(_play, robot, tape)))
+            engine.append(cpu_seconds(partial(_play, tape)))
     return Speed(min(engine) / SCANS, min(whole) / SCANS)
 
 
@@ -87,7 +93,7 @@ def cpu_seconds(function: Callable[[], object]) -> float:
     return process_time() - began
 
 
-def _play(robot: SimRobot, tape: Tape) -> None:
+def _play(tape: Tape) -> None:
     """``drive`` without hopslam: the tape begins with the restart."""
     for call in tape:
         call()
@@ -107,8 +113,6 @@ def reset_times(scenario: Scenario) -> tuple[float, float]:
 
 def env_steps_per_second(scenario: Scenario, processes: int, steps: int = 300) -> float:
     """Steps of all environments together, by the clock on the wall."""
-    from time import perf_counter
-
     envs = gymnasium.vector.AsyncVectorEnv([partial(P3DXEnv, scenario)] * processes)
     try:
         envs.reset(seed=0)

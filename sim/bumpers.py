@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from math import atan2, cos, pi, sin
 from typing import Final
 
-from sim.world import Contact
+from sim.p3dx import Contact
 from slam.pose import wrap_angle
 
 SEGMENTS: Final = 5

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final, Protocol
 
 import numpy as np
@@ -43,4 +44,5 @@ class ExactCaster:
         return cast_in_plan(origins, directions, self._reach, *self._grid)
 
 
-CASTERS: Final = {"bullet": BulletCaster, "exact": ExactCaster}
+CASTERS: Final[dict[str, Callable[[World, float, float], Caster]]] = {"bullet": BulletCaster, "exact": ExactCaster}
+"""By the name in the scenario: made from the world, the height of the rays and their reach, metres."""

@@ -83,7 +83,7 @@ def walk_all(
     """Let ``seconds`` pass for P people, and write where they are.
 
     Their ways are rows of ``nodes`` (P, K, 2) and ``marks`` (P, K), as long as ``corners`` (P,) says; ``habits`` (P, 5)
-    are speed, pause, keep, stance, stride; ``state`` (P, 2) is what was walked and the rest left. Written are ``state``,
+    are speed, pause, keep, stance, stride; ``state`` (P, 2) is what was walked and the rest left. Written are that,
     ``middles`` (P, 2) and ``legs`` (P, 2, 2).
     """
     for p in range(len(state)):

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import atan2, cos, isfinite, pi, sin
-from typing import Final
+from typing import Final, NamedTuple
 
 from sim.bullet import pybullet
 from sim.ramp import ramped
 from sim.resources import asset
 from sim.traction import Grip
-from sim.world import Contact, World
+from sim.world import TOUCH, World
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
@@ -20,16 +19,20 @@ WHEEL_RADIUS: Final = 0.0975
 """Of the wheels in p3dx.urdf, metres."""
 TICKS_PER_TURN: Final = 76_600
 """Of a wheel: 500 lines, read on 4 edges, behind a 38.3:1 gear; 125 ticks/mm, where the vendor's table says 128."""
+TICKS_PER_RADIAN: Final = TICKS_PER_TURN / (2.0 * pi)
 WATCHDOG: Final = 2.0
 """Seconds without a command after which ARCOS stops the robot (AMRISim, world.inc)."""
-MOTOR_TORQUE: Final = 3.0
-"""N m at a wheel: several times what the ramps need, and just too little to make a blocked robot slip or tip over."""
+MOTOR_TORQUE: Final = 2.4
+"""N m at a wheel: several times what the ramps need, and too little to make the wheels of a blocked robot spin."""
 STALL_TIME: Final = 0.5
 """Seconds of full torque after which a wheel counts as stalled. ARCOS has such a time in its StallCount; ours."""
 
 
-@dataclass(frozen=True, slots=True)
-class Ticks:
+Contact = tuple[float, float]
+"""x and y of where the body was touched, map frame."""
+
+
+class Ticks(NamedTuple):
     """Both wheel encoders, counted from where the robot was put down; forward is positive."""
 
     left: int
@@ -48,6 +51,9 @@ class P3dx:
         self._grip = Grip(config.traction)
         self._body = self._load(config.start.pose)
         self._wheels = [self._joint(b"left_wheel"), self._joint(b"right_wheel")]
+        self._find_contacts = world.bullet.prepared(pybullet.getContactPoints, self._body, linkIndexA=-1)
+        self._find_joints = world.bullet.prepared(pybullet.getJointStates, self._body, self._wheels)
+        self._find_base = world.bullet.prepared(pybullet.getBasePositionAndOrientation, self._body)
         self._com_x, _, self._com_z = world.bullet.call(pybullet.getDynamicsInfo, self._body, -1)[3]
         world.bullet.call(pybullet.changeDynamics, self._body, -1, linearDamping=0.0, angularDamping=0.0)
         self.restart()
@@ -80,7 +86,7 @@ class P3dx:
     @property
     def place(self) -> tuple[float, float, float]:
         """The truth, ``T_map_base``, as x, y, theta; theta in [-pi, pi]."""
-        (px, py, _), (qx, qy, qz, qw) = self._world.bullet.call(pybullet.getBasePositionAndOrientation, self._body)
+        (px, py, _), (qx, qy, qz, qw) = self._find_base()
         xx, xy = 1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qx * qy + qz * qw)  # the base's x axis in the map
         zx, zy = 2.0 * (qx * qz + qy * qw), 2.0 * (qy * qz - qx * qw)  # and its z axis
         x = px - self._com_x * xx - self._com_z * zx  # PyBullet's position is the centre of mass, which has y = 0
@@ -94,11 +100,11 @@ class P3dx:
 
     def read_encoders(self) -> Ticks:
         """Where the wheels stand now."""
-        left, right = self._world.bullet.call(pybullet.getJointStates, self._body, self._wheels)
-        self._note_torque(left[3], right[3])
+        left, right = self._find_joints()
+        for wheel, torque in enumerate((left[3], right[3])):
+            self._blocked[wheel] = self._blocked[wheel] + 1 if abs(torque) > 0.99 * MOTOR_TORQUE else 0
         angles = self._grip.turned(left[0], right[0])
-        per_radian = TICKS_PER_TURN / (2.0 * pi)
-        return Ticks(round(angles[0] * per_radian), round(angles[1] * per_radian))
+        return Ticks(round(angles[0] * TICKS_PER_RADIAN), round(angles[1] * TICKS_PER_RADIAN))
 
     @property
     def stalled(self) -> bool:
@@ -106,13 +112,8 @@ class P3dx:
         return max(self._blocked) >= STALL_TIME * self._config.control_rate
 
     def contacts(self) -> list[Contact]:
-        """Where the body touched a wall, a box or a person in the last physics step."""
-        return self._world.contacts(self._body)
-
-    def _note_torque(self, *torques: float) -> None:
-        for wheel, torque in enumerate(torques):
-            full = abs(torque) > 0.99 * MOTOR_TORQUE
-            self._blocked[wheel] = self._blocked[wheel] + 1 if full else 0
+        """Where the body touched anything but the floor in the last physics step."""
+        return [c[5][:2] for c in self._find_contacts() if c[2] != self._world.floor and c[8] < TOUCH]
 
     def _ramped_setpoint(self) -> Twist2D:
         limits, rate = self._config.limits, self._config.control_rate

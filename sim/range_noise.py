@@ -17,7 +17,7 @@ DATASHEET: Final = (0.010, 1.0, 0.01)
 
 
 def measure(ranges: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator) -> FloatArray:
-    """What the lidar makes of these true ranges (N,), metres, inf where nothing stands, ``time`` seconds after its start.
+    """What the lidar makes of these true ranges (N,), metres, inf where nothing stands, ``time`` seconds on.
 
     Any call with the same number of beams and the same ``noise`` draws as many random numbers.
     """

@@ -17,33 +17,33 @@ class Sweep:
 
     path: FloatArray
     """(S, 3): x, y, theta of ``T_map_base``, one row every ``step`` seconds; one row alone: it stood still."""
-    step: float
     legs: FloatArray
-    """(C, L, 2): where people's legs stood, every ``legs_step`` seconds."""
-    legs_step: float
+    """(S, L, 2): where people's legs stood at the same times."""
+    step: float
 
 
 @compiled
 def rays_of(
-    path: FloatArray, step: float, T_base_laser: FloatArray, angles: FloatArray, time_increment: float
+    path: FloatArray, step: float, mount: FloatArray, beams: FloatArray, time_increment: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Origins (N, 2) and unit directions (N, 2) of beams (N,), each from where the sensor is when it fires.
+    """Origins (N, 2) and unit directions (N, 2) of the beams, each from where the sensor is when it fires.
 
-    Between two rows of ``path`` the pose changes evenly.
+    ``mount`` (2,) is where the sensor sits on the base and ``beams`` (N, 2) where its beams point, as unit vectors in
+    the frame of the base. Between two rows of ``path`` the pose changes evenly.
     """
-    origins, directions = np.empty((len(angles), 2)), np.empty((len(angles), 2))
+    origins, directions = np.empty(beams.shape), np.empty(beams.shape)
     last = len(path) - 1
-    for j in range(len(angles)):
+    for j in range(len(beams)):
         at = j * time_increment / step
         k = min(int(at), last)
         n, share = min(k + 1, last), at - k
         turn = path[n, 2] - path[k, 2]
         theta = path[k, 2] + share * (turn - 2.0 * pi * np.rint(turn / (2.0 * pi)))
         c, s = cos(theta), sin(theta)
-        origins[j, 0] = path[k, 0] + share * (path[n, 0] - path[k, 0]) + c * T_base_laser[0] - s * T_base_laser[1]
-        origins[j, 1] = path[k, 1] + share * (path[n, 1] - path[k, 1]) + s * T_base_laser[0] + c * T_base_laser[1]
-        bearing = theta + T_base_laser[2] + angles[j]
-        directions[j, 0], directions[j, 1] = cos(bearing), sin(bearing)
+        origins[j, 0] = path[k, 0] + share * (path[n, 0] - path[k, 0]) + c * mount[0] - s * mount[1]
+        origins[j, 1] = path[k, 1] + share * (path[n, 1] - path[k, 1]) + s * mount[0] + c * mount[1]
+        directions[j, 0] = c * beams[j, 0] - s * beams[j, 1]
+        directions[j, 1] = s * beams[j, 0] + c * beams[j, 1]
     return origins, directions
 
 

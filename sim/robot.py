@@ -18,7 +18,7 @@ from sim.wheel_odometry import WheelOdometry
 from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Twist2D
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray
 from slam.robot import Observation, Robot
 from slam.run.scenario.schema import Scenario
 
@@ -94,19 +94,27 @@ class SimRobot:
         return self._base.command(command)
 
     def _advance(self, controls: int) -> Sweep:
-        """Let so many control steps pass; what moved meanwhile."""
-        clock, base = self._clock, self._base
-        path, legs = [base.place], [self._people.legs]
+        """Let so many control steps pass; what moved meanwhile, one row for each.
+
+        Between two rows the beams' poses are interpolated: at the default limits and rate that straightens the way by
+        0.02 mm and 0.06 mrad.
+        """
+        path, legs = [self._base.place], [self._people.legs]
         for _ in range(controls):
-            base.control()
-            for _ in range(clock.steps_per_control):
-                self._world.step()
-                path.append(base.place)
-                self._bumpers.add(base.contacts(), path[-1])
-            self._odometry.add(base.read_encoders())
-            self._people.step(path[-1][:2], clock.control_period)
+            self._control_step()
+            path.append(self._base.place)
+            self._people.step(path[-1][:2], self._clock.control_period)
             legs.append(self._people.legs)
-        return Sweep(np.array(path), 1.0 / clock.rate, np.array(legs), clock.control_period)
+        return Sweep(np.array(path), np.array(legs), self._clock.control_period)
+
+    def _control_step(self) -> None:
+        world, base = self._world, self._base
+        base.control()
+        for _ in range(self._clock.steps_per_control):
+            world.step()
+            if contacts := base.contacts():
+                self._bumpers.add(contacts, base.place)
+        self._odometry.add(base.read_encoders())
 
     def _require_open(self) -> None:
         if self._world.closed:

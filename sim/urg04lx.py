@@ -24,8 +24,9 @@ class Urg04lx:
         lidar = model.lidar
         self._config = config
         self._lidar = lidar
-        self._angles = lidar.angles
-        self._mount = np.array([config.mount.x, config.mount.y, config.mount.theta])
+        self._mount = config.mount.pose.translation
+        bearings = config.mount.theta + lidar.angles
+        self._beams = np.column_stack([np.cos(bearings), np.sin(bearings)])
         self._leg_radii = np.empty(0) if leg_radii is None else leg_radii
         reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
         self._reach = reach
@@ -48,9 +49,9 @@ class Urg04lx:
     def true_ranges(self, sweep: Sweep) -> FloatArray:
         """Distance along each beam to what stands there, metres, shape (beams,); inf where nothing is in reach."""
         increment = self._config.time_increment
-        origins, directions = rays_of(sweep.path, sweep.step, self._mount, self._angles, increment)
+        origins, directions = rays_of(sweep.path, sweep.step, self._mount, self._beams, increment)
         ranges = self.caster.cast(origins, directions)
         if len(self._leg_radii):
-            stop_at_legs(origins, directions, ranges, sweep.legs, self._leg_radii, increment / sweep.legs_step)
+            stop_at_legs(origins, directions, ranges, sweep.legs, self._leg_radii, increment / sweep.step)
             ranges[ranges > self._reach] = np.inf
         return ranges

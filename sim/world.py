@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import chain
-from operator import itemgetter
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Any, Final, Self
 
@@ -30,11 +28,6 @@ OUT_OF_REACH: Final = (0.0, 0.0, -10.0)
 FLOOR, WALLS, ROBOT, PEOPLE = 1, 2, 4, 8
 """Collision groups, used in p3dx.urdf too. Rays belong to group 1 and meet the walls only."""
 
-Contact = tuple[float, float]
-"""x and y of where a body was touched."""
-
-_hit_fraction = itemgetter(2)
-
 
 class World:
     """A physics world of its own that steps ``rate`` times a second. Use it as a context manager, or close it."""
@@ -52,8 +45,9 @@ class World:
             deterministicOverlappingPairs=1,
             collisionFilterMode=0,  # both masks must agree; the default is that one is enough (bullet3 issue 4148)
         )
+        self._step = self.bullet.prepared(pybullet.stepSimulation)
         self.bullet.call(pybullet.setGravity, 0.0, 0.0, -GRAVITY)
-        self._floor = self._add_static(FLOOR, lateral_friction=1.0, shapeType=pybullet.GEOM_PLANE)
+        self.floor = self._add_static(FLOOR, lateral_friction=1.0, shapeType=pybullet.GEOM_PLANE)
         if prisms:
             self._add_mesh(extrude(prisms))
 
@@ -81,7 +75,7 @@ class World:
 
     def step(self) -> None:
         """Let 1 / rate seconds pass."""
-        self.bullet.call(pybullet.stepSimulation)
+        self._step()
         self.steps += 1
 
     def save(self) -> None:
@@ -92,11 +86,6 @@ class World:
         """Back to the time 0 and to the state that was saved; motors keep what they were told last."""
         self.bullet.call(pybullet.restoreState, self._saved)
         self.steps = 0
-
-    def contacts(self, body: int) -> list[Contact]:
-        """Where the base of this body touched anything but the floor in the last step."""
-        near = self.bullet.call(pybullet.getContactPoints, body, linkIndexA=-1)
-        return [c[5][:2] for c in near if c[2] != self._floor and c[8] < TOUCH]
 
     def add_pillar(self, radius: float, height: float) -> int:
         """A cylinder that ``move`` sets down and the robot runs into; rays pass through it. It starts out of reach."""
@@ -113,15 +102,13 @@ class World:
 
         Good to a micrometre, except at free edges: PyBullet lets triangles reach 1e-4 of their height too far.
         """
-        hits = chain.from_iterable(self._cast_batches(origins, ends))
-        fractions = np.fromiter(map(_hit_fraction, hits), np.float64, len(ends))
+        batches = [slice(start, start + RAYS_PER_CALL) for start in range(0, len(ends), RAYS_PER_CALL)]
+        fractions = np.array([hit[2] for batch in batches for hit in self._cast(origins[batch], ends[batch])])
         fractions[fractions == 1.0] = np.inf
         return fractions
 
-    def _cast_batches(self, origins: FloatArray, ends: FloatArray) -> Iterator[Any]:
-        for start in range(0, len(ends), RAYS_PER_CALL):
-            batch = slice(start, start + RAYS_PER_CALL)
-            yield self.bullet.call(pybullet.rayTestBatch, origins[batch], ends[batch], collisionFilterMask=WALLS)
+    def _cast(self, origins: FloatArray, ends: FloatArray) -> Any:
+        return self.bullet.call(pybullet.rayTestBatch, origins, ends, collisionFilterMask=WALLS)
 
     def _add_mesh(self, mesh: Mesh) -> int:
         return self._add_static(

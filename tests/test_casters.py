@@ -81,11 +81,12 @@ def test_in_an_empty_world_there_is_nothing(caster):
 
 def test_rays_start_where_the_sensor_is_when_the_beam_fires():
     path = np.array([[0.0, 0.0, 3.1], [0.2, 0.1, 3.3], [0.4, 0.2, -2.8]])  # over the end of the circle
-    T_base_laser, angles = np.array([0.16, 0.02, 0.1]), np.linspace(-2.0, 2.0, 9)
-    origins, directions = rays_of(path, 0.1, T_base_laser, angles, 0.02)
+    T_base_laser, angles = Pose2D(0.16, 0.02, 0.1), np.linspace(-2.0, 2.0, 9)
+    beams = np.column_stack([np.cos(angles + 0.1), np.sin(angles + 0.1)])
+    origins, directions = rays_of(path, 0.1, T_base_laser.translation, beams, 0.02)
     theta = np.interp(0.02 * np.arange(9), [0.0, 0.1, 0.2], [3.1, 3.3, 2.0 * np.pi - 2.8])
     for j in range(9):
-        T_map_laser = Pose2D(0.04 * j, 0.02 * j, theta[j]) @ Pose2D(*T_base_laser)
+        T_map_laser = Pose2D(0.04 * j, 0.02 * j, theta[j]) @ T_base_laser
         assert origins[j] == pytest.approx(T_map_laser.translation)
         bearing = T_map_laser.theta + angles[j]
         assert directions[j] == pytest.approx([np.cos(bearing), np.sin(bearing)])

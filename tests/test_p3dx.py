@@ -22,6 +22,7 @@ from slam.run.scenario.robot_config import Limits, RobotConfig, Traction, WheelE
 RATE = 240
 ORIGIN = Pose2D()
 FAST = Limits(acceleration=2.0, deceleration=2.0, angular_acceleration=6.0)
+NO_LOSS = Traction()
 TICKS_PER_METRE = TICKS_PER_TURN / (2.0 * pi * WHEEL_RADIUS)
 
 
@@ -29,7 +30,7 @@ class Rig:
     """A base on an empty floor with its odometry, which is not rounded."""
 
     def __init__(
-        self, limits: Limits = FAST, start: Pose2D = ORIGIN, traction: Traction = Traction(), **errors: float
+        self, limits: Limits = FAST, start: Pose2D = ORIGIN, traction: Traction = NO_LOSS, **errors: float
     ) -> None:
         place = {"x": start.x, "y": start.y, "theta": start.theta}
         believed = WheelErrors(firmware_units=False, **errors)

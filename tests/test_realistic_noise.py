@@ -42,7 +42,7 @@ def test_echoes_are_lost_with_range_incidence_and_dark_surfaces():
     lost = np.isnan(many(wall(1.9)))
     dark = np.isnan(many(wall(1.9), LidarConfig(noise="realistic", reflectivity=0.1)))
     assert lost[:, 340].mean() < 0.01
-    assert lost[:, 340 + 165].mean() > 0.02
+    assert lost[:, 340 + 165].mean() > 0.01
     assert dark[:, 340].mean() == pytest.approx(np.exp(-0.1 / 1.9**2 / 0.01), abs=0.06)
 
 

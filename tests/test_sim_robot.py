@@ -149,7 +149,9 @@ def test_driving_into_a_wall_is_reported_while_it_lasts():
 
 def test_a_short_touch_between_two_scans_is_reported():
     agile = {"limits": {"acceleration": 5.0, "deceleration": 50.0}}
-    with SimRobot(scenario(world={"walls": [{"points": [[1.0, -2.0], [1.0, 2.0]]}]}, robot=agile)) as robot:
+    with SimRobot(
+        scenario(world={"walls": [{"points": [[1.0, -2.0], [1.0, 2.0]]}]}, robot=agile, lidar={"rolling": False})
+    ) as robot:
         robot.drive(Twist2D(0.5, 0.0))
         while not (seen := robot.observe()).collided:
             pass
@@ -231,7 +233,7 @@ def test_the_sonar_ring_sees_walls_and_people_to_five_metres():
     with SimRobot(scenario(world=room, people=[person], robot={"sonar": True})) as robot:
         left, *_, ahead_left, ahead_right, _, near, right = robot.observe().sonar
     assert left == pytest.approx((3.0 - 0.136), abs=2e-3)
-    assert ahead_left == ahead_right == pytest.approx(4.0 - 0.166, abs=0.01)
+    assert (ahead_left, ahead_right) == pytest.approx((4.0 - 0.166,) * 2, abs=0.01)
     assert 0.5 < near < 1.0
     assert right == np.inf
 
@@ -249,7 +251,7 @@ def test_beams_are_taken_where_the_sensor_is_when_they_fire():
         walls = np.minimum.reduce([abs(points[:, 1] - 1.2), abs(points[:, 1] + 1.2), abs(points[:, 0] + 0.95)])
         skews.append(np.mean(walls))
     assert skews[1] < 1e-3
-    assert skews[0] > 0.03
+    assert skews[0] > 0.02
 
 
 def test_a_person_stops_before_the_robot_and_goes_on_behind_it():

@@ -28,7 +28,7 @@ def rng(seed: int = 0) -> np.random.Generator:
 
 def still(T_map_base: Pose2D) -> Sweep:
     """All beams from one place, with nobody around."""
-    return Sweep(np.array([[T_map_base.x, T_map_base.y, T_map_base.theta]]), 0.1, np.empty((1, 0, 2)), 0.1)
+    return Sweep(np.array([[T_map_base.x, T_map_base.y, T_map_base.theta]]), np.empty((1, 0, 2)), 0.1)
 
 
 def room_ranges(T_map_laser: Pose2D, angles: np.ndarray) -> np.ndarray:

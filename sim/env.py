@@ -69,8 +69,9 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     | `"coverage"` | a^2 (N[t] - N[t-1]), m^2: N cells of side a = `cell` were seen, run through or met by a beam |
     | `"none"` | 0 |
 
-    Coverage casts the beams from the true pose, and holds the area within 1 m around the world. In every step with a
-    collision `collision_penalty` is taken off.
+    Coverage casts the beams from the true pose, and holds the area within 1 m around the world; a beam without an echo
+    counts as far as the sensor reaches, but only among neighbours without one, for lone ones are lost in front of walls
+    too. What the first scan sees is no merit. In every step with a collision `collision_penalty` is taken off.
 
     ## Starting State
     At rest at the scenario's start pose, after the first scan. `reset(seed=k)` decides all noise, and draws the world

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from slam.pose import Pose2D
 from slam.run.env.ray_marching import FREE, UNKNOWN, WALL, mark_rays
-from slam.run.env.seen_grid import Extent, SeenGrid
+from slam.run.env.seen_grid import Extent, SeenGrid, sight
 from slam.scan import LaserScan
 
 SIZE = 12
@@ -47,15 +47,17 @@ def test_seeing_it_again_is_no_news_and_the_sum_is_what_was_seen(theta: float, r
     assert grid.add(scan, Pose2D(0.1, 0.2, theta)) == 0.0
 
 
-def test_a_beam_sees_up_to_its_echo_or_its_reach_and_an_error_sees_nothing() -> None:
-    ranges = np.array([2.0, np.inf, np.nan, -np.inf])
-    scan = LaserScan(0.0, 0.0, np.pi / 2, 0.1, 3.0, ranges)
+def test_a_beam_sees_up_to_its_echo_and_silence_is_open_space_only_among_silence() -> None:
+    ranges = np.array([2.0, np.inf, 2.0, np.nan, -np.inf, 2.0, np.inf, np.inf, np.inf])
+    scan = LaserScan(0.0, 0.0, 0.1, 0.1, 3.0, ranges)
+    assert sight(scan).tolist() == [2.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 3.0, 3.0]
+
+
+def test_a_beam_marks_what_lies_before_its_echo_and_no_more() -> None:
     grid = SeenGrid(Extent((-5.0, -5.0), (10.0, 10.0)), 1.0)
-    grid.add(scan, Pose2D(0.5, 0.5))
-    ahead, left, behind = np.array([[1.5, 0.5], [2.5, 0.5], [3.5, 0.5]]), [[0.5, 3.4], [0.5, 4.5]], [[-1.5, 0.5]]
+    grid.add(LaserScan(0.0, 0.0, 0.1, 0.1, 3.0, np.array([2.0])), Pose2D(0.5, 0.5))
+    ahead = np.array([[1.5, 0.5], [2.5, 0.5], [3.5, 0.5]])
     np.testing.assert_array_equal(grid.at(ahead), [FREE, WALL, UNKNOWN])
-    np.testing.assert_array_equal(grid.at(np.array(left)), [FREE, UNKNOWN])
-    np.testing.assert_array_equal(grid.at(np.array(behind)), [UNKNOWN])
 
 
 def test_outside_of_the_grid_nothing_is_seen_and_nothing_is_known() -> None:

@@ -34,6 +34,15 @@ class Extent:
         return cls((float(low[0]), float(low[1])), (float(high[0] - low[0]), float(high[1] - low[1])))
 
 
+def sight(scan: LaserScan) -> FloatArray:
+    """How far each beam saw, shape (N,), metres: to its echo, or as far as the sensor reaches where neither the beam
+    nor its neighbours have one. A lone beam without an echo was lost, which happens before walls too: it saw nothing,
+    as does one that was too close or in error."""
+    silent = np.pad(np.isposinf(scan.ranges), 1, mode="edge")
+    open_space = silent[:-2] & silent[1:-1] & silent[2:]
+    return np.where(scan.echoes, scan.ranges, np.where(open_space, scan.range_max, 0.0))
+
+
 class SeenGrid:
     """Square cells, each unknown, free or a wall. Its size is that of the world, however long the run."""
 
@@ -47,15 +56,10 @@ class SeenGrid:
         """Seen so far, m^2."""
 
     def add(self, scan: LaserScan, T_map_laser: Pose2D) -> float:
-        """Mark what the beams of one scan ran through and met; the newly seen area, m^2.
-
-        A beam without an echo saw as far as the sensor does; one that was too close or in error saw nothing.
-        """
-        echoes = scan.echoes
-        lengths = np.where(echoes, scan.ranges, np.where(np.isposinf(scan.ranges), scan.range_max, 0.0))
+        """Mark what the beams of one scan ran through and met, as far as ``sight``; the newly seen area, m^2."""
         x, y = (T_map_laser.translation - self.low) / self.cell
         headings = T_map_laser.theta + scan.lidar.angles
-        newly = mark_rays(self.cells, x, y, headings, lengths / self.cell, echoes) * self.cell**2
+        newly = mark_rays(self.cells, x, y, headings, sight(scan) / self.cell, scan.echoes) * self.cell**2
         self.area += newly
         return float(newly)
 

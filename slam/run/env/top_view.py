@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw
 
 from slam.pose import FloatArray, Pose2D
 from slam.run.env.moment import Moment
-from slam.run.env.seen_grid import Extent
+from slam.run.env.seen_grid import Extent, sight
 from slam.run.scenario.schema import Scenario
 from slam.scan import LaserScan
 
@@ -65,10 +65,9 @@ class TopView:
 
     def _draw_scan(self, draw: Any, scan: LaserScan, T_map_laser: Pose2D) -> None:
         """The fan that the beams swept, and a dot at every echo."""
-        lengths = np.where(scan.echoes, scan.ranges, np.where(np.isposinf(scan.ranges), scan.range_max, 0.0))
-        headings = scan.lidar.angles
+        lengths, headings = sight(scan), scan.lidar.angles
         ends = T_map_laser.transform(np.column_stack([lengths * np.cos(headings), lengths * np.sin(headings)]))
-        draw.polygon(self._at(np.concatenate([T_map_laser.translation[None], ends])), fill=_FAN)
+        draw.polygon(self._at(np.concatenate([T_map_laser.translation[None], ends[lengths > 0.0]])), fill=_FAN)
         draw.point(self._at(ends[scan.echoes]), fill=_ECHO)
 
     def _draw_robot(self, draw: Any, T_map_base: Pose2D, colour: tuple[int, ...], fill: tuple[int, ...] | None) -> None:

@@ -11,6 +11,7 @@ from typing import Any, Final, Self
 import numpy as np
 
 from sim.bullet import Bullet, pybullet
+from sim.lent import lent
 from sim.mesh import Mesh, extrude
 from slam.pose import FloatArray
 from slam.run.scenario.world_plan import Prism
@@ -116,12 +117,13 @@ class World:
         return self.bullet.call(pybullet.rayTestBatch, origins, ends, collisionFilterMask=WALLS)
 
     def _add_mesh(self, mesh: Mesh) -> int:
+        vertices, indices = lent(mesh)
         return self._add_static(
             WALLS,
             lateral_friction=0.5,
             shapeType=pybullet.GEOM_MESH,
-            vertices=mesh.vertices.tolist(),
-            indices=mesh.triangles.ravel().tolist(),
+            vertices=vertices,
+            indices=indices,
             flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
         )
 

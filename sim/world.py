@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
+from operator import itemgetter
 from types import TracebackType
 from typing import Any, Final, Self
 
 import numpy as np
 
 from sim.bullet import Bullet, pybullet
+from sim.lent import lent
 from sim.mesh import Mesh, extrude
 from slam.pose import FloatArray
 from slam.run.scenario.world_plan import Prism
@@ -27,6 +30,8 @@ OUT_OF_REACH: Final = (0.0, 0.0, -10.0)
 
 FLOOR, WALLS, ROBOT, PEOPLE = 1, 2, 4, 8
 """Collision groups, used in p3dx.urdf too. Rays belong to group 1 and meet the walls only."""
+
+_hit_fraction = itemgetter(2)
 
 
 class World:
@@ -103,7 +108,8 @@ class World:
         Good to a micrometre, except at free edges: PyBullet lets triangles reach 1e-4 of their height too far.
         """
         batches = [slice(start, start + RAYS_PER_CALL) for start in range(0, len(ends), RAYS_PER_CALL)]
-        fractions = np.array([hit[2] for batch in batches for hit in self._cast(origins[batch], ends[batch])])
+        hits = chain.from_iterable(self._cast(origins[batch], ends[batch]) for batch in batches)
+        fractions = np.fromiter(map(_hit_fraction, hits), np.float64, len(ends))
         fractions[fractions == 1.0] = np.inf
         return fractions
 
@@ -111,12 +117,13 @@ class World:
         return self.bullet.call(pybullet.rayTestBatch, origins, ends, collisionFilterMask=WALLS)
 
     def _add_mesh(self, mesh: Mesh) -> int:
+        vertices, indices = lent(mesh)
         return self._add_static(
             WALLS,
             lateral_friction=0.5,
             shapeType=pybullet.GEOM_MESH,
-            vertices=mesh.vertices.tolist(),
-            indices=mesh.triangles.ravel().tolist(),
+            vertices=vertices,
+            indices=indices,
             flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
         )
 

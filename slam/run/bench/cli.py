@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-app = typer.Typer(help="Measure: the paper's figures, and line extractors.", no_args_is_help=True)
+app = typer.Typer(help="Measure: the paper's figures, line extractors, and the simulator.", no_args_is_help=True)
 console = Console()
 
 
@@ -70,3 +70,23 @@ def lines(
         console.print(table.rich())
     if out is not None:
         write_tables(out, tables)
+
+
+@app.command()
+def sim(
+    long: Annotated[
+        bool, typer.Option("--long", help="Also 10,000 resets and a million steps: some minutes, for the memory.")
+    ] = False,
+) -> None:
+    """Measure the simulator: its speed beside that of PyBullet's calls alone, resets, and two processes against one.
+
+    [bold]Examples[/bold]
+
+    hopslam bench sim
+
+    hopslam bench sim --long
+    """
+    from importlib import import_module
+
+    for table in import_module("sim.bench.report").sim_tables(long):  # late: sim stands on slam, and not slam on sim
+        console.print(table.rich())

@@ -7,6 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from slam.config import Section, SlamConfig
+from slam.run.scenario.clock import Clock, make_clock
 from slam.run.scenario.generators.kinds import Generator
 from slam.run.scenario.lidar_config import LidarConfig
 from slam.run.scenario.people import Person
@@ -56,18 +57,16 @@ class Scenario(Section):
     """Of all that is random: values that the file leaves to chance, noise of the lidar and the wheels, map points."""
 
     @property
-    def steps_per_scan(self) -> int:
-        """Physics steps from one scan to the next."""
-        return round(self.physics.rate * self.lidar.description.lidar.scan_time)
+    def clock(self) -> Clock:
+        """How physics, control and scans divide the time."""
+        lidar = self.lidar.description.lidar
+        sweep = (lidar.beams - 1) * self.lidar.time_increment
+        return make_clock(self.physics.rate, self.robot.control_rate, lidar.scan_time, sweep)
 
     @model_validator(mode="after")
-    def _scans_fall_on_physics_steps(self) -> Self:
+    def _the_clocks_divide(self) -> Self:
         scan_time = self.lidar.description.lidar.scan_time
         if self.duration < scan_time:
             raise ValueError(f"duration = {self.duration:g} s ends before the first scan, which takes {scan_time:g} s")
-        if abs(self.physics.rate * scan_time - self.steps_per_scan) > 1e-9:
-            raise ValueError(
-                f"physics.rate = {self.physics.rate} gives {self.physics.rate * scan_time:g} steps in the "
-                f"{scan_time:g} s of a scan; choose a rate that gives a whole number"
-            )
+        _ = self.clock
         return self

@@ -20,6 +20,7 @@ from slam.run.env.config import env_config
 from slam.run.env.ends import termination
 from slam.run.env.episode import Episode
 from slam.run.env.info import episode_info
+from slam.run.env.seen_grid import Extent
 from slam.run.env.top_view import TopView
 from slam.run.env.views import make_views
 from slam.run.scenario.file import load_template
@@ -34,8 +35,8 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     ## Description
     A differential-drive robot drives through a PyBullet world, sees it through a noisy lidar and reckons its way by
     wheels that err. One step is one turn of the lidar, 0.1 s: so long the action is held, and at the end the scan is
-    observed. Meanwhile physics advances at ``physics.rate``, 240 steps a second, and the base follows
-    its ramps at ``robot.control_rate``, 60 times a second. A scenario in which one does not divide the other is refused.
+    observed. Meanwhile physics advances at ``physics.rate``, 240 steps a second, and the base follows its ramps at
+    ``robot.control_rate``, 60 times a second. A scenario in which one does not divide the other is refused.
 
     ## Action Space
     ``Box(-1, 1, (2,), float32)``, in SI units:
@@ -136,8 +137,9 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         world = scenario if isinstance(scenario, Scenario) else load_template(scenario, settings)
         self._template = None if isinstance(world, Scenario) else world
         self.scenario = world if isinstance(world, Scenario) else world.draw()
+        self._extent = Extent.of(self.scenario)
         self._require_route()
-        views = make_views(self.config, self.scenario)
+        views = make_views(self.config, self.scenario, self._extent)
         spaces: Space[Any] = Dict({name: view.space() for name, view in views.items()})
         self.observation_space = spaces
         self.action_space: Space[Any] = action_space()
@@ -167,7 +169,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         super().reset(seed=seed)
         seed = int(self.np_random.integers(2**31)) if seed is None else seed
         self._begin(seed)
-        self._episode = Episode(self.config, self.scenario, seed, self._observe())
+        self._episode = Episode(self.config, self.scenario, self._extent, seed, self._observe())
         parts = dict.fromkeys((self.config.reward, "collision"), 0.0)
         return self._episode.views(), episode_info(self._episode, Twist2D(), parts, "")
 
@@ -187,7 +189,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         if self.render_mode is None:
             return None
         if self._top_view is None:
-            self._top_view = TopView(self.scenario)
+            self._top_view = TopView(self.scenario, self._extent)
         slam = self.episode.slam
         lines = np.empty((0, 2, 2)) if slam is None else slam.lines.ends
         return self._top_view.frame(self.episode.moment, lines, self.robot.people)
@@ -211,9 +213,9 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     def _enter(self, scenario: Scenario) -> None:
         if scenario.lidar.description != self.scenario.lidar.description:
             raise ScenarioError(f"{scenario.name}: lidar.model is random, and spaces cannot change; settle on one")
-        self.scenario = scenario
+        self.scenario, self._extent = scenario, Extent.of(scenario)
         if self._top_view is not None:
-            self._top_view.show(scenario)
+            self._top_view.show(scenario, self._extent)
 
     def _observe(self) -> Observation:
         observation = self.robot.observe()

@@ -22,6 +22,8 @@ TICKS_PER_TURN: Final = 76_600
 TICKS_PER_RADIAN: Final = TICKS_PER_TURN / (2.0 * pi)
 WATCHDOG: Final = 2.0
 """Seconds without a command after which ARCOS stops the robot (AMRISim, world.inc)."""
+FAR_AWAY: Final = (1e4, 1e4, 5.0)
+"""x, y, z, metres: nothing is there."""
 MOTOR_TORQUE: Final = 2.4
 """N m at a wheel: several times what the ramps need, and too little to make the wheels of a blocked robot spin."""
 STALL_TIME: Final = 0.5
@@ -57,6 +59,12 @@ class P3dx:
         self._com_x, _, self._com_z = world.bullet.call(pybullet.getDynamicsInfo, self._body, -1)[3]
         world.bullet.call(pybullet.changeDynamics, self._body, -1, linearDamping=0.0, angularDamping=0.0)
         self.restart()
+
+    def leave(self) -> None:
+        """Stand far from everything: the engine then forgets what the robot was near, which ``World.restore`` does not
+        undo, and in whose order contacts are solved."""
+        self._world.bullet.call(pybullet.resetBasePositionAndOrientation, self._body, FAR_AWAY, (0.0, 0.0, 0.0, 1.0))
+        self._world.bullet.call(pybullet.performCollisionDetection)
 
     def restart(self) -> None:
         """At rest, with no command: for a world that is back at its start."""

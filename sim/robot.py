@@ -58,6 +58,7 @@ class SimRobot:
         """Back to the start of the same scenario with another seed: all is as in a new SimRobot, but made faster."""
         self._require_open()
         self._lidar_rng, odometry_rng = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(2))
+        self._base.leave()
         self._world.restore()
         self._base.restart()
         self._people.restart()

@@ -10,6 +10,7 @@ from slam.pose import Pose2D
 from slam.run.course import Course
 from slam.run.env.config import EnvConfig
 from slam.run.env.moment import Moment
+from slam.run.env.seen_grid import Extent
 from slam.run.env.top_view import TopView
 from slam.run.env.views import make_views
 from slam.run.scenario.file import load_scenario
@@ -43,7 +44,7 @@ def test_the_map_crop_is_centred_on_the_robot_and_heads_up(env: P3DXEnv) -> None
 @pytest.mark.parametrize("form", ["polar", "xy"])
 def test_the_goal_is_told_from_where_the_robot_is(env: P3DXEnv, form: str) -> None:
     scenario, config = env.scenario, EnvConfig(observe=("goal",), goal_as=form)
-    view = make_views(config, scenario)["goal"]
+    view = make_views(config, scenario, Extent.of(scenario))["goal"]
     seen, pose = env.episode.moment.observation, Pose2D(1.0, 2.0, np.pi / 2)
     moment = Moment(seen, pose, pose, Pose2D(-2.0, 6.0), False, 5.0, None)
     expected = [5.0, np.arctan2(3.0, 4.0)] if form == "polar" else [4.0, 3.0]
@@ -98,9 +99,10 @@ def test_without_a_render_mode_there_is_no_picture() -> None:
 
 
 def test_a_new_world_fits_into_the_old_picture(env: P3DXEnv) -> None:
-    view = TopView(env.scenario)
+    view = TopView(env.scenario, Extent.of(env.scenario))
     size = view.size
-    view.show(load_scenario("corridor"))
+    corridor = load_scenario("corridor")
+    view.show(corridor, Extent.of(corridor))
     assert view.frame(env.episode.moment, np.empty((0, 2, 2)), np.zeros((1, 2))).shape == (size[1], size[0], 3)
 
 

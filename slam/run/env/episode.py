@@ -13,6 +13,7 @@ from slam.run.course import Course
 from slam.run.env.config import EnvConfig
 from slam.run.env.moment import Moment
 from slam.run.env.rewards import make_reward
+from slam.run.env.seen_grid import Extent
 from slam.run.env.views import make_views
 from slam.run.scenario.schema import Scenario
 
@@ -20,19 +21,19 @@ from slam.run.scenario.schema import Scenario
 class Episode:
     """Begins with the first observation; ``moment`` is what the last one came to."""
 
-    def __init__(self, config: EnvConfig, scenario: Scenario, seed: int, first: Observation) -> None:
+    def __init__(self, config: EnvConfig, scenario: Scenario, extent: Extent, seed: int, first: Observation) -> None:
         self.config, self.scenario = config, scenario
         start, mount = scenario.robot.start.pose, scenario.lidar.mount.pose
         self._T_base_laser = mount
         self._course = Course(start, scenario.route.waypoints, scenario.route.arrival)
         self.slam = LineSlam(scenario.slam, mount, start, seed) if config.uses_slam else None
-        self._views = make_views(config, scenario)
+        self._views = make_views(config, scenario, extent)
         self._scan_time = scenario.lidar.description.lidar.scan_time
         seconds = min(scenario.duration, config.max_seconds or scenario.duration)
         self._last_scan = max(2, int(seconds / self._scan_time + 1e-9))
         self._scans = 0
         self.moment = self.see(first)
-        self.reward = make_reward(config, scenario, self.moment)
+        self.reward = make_reward(config, extent, self.moment)
 
     @property
     def seconds(self) -> float:

@@ -28,15 +28,14 @@ _TRUTH, _BELIEF, _GOAL, _PERSON = (30, 30, 30), (220, 40, 120), (20, 150, 70), (
 class TopView:
     """Pictures of one size; each scenario is fitted into it."""
 
-    def __init__(self, scenario: Scenario) -> None:
-        width, height = Extent.of(scenario).size
+    def __init__(self, scenario: Scenario, extent: Extent) -> None:
+        width, height = extent.size
         scale = _LONG_SIDE / max(width, height)
         self.size = (_pixels(width * scale), _pixels(height * scale))
-        self.show(scenario)
+        self.show(scenario, extent)
 
-    def show(self, scenario: Scenario) -> None:
+    def show(self, scenario: Scenario, extent: Extent) -> None:
         """Prepare the background: floor, solids and route of this scenario."""
-        extent = Extent.of(scenario)
         self._scale = min(self.size[0] / extent.size[0], self.size[1] / extent.size[1])
         self._middle = np.array(extent.low) + np.array(extent.size) / 2
         self._background = Image.new("RGB", self.size, _FLOOR)

@@ -9,7 +9,7 @@ from slam.run.env.moment import Moment
 from slam.run.env.rewards.coverage import CoverageReward
 from slam.run.env.rewards.no_reward import NoReward
 from slam.run.env.rewards.progress import ProgressReward
-from slam.run.scenario.schema import Scenario
+from slam.run.env.seen_grid import Extent
 
 
 class Reward(Protocol):
@@ -20,10 +20,10 @@ class Reward(Protocol):
         ...
 
 
-def make_reward(config: EnvConfig, scenario: Scenario, first: Moment) -> Reward:
+def make_reward(config: EnvConfig, extent: Extent, first: Moment) -> Reward:
     """The reward that the configuration names."""
     if config.reward == "progress":
         return ProgressReward(first)
     if config.reward == "coverage":
-        return CoverageReward(scenario, config.cell, first)
+        return CoverageReward(extent, config.cell, first)
     return NoReward()

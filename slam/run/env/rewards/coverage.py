@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from slam.run.env.moment import Moment
 from slam.run.env.seen_grid import Extent, SeenGrid
-from slam.run.scenario.schema import Scenario
 
 
 class CoverageReward:
@@ -13,8 +12,8 @@ class CoverageReward:
     The beams are taken from the true pose. What the first scan sees is nobody's merit and counts nothing.
     """
 
-    def __init__(self, scenario: Scenario, cell: float, first: Moment) -> None:
-        self.grid = SeenGrid(Extent.of(scenario), cell)
+    def __init__(self, extent: Extent, cell: float, first: Moment) -> None:
+        self.grid = SeenGrid(extent, cell)
         self.of(first)
 
     def of(self, moment: Moment) -> float:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from slam.run.env.config import EnvConfig
 from slam.run.env.moment import Moment
+from slam.run.env.seen_grid import Extent
 from slam.run.env.views.goal import GoalView
 from slam.run.env.views.map import MapView
 from slam.run.env.views.odometry import OdometryView
@@ -30,15 +31,15 @@ class View(Protocol):
         ...
 
 
-_VIEWS: Final[dict[str, Callable[[EnvConfig, Scenario], View]]] = {
-    "scan": lambda config, scenario: ScanView(scenario.lidar.description.lidar),
-    "odometry": lambda config, scenario: OdometryView(),
-    "slam_pose": lambda config, scenario: SlamPoseView(),
+_VIEWS: Final[dict[str, Callable[[EnvConfig, Scenario, Extent], View]]] = {
+    "scan": lambda config, scenario, extent: ScanView(scenario.lidar.description.lidar),
+    "odometry": lambda config, scenario, extent: OdometryView(),
+    "slam_pose": lambda config, scenario, extent: SlamPoseView(),
     "map": MapView,
-    "goal": lambda config, scenario: GoalView(config.goal_as),
+    "goal": lambda config, scenario, extent: GoalView(config.goal_as),
 }
 
 
-def make_views(config: EnvConfig, scenario: Scenario) -> dict[str, View]:
-    """The views that the configuration names, for a new episode."""
-    return {name: _VIEWS[name](config, scenario) for name in config.observe}
+def make_views(config: EnvConfig, scenario: Scenario, extent: Extent) -> dict[str, View]:
+    """The views that the configuration names, for a new episode in the world of this extent."""
+    return {name: _VIEWS[name](config, scenario, extent) for name in config.observe}

@@ -24,8 +24,8 @@ class MapView:
     0 is unknown, 127 free, 255 a wall. The scans are put together at the poses that SLAM gave when they came.
     """
 
-    def __init__(self, config: EnvConfig, scenario: Scenario) -> None:
-        self._grid = SeenGrid(Extent.of(scenario), config.cell)
+    def __init__(self, config: EnvConfig, scenario: Scenario, extent: Extent) -> None:
+        self._grid = SeenGrid(extent, config.cell)
         self._T_base_laser = scenario.lidar.mount.pose
         self._size = config.map_cells
         self._points = _crop_points(config.map_cells, config.cell)

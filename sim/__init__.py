@@ -5,4 +5,8 @@ It costs no PyBullet: the engine is loaded when an environment is made.
 
 import gymnasium
 
-gymnasium.register(id="hopslam/P3DX-v0", entry_point="sim.env:P3DXEnv")
+from sim.ids import GENERAL_ID, SCENARIO_IDS
+
+gymnasium.register(id=GENERAL_ID, entry_point="sim.env:P3DXEnv")
+for _id, _scenario in SCENARIO_IDS.items():
+    gymnasium.register(id=_id, entry_point="sim.env:P3DXEnv", kwargs={"scenario": _scenario})

@@ -4,29 +4,36 @@ from __future__ import annotations
 
 import numpy as np
 
+from sim.casters import CASTERS, Caster
 from sim.range_noise import measure
+from sim.rays import Sweep, rays_of, stop_at_legs
 from sim.world import World
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray
 from slam.run.scenario.lidar_config import LidarConfig
 from slam.scan import LaserScan
 
 
 class Urg04lx:
-    """Takes all beams of a scan at once, in a horizontal plane ``config.height`` metres above the floor."""
+    """Takes the beams of a scan one after another, or all at once, in a plane ``config.height`` metres up.
 
-    def __init__(self, world: World, config: LidarConfig) -> None:
+    ``leg_radii`` (L,) are those of the people who may stand in the way, metres.
+    """
+
+    def __init__(self, world: World, config: LidarConfig, leg_radii: FloatArray | None = None) -> None:
         model = config.description
         lidar = model.lidar
-        self._world = world
         self._config = config
         self._lidar = lidar
-        self._reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
-        self._beams = self._reach * np.column_stack([np.cos(lidar.angles), np.sin(lidar.angles)])
-        self._origins = np.full((lidar.beams, 3), config.height)
-        self._ends = np.full((lidar.beams, 3), config.height)
+        self._mount = config.mount.pose.translation
+        bearings = config.mount.theta + lidar.angles
+        self._beams = np.column_stack([np.cos(bearings), np.sin(bearings)])
+        self._leg_radii = np.empty(0) if leg_radii is None else leg_radii
+        reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
+        self._reach = reach
+        self.caster: Caster = CASTERS[config.caster](world, config.height, reach)
 
-    def scan(self, T_map_laser: Pose2D, stamp: float, rng: np.random.Generator) -> LaserScan:
-        """What the lidar reports from there; the noise comes from ``rng``."""
+    def scan(self, sweep: Sweep, stamp: float, rng: np.random.Generator) -> LaserScan:
+        """What the lidar reports of this sweep, whose first beam fires at ``stamp``; the noise comes from ``rng``."""
         lidar = self._lidar
         return LaserScan(
             stamp=stamp,
@@ -34,12 +41,17 @@ class Urg04lx:
             angle_increment=lidar.angle_increment,
             range_min=lidar.range_min,
             range_max=lidar.range_max,
-            ranges=measure(self.true_ranges(T_map_laser), self._config, rng),
+            ranges=measure(self.true_ranges(sweep), stamp, self._config, rng),
+            time_increment=self._config.time_increment,
             scan_time=lidar.scan_time,
         )
 
-    def true_ranges(self, T_map_laser: Pose2D) -> FloatArray:
+    def true_ranges(self, sweep: Sweep) -> FloatArray:
         """Distance along each beam to what stands there, metres, shape (beams,); inf where nothing is in reach."""
-        self._origins[:, :2] = T_map_laser.translation
-        self._ends[:, :2] = T_map_laser.transform(self._beams)
-        return self._reach * self._world.cast(self._origins, self._ends)
+        increment = self._config.time_increment
+        origins, directions = rays_of(sweep.path, sweep.step, self._mount, self._beams, increment)
+        ranges = self.caster.cast(origins, directions)
+        if len(self._leg_radii):
+            stop_at_legs(origins, directions, ranges, sweep.legs, self._leg_radii, increment / sweep.step)
+            ranges[ranges > self._reach] = np.inf
+        return ranges

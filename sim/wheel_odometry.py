@@ -1,8 +1,9 @@
-"""Dead reckoning from wheel encoders, with a wrong calibration and random slip on purpose."""
+"""Dead reckoning from wheel encoders as the firmware does it, with its wrong beliefs and errors on purpose."""
 
 from __future__ import annotations
 
 from math import pi, sqrt
+from typing import Final
 
 import numpy as np
 
@@ -10,6 +11,11 @@ from sim.p3dx import TICKS_PER_TURN, Ticks
 from slam.odometry import Odometry, Twist2D, wheel_motion
 from slam.pose import Pose2D
 from slam.run.scenario.robot_config import WheelErrors
+
+MILLIMETRE: Final = 1e-3
+"""What ARCOS counts positions (m) and wheel speeds (m/s) in: DistConvFactor and VelConvFactor of p3dx-sh.p."""
+ANGLE_UNIT: Final = 2.0 * pi / 4096
+"""What ARCOS counts headings in, radians: AngleConvFactor of p3dx-sh.p."""
 
 
 class WheelOdometry:
@@ -25,6 +31,7 @@ class WheelOdometry:
 
     def add(self, ticks: Ticks) -> None:
         """Account for the motion since the last ticks."""
+        ticks = self._misread(ticks) if self._errors.encoder_noise else ticks
         left = self._travel(ticks.left - self._ticks.left, self._errors.left_radius)
         right = self._travel(ticks.right - self._ticks.right, self._errors.right_radius)
         self._T_odom_base = self._T_odom_base @ wheel_motion(left, right, self._errors.track)
@@ -33,17 +40,28 @@ class WheelOdometry:
         self._ticks = ticks
 
     def read(self, stamp: float) -> Odometry:
-        """The odometry at ``stamp`` seconds; its twist is the mean since the last reading."""
-        seconds = stamp - self._stamp
-        twist = Twist2D(
-            (self._left + self._right) / 2.0 / seconds, (self._right - self._left) / self._errors.track / seconds
-        )
+        """The odometry at ``stamp`` seconds; its twist is the mean since the last reading, 0 where no time passed."""
+        rate = 1.0 / (stamp - self._stamp) if stamp > self._stamp else 0.0
+        left, right, pose = self._left * rate, self._right * rate, self._T_odom_base
+        if self._errors.firmware_units:
+            left, right = rounded(left, MILLIMETRE), rounded(right, MILLIMETRE)
+            x, y = rounded(pose.x, MILLIMETRE), rounded(pose.y, MILLIMETRE)
+            pose = Pose2D(x, y, rounded(pose.theta, ANGLE_UNIT))
         self._left = self._right = 0.0
         self._stamp = stamp
-        return Odometry(stamp, self._T_odom_base, twist)
+        return Odometry(stamp, pose, Twist2D((left + right) / 2.0, (right - left) / self._errors.track))
+
+    def _misread(self, ticks: Ticks) -> Ticks:
+        left, right = self._errors.encoder_noise * self._rng.standard_normal(2)
+        return Ticks(ticks.left + round(left), ticks.right + round(right))
 
     def _travel(self, ticks: int, radius: float) -> float:
         """Metres that a wheel believed of this radius rolled; the variance of the error grows with the way."""
         way = ticks * (2.0 * pi / TICKS_PER_TURN) * radius
         noise = self._errors.travel_noise
         return way + noise * sqrt(abs(way)) * self._rng.standard_normal() if noise else way
+
+
+def rounded(value: float, unit: float) -> float:
+    """To whole units."""
+    return round(value / unit) * unit

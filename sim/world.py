@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import chain
 from operator import itemgetter
 from types import TracebackType
@@ -11,21 +11,25 @@ from typing import Any, Final, Self
 import numpy as np
 
 from sim.bullet import Bullet, pybullet
+from sim.lent import lent
 from sim.mesh import Mesh, extrude
 from slam.pose import FloatArray
 from slam.run.scenario.world_plan import Prism
 
 GRAVITY: Final = 9.81
 """m/s^2."""
-SOLVER_ITERATIONS: Final = 75
-"""With PyBullet's 50 a standing robot creeps 2 um/s, with 75 a tenth of it; turning in place gains as much."""
+SOLVER_ITERATIONS: Final = 60
+"""With PyBullet's 50 a standing robot creeps 2 um/s, with 60 less than half of it; each costs 0.3 us a step."""
 RAYS_PER_CALL: Final = 8192
 """PyBullet drops rays from 16,384 on without a word."""
 TOUCH: Final = 1e-3
 """Two bodies touch when closer than this, metres; PyBullet lists contacts from 20 mm on."""
 
-FLOOR, WALLS = 1, 2
-"""Collision groups, used in p3dx.urdf too; the robot is 4. Rays belong to group 1 and meet the walls only."""
+OUT_OF_REACH: Final = (0.0, 0.0, -10.0)
+"""Under the floor, where nothing meets anything; metres."""
+
+FLOOR, WALLS, ROBOT, PEOPLE = 1, 2, 4, 8
+"""Collision groups, used in p3dx.urdf too. Rays belong to group 1 and meet the walls only."""
 
 _hit_fraction = itemgetter(2)
 
@@ -34,6 +38,7 @@ class World:
     """A physics world of its own that steps ``rate`` times a second. Use it as a context manager, or close it."""
 
     def __init__(self, prisms: Sequence[Prism], rate: int) -> None:
+        self.prisms = tuple(prisms)
         self.rate = rate
         self.steps = 0
         self.bullet = Bullet()
@@ -45,9 +50,11 @@ class World:
             deterministicOverlappingPairs=1,
             collisionFilterMode=0,  # both masks must agree; the default is that one is enough (bullet3 issue 4148)
         )
+        self._step = self.bullet.prepared(pybullet.stepSimulation)
         self.bullet.call(pybullet.setGravity, 0.0, 0.0, -GRAVITY)
-        self._add_static(FLOOR, lateral_friction=1.0, shapeType=pybullet.GEOM_PLANE)
-        self._walls = self._add_mesh(extrude(prisms)) if prisms else None
+        self.floor = self._add_static(FLOOR, lateral_friction=1.0, shapeType=pybullet.GEOM_PLANE)
+        if prisms:
+            self._add_mesh(extrude(prisms))
 
     def __enter__(self) -> Self:
         return self
@@ -73,38 +80,50 @@ class World:
 
     def step(self) -> None:
         """Let 1 / rate seconds pass."""
-        self.bullet.call(pybullet.stepSimulation)
+        self._step()
         self.steps += 1
 
-    def touches_walls(self, body: int) -> bool:
-        """Whether this body touched anything that stands on the floor in the last step."""
-        if self._walls is None:
-            return False
-        contacts = self.bullet.call(pybullet.getContactPoints, body, self._walls)
-        return any(contact[8] < TOUCH for contact in contacts)
+    def save(self) -> None:
+        """Remember the state of all bodies, for ``restore``."""
+        self._saved = self.bullet.call(pybullet.saveState)
+
+    def restore(self) -> None:
+        """Back to the time 0 and to the state that was saved; motors keep what they were told last."""
+        self.bullet.call(pybullet.restoreState, self._saved)
+        self.steps = 0
+
+    def add_pillar(self, radius: float, height: float) -> int:
+        """A cylinder that ``move`` sets down and the robot runs into; rays pass through it. It starts out of reach."""
+        pillar = self._add_static(PEOPLE, 0.5, shapeType=pybullet.GEOM_CYLINDER, radius=radius, height=height)
+        self.move(pillar, *OUT_OF_REACH)
+        return pillar
+
+    def move(self, pillar: int, x: float, y: float, z: float) -> None:
+        """Put the middle of a pillar there, at once."""
+        self.bullet.call(pybullet.resetBasePositionAndOrientation, pillar, (x, y, z), (0.0, 0.0, 0.0, 1.0))
 
     def cast(self, origins: FloatArray, ends: FloatArray) -> FloatArray:
         """How far along each ray, from ``origins`` (N, 3) to ``ends`` (N, 3), something stands: 0 to 1, or inf; (N,).
 
         Good to a micrometre, except at free edges: PyBullet lets triangles reach 1e-4 of their height too far.
         """
-        hits = chain.from_iterable(self._cast_batches(origins, ends))
+        batches = [slice(start, start + RAYS_PER_CALL) for start in range(0, len(ends), RAYS_PER_CALL)]
+        hits = chain.from_iterable(self._cast(origins[batch], ends[batch]) for batch in batches)
         fractions = np.fromiter(map(_hit_fraction, hits), np.float64, len(ends))
         fractions[fractions == 1.0] = np.inf
         return fractions
 
-    def _cast_batches(self, origins: FloatArray, ends: FloatArray) -> Iterator[Any]:
-        for start in range(0, len(ends), RAYS_PER_CALL):
-            batch = slice(start, start + RAYS_PER_CALL)
-            yield self.bullet.call(pybullet.rayTestBatch, origins[batch], ends[batch], collisionFilterMask=WALLS)
+    def _cast(self, origins: FloatArray, ends: FloatArray) -> Any:
+        return self.bullet.call(pybullet.rayTestBatch, origins, ends, collisionFilterMask=WALLS)
 
     def _add_mesh(self, mesh: Mesh) -> int:
+        vertices, indices = lent(mesh)
         return self._add_static(
             WALLS,
             lateral_friction=0.5,
             shapeType=pybullet.GEOM_MESH,
-            vertices=mesh.vertices.tolist(),
-            indices=mesh.triangles.ravel().tolist(),
+            vertices=vertices,
+            indices=indices,
             flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
         )
 

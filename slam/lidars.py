@@ -24,6 +24,11 @@ class LidarModel:
     near_range: float
     far_accuracy: float
 
+    @property
+    def time_increment(self) -> float:
+        """Seconds between two beams: the mirror turns once in ``scan_time``."""
+        return self.lidar.scan_time * self.lidar.angle_increment / (2.0 * pi)
+
     def accuracy(self, ranges: FloatArray) -> FloatArray:
         """The bound, metres, that the maker gives for the error at each of these ranges (metres)."""
         return np.where(ranges <= self.near_range, self.near_accuracy, self.far_accuracy * ranges)

@@ -1,32 +1,66 @@
-"""The gymnasium environment: its conventions, and that it is the robot and nothing else."""
+"""The learning environment: its conventions, and that it is the robot and nothing else."""
 
 import subprocess
 import sys
+import warnings
 
 import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-import sim  # noqa: F401 - registers the ids
-from slam.odometry import Twist2D
-from slam.run.scenario.file import load_scenario
+from sim.env import P3DXEnv
+from sim.ids import GENERAL_ID, SCENARIO_IDS
+from slam.errors import InputError, RobotError, ScenarioError
+from slam.run.env.config import EnvConfig
+from slam.run.scenario.file import load_scenario, shipped_scenarios
+from slam.run.scenario.schema import Scenario
+
+ALL_VIEWS = ("scan", "odometry", "slam_pose", "map", "goal")
+STRAIGHT = np.array([0.5, 0.0], np.float32)
 
 
-@pytest.fixture
-def env():
-    with gymnasium.make("hopslam/P3DX-v0", scenario="paper_simulation") as env:
-        yield env
+def make(**arguments: object) -> gymnasium.Env:
+    return gymnasium.make(GENERAL_ID, **{"scenario": "paper_simulation"} | arguments)
 
 
-def test_it_keeps_the_rules_of_gymnasium(env: gymnasium.Env) -> None:
-    check_env(env.unwrapped, skip_render_check=True)
+def rollout(env: gymnasium.Env, seed: int, steps: int = 15) -> list[np.ndarray]:
+    """Everything that an episode of random actions shows, in order."""
+    observation, info = env.reset(seed=seed)
+    env.action_space.seed(seed)
+    seen = [*observation.values(), info["T_map_base"]]
+    for _ in range(steps):
+        observation, reward, *_, info = env.step(env.action_space.sample())
+        seen += [*observation.values(), info["T_map_base"], np.array(reward)]
+    return seen
+
+
+@pytest.mark.parametrize("env_id", [GENERAL_ID, *SCENARIO_IDS])
+def test_every_id_keeps_the_rules_of_gymnasium(env_id: str) -> None:
+    with gymnasium.make(env_id) as env:
+        check_env(env.unwrapped)
+
+
+@pytest.mark.parametrize("env_id", [GENERAL_ID, *SCENARIO_IDS])
+def test_every_id_keeps_the_rules_of_stable_baselines(env_id: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of its own imports
+        checker = pytest.importorskip("stable_baselines3.common.env_checker", reason="pip install 'hopslam[rl]'")
+    for arguments in ({}, {"observe": ALL_VIEWS, "action": "wheels", "reward": "coverage", "end_on": ["lost"]}):
+        with gymnasium.make(env_id, **arguments) as env:
+            checker.check_env(env.unwrapped)
+
+
+def test_every_shipped_world_has_an_id_and_no_id_is_left_over() -> None:
+    drivable = {name for name in shipped_scenarios() if name != "replay"}
+    assert sorted(SCENARIO_IDS.values()) == sorted(drivable)
+    assert all(gymnasium.spec(env_id).kwargs == {"scenario": name} for env_id, name in SCENARIO_IDS.items())
 
 
 def test_it_is_found_without_an_import() -> None:
     code = (
-        "import gymnasium, sys; env = gymnasium.make('sim:hopslam/P3DX-v0', scenario='corridor'); "
-        "observation, info = env.reset(seed=1); print(observation['scan'].shape, info['observation'].T_map_base.x)"
+        "import gymnasium, sys; env = gymnasium.make('sim:hopslam/Corridor-v0'); "
+        "observation, info = env.reset(seed=1); print(observation['scan'].shape)"
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert out.startswith("(682,)")
@@ -37,60 +71,152 @@ def test_importing_sim_costs_no_pybullet() -> None:
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def rollout(env: gymnasium.Env, seed: int) -> list[np.ndarray]:
-    observation, _ = env.reset(seed=seed)
-    env.action_space.seed(seed)
-    seen = [observation["scan"], observation["odometry"]]
-    for _ in range(30):
-        observation, reward, terminated, truncated, _ = env.step(env.action_space.sample())
-        seen += [observation["scan"], observation["odometry"]]
-        assert reward == 0.0
-        assert not terminated
-        assert not truncated
-    return seen
+@pytest.mark.parametrize("reward", ["progress", "coverage", "none"])
+def test_two_environments_with_one_seed_agree_bit_by_bit(reward: str) -> None:
+    with make(observe=ALL_VIEWS, reward=reward) as mine, make(observe=ALL_VIEWS, reward=reward) as other:
+        first = rollout(mine, 5)
+        rollout(other, 6)
+        for again in (rollout(other, 5), rollout(mine, 5)):
+            np.testing.assert_equal(again, first)
+        assert any((a != b).any() for a, b in zip(first, rollout(mine, 6), strict=True))
 
 
-def test_two_environments_with_one_seed_agree_bit_by_bit(env: gymnasium.Env) -> None:
-    with gymnasium.make("hopslam/P3DX-v0", scenario="paper_simulation") as other:
-        for mine, others in zip(rollout(env, 5), rollout(other, 5), strict=True):
-            np.testing.assert_array_equal(mine, others)
-    assert any((a != b).any() for a, b in zip(rollout(env, 5), rollout(env, 6), strict=True))
+def test_a_fresh_process_agrees_bit_by_bit() -> None:
+    code = (
+        "import sys, hashlib, runpy; sys.argv = ['']; here = runpy.run_path('tests/test_env.py'); "
+        "seen = here['rollout'](here['make'](reward='coverage'), 5); "
+        "print(hashlib.sha256(b''.join(a.tobytes() for a in seen)).hexdigest())"
+    )
+    outs = {subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout for _ in range(2)}
+    assert len(outs) == 1
+    assert len(outs.pop()) == 65
 
 
-def test_resets_without_a_seed_differ(env: gymnasium.Env) -> None:
-    env.reset(seed=1)
-    scans = [env.reset()[0]["scan"] for _ in range(2)]
+def test_resets_without_a_seed_differ() -> None:
+    with make() as env:
+        env.reset(seed=1)
+        scans = [env.reset()[0]["scan"] for _ in range(2)]
     assert (scans[0] != scans[1]).any()
 
 
-def test_every_step_hands_out_fresh_arrays(env: gymnasium.Env) -> None:
-    first, _ = env.reset(seed=0)
-    kept = first["scan"].copy()
-    env.step(np.array([0.5, 0.5], np.float32))
-    np.testing.assert_array_equal(first["scan"], kept)
+def test_every_step_hands_out_fresh_arrays() -> None:
+    with make(observe=ALL_VIEWS) as env:
+        first, info = env.reset(seed=0)
+        kept = {key: value.copy() for key, value in first.items()}, info["T_map_base"].copy()
+        second, *_, later = env.step(STRAIGHT)
+        np.testing.assert_equal((first, info["T_map_base"]), kept)
+        assert not any(np.shares_memory(first[key], second[key]) for key in first)
+        assert not np.shares_memory(info["T_map_base"], later["T_map_base"])
 
 
-def test_the_observation_is_what_the_robot_saw(env: gymnasium.Env) -> None:
-    env.reset(seed=0)
-    observation, *_, info = env.step(np.array([9.0, 0.0], np.float32))
-    seen = info["observation"]
+def test_the_observation_is_what_the_robot_saw() -> None:
+    with make(observe=ALL_VIEWS) as env:
+        env.reset(seed=0)
+        observation, *_, info = env.step(np.array([9.0, 0.0]))
+        seen, estimate = info["observation"], env.unwrapped.episode.moment.belief
     echoes = seen.scan.echoes
     np.testing.assert_allclose(observation["scan"][echoes], seen.scan.ranges[echoes], rtol=1e-6)
     assert (observation["scan"][np.isposinf(seen.scan.ranges)] == np.float32(seen.scan.range_max)).all()
     assert observation["odometry"][0] == pytest.approx(seen.odometry.T_odom_base.x)
-    assert info["applied"] == Twist2D(1.2, 0.0)
+    np.testing.assert_allclose(observation["slam_pose"], [estimate.x, estimate.y, estimate.theta], rtol=1e-6)
+    np.testing.assert_array_equal(info["applied"], [1.2, 0.0])
 
 
-def test_it_ends_with_the_duration() -> None:
-    with gymnasium.make("hopslam/P3DX-v0", scenario="paper_simulation", settings=["duration=1.0"]) as env:
+def test_slam_runs_only_where_something_needs_it() -> None:
+    for arguments, runs in (({}, False), ({"observe": ["map"]}, True), ({"end_on": ["lost"]}, True)):
+        with make(**arguments) as env:
+            _, info = env.reset(seed=0)
+            assert (env.unwrapped.episode.slam is not None) == runs == ("slam_pose" in info)
+
+
+def test_wheel_speeds_and_a_twist_that_mean_the_same_do_the_same() -> None:
+    with make() as twists, make(action="wheels") as wheels:
+        twists.reset(seed=3)
+        wheels.reset(seed=3)
+        for _ in range(5):
+            *_, one = twists.step(np.array([0.25, 0.5 / 0.33]))
+            *_, other = wheels.step(np.array([0.0, 0.5]))
+    np.testing.assert_allclose(one["T_map_base"], other["T_map_base"], atol=1e-9)
+
+
+@pytest.mark.parametrize("action", [[0.1], [0.1, 0.2, 0.3], 0.5, [np.nan, 0.0], [np.inf, 0.0], ["a", "b"], None])
+def test_an_action_that_is_none_is_refused(action: object) -> None:
+    with P3DXEnv("paper_simulation") as env:
         env.reset(seed=0)
-        ends = [env.step(np.zeros(2, np.float32))[2:4] for _ in range(10)]
-    assert ends[:9] == [(False, False)] * 9
-    assert ends[9] == (False, True)
+        with pytest.raises(InputError, match=r"an action is \(v, omega\)"):
+            env.step(action)
 
 
-def test_a_collision_terminates() -> None:
-    scenario = load_scenario("paper_simulation", ["route.speed=1.0"])
-    with gymnasium.make("hopslam/P3DX-v0", scenario=scenario) as env:
+def test_before_the_first_reset_there_is_nothing_to_step() -> None:
+    with pytest.raises(RobotError, match="call reset"):
+        P3DXEnv("paper_simulation").step(STRAIGHT)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"reward": "progres"}, "reward='progres'"),
+        ({"observe": ["depth"]}, "observe="),
+        ({"colour": 3}, "colour=3.*the arguments are: action, observe"),
+        ({"cell": 0}, "cell=0"),
+        ({"scenario": "nowhere"}, "no scenario 'nowhere'"),
+    ],
+)
+def test_wrong_arguments_are_named(arguments: dict[str, object], complaint: str) -> None:
+    with pytest.raises(ScenarioError, match=complaint):
+        P3DXEnv(**{"scenario": "paper_simulation"} | arguments)
+
+
+def test_progress_needs_a_route() -> None:
+    with pytest.raises(ScenarioError, match=r"reward='progress' needs route\.waypoints"):
+        P3DXEnv(Scenario(name="nowhere"))
+
+
+def test_the_manual_lists_every_argument_with_its_default() -> None:
+    for name, field in EnvConfig.model_fields.items():
+        default = str(field.default).replace("'", '"') if not isinstance(field.default, str) else f'"{field.default}"'
+        assert f"| `{name}` | `{default}` |" in str(P3DXEnv.__doc__)
+
+
+@pytest.mark.parametrize(("limits", "last"), [({"settings": ["duration=1.0"]}, 9), ({"max_seconds": 0.55}, 4)])
+def test_time_truncates(limits: dict[str, object], last: int) -> None:
+    with make(**limits) as env:
         env.reset(seed=0)
-        assert any(env.step(np.array([-1.2, 0.0], np.float32))[2] for _ in range(50))
+        for _ in range(last - 1):
+            _, _, terminated, truncated, info = env.step(np.zeros(2))
+            assert (terminated, truncated, info["ending"]) == (False, False, "")
+        _, _, terminated, truncated, info = env.step(np.zeros(2))
+    assert (terminated, truncated, info["ending"]) == (False, True, "time")
+    assert info["seconds"] == pytest.approx(0.1 * (last + 1))
+
+
+@pytest.mark.parametrize(("end_on", "ends"), [(["collision"], True), (["goal"], False)])
+def test_a_collision_costs_and_ends_where_it_is_asked_to(end_on: list[str], ends: bool) -> None:
+    with make(end_on=end_on, collision_penalty=3.0) as env:
+        env.reset(seed=0)
+        for _ in range(40):
+            _, reward, terminated, _, info = env.step(np.array([-1.2, 0.0]))
+            if info["reward"]["collision"]:
+                break
+    assert info["reward"] == {"progress": pytest.approx(reward + 3.0), "collision": -3.0}
+    assert (terminated, info["ending"]) == (ends, "collision" if ends else "")
+
+
+def test_the_goal_terminates_and_pays_the_way_there() -> None:
+    scenario = load_scenario("paper_simulation", ["route.waypoints=[[1, 1.8]]"])
+    with make(scenario=scenario, observe=["goal"]) as env:
+        observation, info = env.reset(seed=0)
+        assert observation["goal"] == pytest.approx([0.8, 0.0], abs=1e-3)
+        left, rewards, terminated = info["route_left"], [], False
+        while not terminated:
+            _, reward, terminated, _, info = env.step(STRAIGHT)
+            rewards.append(reward)
+    assert info["ending"] == "goal"
+    assert sum(rewards) == pytest.approx(left)
+
+
+def test_being_lost_terminates() -> None:
+    with make(end_on=["lost"], lost_beyond=0.001) as env:
+        env.reset(seed=0)
+        assert any(env.step(STRAIGHT)[2] for _ in range(30))
+        assert env.unwrapped.episode.moment.slam_error > 0.001

@@ -1,33 +1,43 @@
 """The base: it goes where its wheels say, within its limits, and its odometry errs only as told."""
 
 from math import hypot, pi, sqrt
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from sim.p3dx import TICKS_PER_TURN, TRACK, WHEEL_RADIUS, P3dx, Ticks
+from sim.p3dx import TICKS_PER_TURN, WHEEL_RADIUS, P3dx, Ticks
 from sim.ramp import ramped
-from sim.wheel_odometry import WheelOdometry
+from sim.resources import asset
+from sim.traction import TRACK, Grip
+from sim.wheel_odometry import ANGLE_UNIT, MILLIMETRE, WheelOdometry
 from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Odometry, Twist2D, wheel_motion
 from slam.pose import Pose2D, wrap_angle
-from slam.run.scenario.robot_config import Limits, WheelErrors
+from slam.run.scenario.robot_config import Limits, RobotConfig, Traction, WheelErrors
 
 RATE = 240
 ORIGIN = Pose2D()
 FAST = Limits(acceleration=2.0, deceleration=2.0, angular_acceleration=6.0)
+NO_LOSS = Traction()
 TICKS_PER_METRE = TICKS_PER_TURN / (2.0 * pi * WHEEL_RADIUS)
 
 
 class Rig:
-    """A base on an empty floor with its odometry."""
+    """A base on an empty floor with its odometry, which is not rounded."""
 
-    def __init__(self, limits: Limits = FAST, start: Pose2D = ORIGIN, **errors: float) -> None:
+    def __init__(
+        self, limits: Limits = FAST, start: Pose2D = ORIGIN, traction: Traction = NO_LOSS, **errors: float
+    ) -> None:
+        place = {"x": start.x, "y": start.y, "theta": start.theta}
+        believed = WheelErrors(firmware_units=False, **errors)
+        config = RobotConfig(start=place, limits=limits, traction=traction, odometry=believed, control_rate=RATE)
         self.world = World([], RATE)
-        self.base = P3dx(self.world, start, limits)
-        rng = np.random.default_rng(0)
-        self.odometry = WheelOdometry(WheelErrors(**errors), self.base.read_encoders(), rng)
+        self.base = P3dx(self.world, config)
+        self.odometry = WheelOdometry(believed, self.base.read_encoders(), np.random.default_rng(0))
         self.turned = 0.0
 
     def go(self, v: float, w: float, seconds: float) -> None:
@@ -102,13 +112,126 @@ def test_a_wrong_calibration_bends_the_odometry_as_the_closed_form_says(errors):
     assert rig.base.pose.distance(odometry) > 0.02
 
 
-def test_a_larger_left_wheel_makes_straight_driving_a_circle():
+def test_a_wheel_believed_larger_than_it_is_drives_a_circle_that_the_odometry_takes_for_a_line():
     rig = Rig(left_radius=WHEEL_RADIUS * 1.01)
     rig.go(1.0, 0.0, 6.0)
-    length = rig.base.pose.x
-    expected = wheel_motion(1.01 * length, length, TRACK)
-    assert rig.read().T_odom_base.distance(expected) < 1e-3
-    assert expected.y < -0.3
+    odometry = rig.read().T_odom_base
+    assert abs(odometry.y) < 1e-3
+    expected = wheel_motion(odometry.x / 1.01, odometry.x, TRACK)
+    assert rig.base.pose.distance(expected) < 1e-3
+    assert expected.y > 0.3
+
+
+def square(rig: Rig, sense: float, side: float) -> tuple[Pose2D, Pose2D]:
+    """Drive a square in the firmware's own eyes; where it ends, and where the odometry says."""
+    a, wa = FAST.acceleration, FAST.angular_acceleration
+    for _ in range(4):
+        rig.go(1.0, 0.0, side)  # the ramps up and down take the same time, and so add up to the whole
+        rig.go(0.0, 0.0, 1.0 / a + 0.1)
+        rig.go(0.0, 1.0 * sense, pi / 2)
+        rig.go(0.0, 0.0, 1.0 / wa + 0.1)
+    return rig.base.pose, rig.read().T_odom_base
+
+
+def borenstein_feng(side: float, sense: float, alpha: float, beta: float) -> tuple[float, float]:
+    """Where a square ends that begins and should end at 0: UMBmark, "Measurement and correction of systematic odometry
+    errors in mobile robots", 1996; ``alpha`` radians too much turned at each corner (either sense), ``beta`` radians to
+    the left on each side; to the first order."""
+    return 2.0 * side * (alpha + sense * beta), -2.0 * side * (beta + sense * alpha)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize("errors", [{"track": 1.001}, {"right_radius": 1.0003}])
+def test_a_square_both_ways_drifts_as_borenstein_and_feng_say(sense, errors):
+    side = 4.0
+    known = {"track": TRACK, "right_radius": WHEEL_RADIUS}
+    rig = Rig(**{name: known[name] * factor for name, factor in errors.items()})
+    truth, odometry = square(rig, sense, side)
+    drift = odometry.between(truth)
+    lag = 1.0 / errors.get("right_radius", 1.0) - 1.0  # of the right wheel, on the sides and at the corners
+    alpha = pi / 2 * (errors.get("track", 1.0) - 1.0) + pi / 4 * lag
+    beta = side / TRACK * lag
+    expected = borenstein_feng(side, sense, alpha, beta)
+    assert np.allclose([drift.x, drift.y], expected, atol=0.01 * hypot(*expected))
+
+
+@pytest.mark.parametrize(
+    "traction", [Traction(slip=0.05), Traction(effective_track=0.357), Traction(slip=0.02, effective_track=0.4)]
+)
+def test_slip_and_scrub_lose_the_motion_that_the_encoders_report(traction):
+    rig = Rig(traction=traction)
+    rig.go(0.8, 0.0, 4.0)
+    rig.go(0.0, 0.0, 1.0)
+    assert rig.base.pose.x == pytest.approx((1.0 - traction.slip) * rig.read().T_odom_base.x, rel=5e-4)
+    rig.go(0.0, 1.0, 3.0)
+    rig.go(0.0, 0.0, 1.0)
+    reported = rig.read().T_odom_base.theta
+    assert rig.turned == pytest.approx((1.0 - traction.slip) * TRACK / traction.effective_track * reported, rel=1e-3)
+
+
+def test_a_firmware_that_knows_the_effective_track_turns_right():
+    rig = Rig(traction=Traction(effective_track=0.357), track=0.357)
+    rig.go(0.0, 1.0, 3.0)
+    rig.go(0.0, 0.0, 1.0)
+    assert rig.turned == pytest.approx(3.0, rel=1e-3)
+    assert rig.read().T_odom_base.theta == pytest.approx(rig.turned, rel=1e-3)
+
+
+@given(st.floats(0.0, 0.9), st.floats(0.2, 0.6), st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
+def test_what_rolls_and_what_turns_are_inverse(slip, effective_track, left, right):
+    grip = Grip(Traction(slip=slip, effective_track=effective_track))
+    assert grip.turned(*grip.rolled(left, right)) == pytest.approx((left, right), abs=1e-9)
+
+
+def test_the_firmware_reports_whole_units():
+    errors = WheelErrors(left_radius=0.0981)
+    odometry = WheelOdometry(errors, Ticks(0, 0), np.random.default_rng(0))
+    odometry.add(Ticks(123_456, 234_567))
+    seen = odometry.read(1.0)
+    pose, v, w = seen.T_odom_base, seen.twist.linear, seen.twist.angular
+    for value, unit in [
+        (pose.x, MILLIMETRE),
+        (pose.y, MILLIMETRE),
+        (pose.theta, ANGLE_UNIT),
+        (v - w * TRACK / 2, 1e-3),
+    ]:
+        assert value / unit == pytest.approx(round(value / unit), abs=1e-6)
+    fine = WheelOdometry(errors.model_copy(update={"firmware_units": False}), Ticks(0, 0), np.random.default_rng(0))
+    fine.add(Ticks(123_456, 234_567))
+    assert 0.0 < fine.read(1.0).T_odom_base.distance(pose) < MILLIMETRE
+
+
+def test_noise_of_the_encoders_does_not_add_up():
+    odometry = WheelOdometry(
+        WheelErrors(encoder_noise=20.0, firmware_units=False), Ticks(0, 0), np.random.default_rng(0)
+    )
+    ways = []
+    for _ in range(2000):
+        odometry.add(Ticks(1000, 1000))
+        ways.append(odometry.read(1.0).T_odom_base.x * TICKS_PER_METRE)
+    assert np.std(ways) == pytest.approx(20.0 / sqrt(2.0), rel=0.1)
+    assert abs(np.mean(ways) - 1000.0) < 2.0
+
+
+def test_mass_and_inertia_of_the_urdf_are_those_of_the_shapes():
+    links = {link.get("name"): link for link in ElementTree.parse(asset("urdf/p3dx.urdf")).findall("link")}
+
+    def numbers(link: str, path: str) -> list[float]:
+        return [float(v) for v in links[link].find(path).attrib.values() for v in v.split()]
+
+    def inertia(link: str) -> list[float]:
+        found = links[link].find("inertial/inertia").attrib
+        return [float(found[axis]) for axis in ("ixx", "iyy", "izz")]
+
+    mass = {link: numbers(link, "inertial/mass")[0] for link in links}
+    x, y, z = 0.455, 0.381, 0.237
+    box = [mass["base_link"] / 12.0 * (a * a + b * b) for a, b in ((y, z), (x, z), (x, y))]
+    r, h = WHEEL_RADIUS, 0.037
+    wheel = [mass["left_wheel"] * value for value in ((3 * r * r + h * h) / 12, r * r / 2, (3 * r * r + h * h) / 12)]
+    assert sum(mass.values()) == pytest.approx(9.0)
+    assert inertia("base_link") == pytest.approx(box, rel=1e-3)
+    assert inertia("left_wheel") == inertia("right_wheel") == pytest.approx(wheel, rel=2e-3)
+    assert numbers("left_wheel", "collision/geometry/sphere") == [WHEEL_RADIUS]
 
 
 def test_commands_are_clipped_to_the_limits():
@@ -172,7 +295,7 @@ def test_encoders_count_whole_ticks_of_the_real_wheels():
 
 
 def test_the_twist_of_the_odometry_is_the_mean_since_the_last_reading():
-    odometry = WheelOdometry(WheelErrors(), Ticks(100, 100), np.random.default_rng(0))
+    odometry = WheelOdometry(WheelErrors(firmware_units=False), Ticks(100, 100), np.random.default_rng(0))
     odometry.add(Ticks(100 + round(0.1 * TICKS_PER_METRE), 100 + round(0.2 * TICKS_PER_METRE)))
     twist = odometry.read(0.5).twist
     assert twist.linear == pytest.approx(0.3, rel=1e-4)
@@ -184,7 +307,7 @@ def test_the_twist_of_the_odometry_is_the_mean_since_the_last_reading():
 def test_travel_noise_grows_with_the_root_of_the_distance(parts):
     metres, noise = 4.0, 0.01
     rng = np.random.default_rng(1)
-    errors = WheelErrors(travel_noise=noise)
+    errors = WheelErrors(travel_noise=noise, firmware_units=False)
     step = round(metres * TICKS_PER_METRE / parts)
     turns = []
     for _ in range(600):

@@ -3,10 +3,12 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.errors import ScenarioError
+from slam.run.scenario.clearance import clearance, in_the_way, sampled
 from slam.run.scenario.file import dump_scenario, load_scenario, shipped_scenarios
 
 GOOD = """\
@@ -34,7 +36,27 @@ def test_a_shipped_scenario_loads_and_survives_its_own_dump(name: str, tmp_path:
 
 
 def test_the_required_scenarios_are_shipped() -> None:
-    assert {"corridor", "paper_simulation", "replay"} <= set(shipped_scenarios())
+    required = {"corridor", "paper_simulation", "replay", "office_loop", "cluttered_room", "crowded_corridor"}
+    assert required | {"featureless_corridor", "random_office"} <= set(shipped_scenarios())
+
+
+@pytest.mark.parametrize("name", sorted(set(shipped_scenarios()) - {"replay"}))
+def test_the_robot_can_drive_the_route_of_a_shipped_scenario(name: str) -> None:
+    scenario = load_scenario(name)
+    start = scenario.robot.start
+    way = sampled([(start.x, start.y), *scenario.route.waypoints], step=0.03)
+    assert clearance(way, in_the_way(scenario.world.prisms())).min() > 0.3
+
+
+def test_a_loop_leads_back_by_another_way_and_a_bare_corridor_shows_no_end() -> None:
+    loop = load_scenario("office_loop")
+    assert loop.route.waypoints[-1] == (loop.robot.start.x, loop.robot.start.y)
+    assert len(set(loop.route.waypoints)) == len(loop.route.waypoints)
+    bare = load_scenario("featureless_corridor")
+    reach = bare.lidar.description.lidar.range_max
+    ends = np.concatenate(bare.world.outlines(bare.lidar.height))[:, 0]
+    assert ends.min() < bare.robot.start.x - reach
+    assert ends.max() > bare.route.waypoints[-1][0] + reach
 
 
 def test_the_name_comes_from_the_file(tmp_path: Path) -> None:
@@ -83,8 +105,8 @@ def test_python_objects_in_yaml_are_refused(tmp_path: Path) -> None:
     ("name", "hint"),
     [
         ("coridor", "did you mean corridor?"),
-        ("zzz", "give a path, or one of: corridor"),
-        (300 * "a", "give a path, or one of: corridor"),
+        ("zzz", "give a path, or one of: cluttered_room, corridor"),
+        (300 * "a", "give a path, or one of: cluttered_room, corridor"),
     ],
 )
 def test_a_missing_scenario_gets_a_hint(name: str, hint: str) -> None:

@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from sim.bumpers import segment_at
 from sim.robot import SimRobot
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.scenario.schema import Scenario
+from slam.scan import LaserScan
 
 CORRIDOR = {"points": [[-1.0, -1.25], [9.0, -1.25], [9.0, 1.25], [-1.0, 1.25]], "closed": True}
 
@@ -44,9 +46,17 @@ def observations_straight(robot: SimRobot, count: int) -> Iterator[Observation]:
         yield robot.observe()
 
 
+def beam_times(scan: LaserScan) -> np.ndarray:
+    """Seconds from the first beam to each that came back."""
+    return scan.time_increment * np.flatnonzero(scan.echoes)
+
+
 def digest(seen: Iterable[Observation]) -> str:
     """The same for the same observations only."""
-    parts = (s.scan.ranges.tobytes() + repr((s.odometry, s.T_map_base, s.collided)).encode() for s in seen)
+    parts = (
+        s.scan.ranges.tobytes() + repr((s.odometry, s.T_map_base, s.collided, s.stalled, s.bumpers, s.sonar)).encode()
+        for s in seen
+    )
     return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
@@ -90,16 +100,21 @@ def test_lidar_and_odometry_have_noise_of_their_own():
     assert all(len(a.scan.ranges) != len(b.scan.ranges) for a, b in pairs)
 
 
-def test_an_observation_is_one_moment():
-    with SimRobot(scenario(robot={"start": {"x": 1.0, "y": 0.2, "theta": 0.3}}, lidar={"noise": "none"})) as robot:
+@pytest.mark.parametrize("rolling", [True, False])
+def test_an_observation_is_one_moment(rolling):
+    room = scenario(robot={"start": {"x": 1.0, "y": 0.2, "theta": 0.3}}, lidar={"noise": "none", "rolling": rolling})
+    with SimRobot(room) as robot:
         robot.drive(Twist2D(0.4, 0.0))
         seen = [robot.observe() for _ in range(20)]
-    assert [s.scan.stamp for s in seen] == pytest.approx(0.1 * np.arange(1, 21))
+    assert [s.scan.stamp for s in seen] == pytest.approx(0.1 * np.arange(1, 21) - (1.0 / 15.0 if rolling else 0.0))
     assert all(s.odometry.stamp == s.scan.stamp for s in seen)
     for s in seen:
         true = Pose2D(1.0, 0.2, 0.3) @ s.odometry.T_odom_base
         assert true.distance(s.T_map_base) < 1e-3
         points = (s.T_map_base @ robot.T_base_laser).transform(s.scan.points())
+        points += (
+            s.odometry.twist.linear * beam_times(s.scan)[:, None] * s.T_map_base.rotation[:, 0]
+        )  # it drives straight
         on_left_wall = abs(points[:, 1] - 1.2) < 0.01
         assert on_left_wall.sum() > 50
         assert abs(points[on_left_wall, 1] - 1.2).max() < 1e-3
@@ -134,7 +149,9 @@ def test_driving_into_a_wall_is_reported_while_it_lasts():
 
 def test_a_short_touch_between_two_scans_is_reported():
     agile = {"limits": {"acceleration": 5.0, "deceleration": 50.0}}
-    with SimRobot(scenario(world={"walls": [{"points": [[1.0, -2.0], [1.0, 2.0]]}]}, robot=agile)) as robot:
+    with SimRobot(
+        scenario(world={"walls": [{"points": [[1.0, -2.0], [1.0, 2.0]]}]}, robot=agile, lidar={"rolling": False})
+    ) as robot:
         robot.drive(Twist2D(0.5, 0.0))
         while not (seen := robot.observe()).collided:
             pass
@@ -160,6 +177,104 @@ def test_drive_returns_what_is_applied():
             robot.drive(Twist2D(float("nan"), 0.0))
 
 
+CROWD = {
+    "people": [{"waypoints": [[2.0, -0.6], [2.0, 0.6]]}, {"waypoints": [[1.4, 0.1]]}],
+    "robot": {"odometry": {"travel_noise": 0.01, "encoder_noise": 3.0}, "traction": {"slip": 0.02}, "sonar": True},
+}
+
+
+@pytest.mark.parametrize(
+    "lidar", [{}, {"caster": "exact", "noise": "realistic"}, {"rolling": False, "noise": "datasheet"}]
+)
+def test_a_restarted_robot_is_a_new_one_bit_by_bit(lidar):
+    crowd = scenario(lidar=lidar, **CROWD)
+    with SimRobot(crowd, 3) as robot, SimRobot(crowd, 8) as fresh:
+        first = list(observations(robot, 40))
+        assert any(s.collided for s in first)
+        robot.restart(8)
+        assert digest(observations(robot, 40)) == digest(observations(fresh, 40))
+        robot.restart(3)
+        assert digest(observations(robot, 40)) == digest(first)
+
+
+def test_a_wall_ahead_presses_the_front_bumper_and_stalls_the_motors():
+    with SimRobot(scenario(world={"walls": [{"points": [[1.0, -2.0], [1.0, 2.0]]}]})) as robot:
+        seen = list(observations_straight(robot, 60))
+    assert not seen[0].collided
+    assert seen[0].bumpers == (False,) * 10
+    assert not any(s.stalled for s in seen if not s.collided)
+    assert seen[-1].collided
+    assert seen[-1].stalled
+    assert any(seen[-1].bumpers[:5])
+    assert not any(seen[-1].bumpers[5:])
+
+
+@pytest.mark.parametrize(
+    ("contact", "segment"),
+    [
+        ((1.3, 0.0), 2),
+        ((1.3, 0.15), 1),
+        ((1.3, -0.15), 3),
+        ((1.1, 0.2), 0),
+        ((0.7, 0.0), 7),
+        ((0.7, 0.2), 6),
+        ((1.0, 0.2), None),
+    ],
+)
+def test_a_contact_presses_the_segment_in_its_direction(contact, segment):
+    assert segment_at(contact, (1.0, 0.0, 0.0)) == segment
+    turned = (1.0 - contact[1], contact[0] - 1.0)  # the robot at (1, 0) looks along +y
+    assert segment_at(turned, (1.0, 0.0, pi / 2)) == segment
+
+
+def test_the_sonar_ring_sees_walls_and_people_to_five_metres():
+    room = {"walls": [{"points": [[4.05, -9.0], [4.05, 9.0]]}, {"points": [[-1.0, 3.05], [9.0, 3.05]]}]}
+    person = {"waypoints": [[0.8, -0.7]]}
+    with SimRobot(scenario(world=room, people=[person], robot={"sonar": True})) as robot:
+        left, *_, ahead_left, ahead_right, _, near, right = robot.observe().sonar
+    assert left == pytest.approx((3.0 - 0.136), abs=2e-3)
+    assert (ahead_left, ahead_right) == pytest.approx((4.0 - 0.166,) * 2, abs=0.01)
+    assert 0.5 < near < 1.0
+    assert right == np.inf
+
+
+def test_beams_are_taken_where_the_sensor_is_when_they_fire():
+    box = {"walls": [CORRIDOR]}
+    skews = []
+    for rolling in (True, False):
+        lidar = {"rolling": rolling, "noise": "none"}
+        with SimRobot(scenario(world=box, robot={"limits": {"angular_acceleration": 20.0}}, lidar=lidar)) as robot:
+            for _ in range(12):
+                robot.drive(Twist2D(0.0, 1.5))
+                seen = robot.observe()
+        points = (seen.T_map_base @ robot.T_base_laser).transform(seen.scan.points())
+        walls = np.minimum.reduce([abs(points[:, 1] - 1.2), abs(points[:, 1] + 1.2), abs(points[:, 0] + 0.95)])
+        skews.append(np.mean(walls))
+    assert skews[1] < 1e-3
+    assert skews[0] > 0.02
+
+
+def test_a_person_stops_before_the_robot_and_goes_on_behind_it():
+    person = {"waypoints": [[3.0, 0.0], [0.0, 0.0]], "keep": 0.8}
+    with SimRobot(scenario(world={"walls": [CORRIDOR]}, people=[person])) as robot:
+        for _ in range(60):
+            assert not robot.observe().collided
+        assert robot.people == pytest.approx(np.array([[0.8, 0.0]]), abs=0.02)
+        for _ in range(30):
+            robot.drive(Twist2D(-0.5, 0.0))
+            robot.observe()
+        assert robot.people[0, 0] < 0.5
+
+
+def test_running_into_a_person_is_a_collision():
+    person = {"waypoints": [[1.0, 0.0]]}
+    with SimRobot(scenario(world={"walls": [CORRIDOR]}, people=[person])) as robot:
+        seen = list(observations_straight(robot, 60))
+    first = next(i for i, s in enumerate(seen) if s.collided)
+    assert seen[first].T_map_base.x == pytest.approx(1.0 - 0.06 - 0.21, abs=0.03)
+    assert seen[-1].T_map_base.x < 0.85
+
+
 def test_a_closed_robot_says_so():
     with SimRobot(scenario()) as robot:
         robot.observe()
@@ -170,8 +285,11 @@ def test_a_closed_robot_says_so():
         robot.drive(Twist2D())
 
 
-def test_the_physics_rate_must_fit_the_scan_time():
-    with pytest.raises(ValidationError, match=r"physics\.rate = 245 gives 24\.5 steps"):
+def test_physics_control_and_scans_divide_one_another():
+    with pytest.raises(ValidationError, match=r"physics\.rate = 245 is no multiple of robot\.control_rate = 60"):
         scenario(physics={"rate": 245})
-    with SimRobot(scenario(physics={"rate": 100})) as robot:
-        assert robot.observe().scan.stamp == pytest.approx(0.1)
+    with pytest.raises(ValidationError, match=r"robot\.control_rate = 75 gives 7\.5 control steps"):
+        scenario(physics={"rate": 150}, robot={"control_rate": 75})
+    with SimRobot(scenario(physics={"rate": 100}, robot={"control_rate": 50})) as robot:
+        stamps = [robot.observe().scan.stamp for _ in range(2)]
+    assert stamps == pytest.approx([0.02, 0.12])  # the beams take 66.6 ms, which are 4 control steps of 20 ms

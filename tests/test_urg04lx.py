@@ -6,21 +6,29 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.range_noise import measure, quantised
+from sim.rays import Sweep
 from sim.urg04lx import Urg04lx
 from sim.world import World
 from slam.lidars import LIDARS, TABLE1, URG04LX
 from slam.pose import Pose2D
 from slam.run.scenario.lidar_config import LidarConfig
+from slam.run.scenario.values import Place
 from slam.run.scenario.world_plan import Table, Wall
 from slam.run.scenario.world_plan import World as Plan
 
 ROOM = Plan(walls=(Wall(points=((-2.05, -2.05), (2.05, -2.05), (2.05, 2.05), (-2.05, 2.05)), closed=True),))
 """Four metres square inside."""
-EXACT = LidarConfig(noise="none")
+HERE = Place()
+EXACT = LidarConfig(noise="none", rolling=False, mount=HERE)
 
 
 def rng(seed: int = 0) -> np.random.Generator:
     return np.random.default_rng(seed)
+
+
+def still(T_map_base: Pose2D) -> Sweep:
+    """All beams from one place, with nobody around."""
+    return Sweep(np.array([[T_map_base.x, T_map_base.y, T_map_base.theta]]), np.empty((1, 0, 2)), 0.1)
 
 
 def room_ranges(T_map_laser: Pose2D, angles: np.ndarray) -> np.ndarray:
@@ -30,18 +38,19 @@ def room_ranges(T_map_laser: Pose2D, angles: np.ndarray) -> np.ndarray:
         return np.minimum((2.0 - np.sign(c) * T_map_laser.x) / abs(c), (2.0 - np.sign(s) * T_map_laser.y) / abs(s))
 
 
+@pytest.mark.parametrize("caster", ["bullet", "exact"])
 @pytest.mark.parametrize("model", ["urg04lx", "table1"])
 @pytest.mark.parametrize("pose", [Pose2D(0.0, 0.0, 0.001), Pose2D(0.7, -1.1, 2.3), Pose2D(-1.0, 0.4, -0.8)])
-def test_the_ranges_in_a_square_room_are_those_of_the_closed_form(model, pose):
-    config = LidarConfig(model=model, noise="none")
+def test_the_ranges_in_a_square_room_are_those_of_the_closed_form(model, caster, pose):
+    config = LidarConfig(model=model, noise="none", caster=caster, mount=HERE)
     with World(ROOM.prisms(), 240) as world:
-        ranges = Urg04lx(world, config).true_ranges(pose)
+        ranges = Urg04lx(world, config).true_ranges(still(pose))
     assert ranges == pytest.approx(room_ranges(pose, config.description.lidar.angles), abs=1e-4)
 
 
 def test_the_scan_carries_its_fan_its_stamp_and_its_sensor():
     with World(ROOM.prisms(), 240) as world:
-        scan = Urg04lx(world, EXACT).scan(Pose2D(), 12.5, rng())
+        scan = Urg04lx(world, EXACT).scan(still(Pose2D()), 12.5, rng())
     assert scan.lidar == URG04LX.lidar
     assert scan.stamp == 12.5
     assert scan.time_increment == 0.0
@@ -52,8 +61,8 @@ def test_the_scan_carries_its_fan_its_stamp_and_its_sensor():
 def test_a_low_lidar_sees_the_legs_of_a_table_and_a_high_one_its_top():
     plan = Plan(tables=(Table(center=(2.0, 0.0), size=(1.0, 1.0, 0.7)),))
     with World(plan.prisms(), 240) as world:
-        low = Urg04lx(world, LidarConfig(height=0.3)).true_ranges(Pose2D())
-        high = Urg04lx(world, LidarConfig(height=0.69)).true_ranges(Pose2D())
+        low = Urg04lx(world, LidarConfig(height=0.3, mount=HERE)).true_ranges(still(Pose2D()))
+        high = Urg04lx(world, LidarConfig(height=0.69, mount=HERE)).true_ranges(still(Pose2D()))
     ahead = 384 - 44
     assert low[ahead] == np.inf
     assert high[ahead] == pytest.approx(1.5, abs=1e-4)
@@ -61,7 +70,7 @@ def test_a_low_lidar_sees_the_legs_of_a_table_and_a_high_one_its_top():
 
 
 def test_no_echo_is_inf_and_too_close_is_minus_inf():
-    ranges = measure(np.array([0.03, 0.0602, 4.0949, 4.11, np.inf]), EXACT, rng())
+    ranges = measure(np.array([0.03, 0.0602, 4.0949, 4.11, np.inf]), 0.0, EXACT, rng())
     assert ranges.tolist() == pytest.approx([-np.inf, 0.06, 4.095, np.inf, np.inf])
 
 
@@ -87,7 +96,7 @@ def test_table_1_has_1024_steps():
 @pytest.mark.parametrize("bound_sigmas", [2.0, 3.0])
 def test_the_noise_is_gaussian_with_the_maker_s_bound(true, bound, bound_sigmas):
     config = LidarConfig(bound_sigmas=bound_sigmas)
-    errors = measure(np.full(40_000, true), config, rng()) - true
+    errors = measure(np.full(40_000, true), 0.0, config, rng()) - true
     sigma = bound / bound_sigmas
     assert np.std(errors) == pytest.approx(sigma, rel=0.02)
     assert abs(np.mean(errors)) < 4 * sigma / 200
@@ -98,27 +107,27 @@ def test_the_noise_is_gaussian_with_the_maker_s_bound(true, bound, bound_sigmas)
 def test_noise_brings_some_echoes_of_a_wall_beyond_the_reach_and_loses_as_many_within():
     wall = Plan(walls=(Wall(points=((4.145, -9.0), (4.145, 9.0))),))  # its face stands at the reach of 4.095 m
     with World(wall.prisms(), 240) as world:
-        lidar = Urg04lx(world, LidarConfig(model="urg04lx"))
-        ahead = [np.isfinite(lidar.scan(Pose2D(), 0.0, rng(seed)).ranges[340]) for seed in range(300)]
+        lidar = Urg04lx(world, LidarConfig(mount=HERE))
+        ahead = [np.isfinite(lidar.scan(still(Pose2D()), 0.0, rng(seed)).ranges[340]) for seed in range(300)]
     assert 0.35 < np.mean(ahead) < 0.65
 
 
 def test_dropout_loses_its_share_of_the_echoes():
-    ranges = measure(np.full(20_000, 2.0), LidarConfig(dropout=0.1), rng())
+    ranges = measure(np.full(20_000, 2.0), 0.0, LidarConfig(dropout=0.1), rng())
     assert np.mean(np.isinf(ranges)) == pytest.approx(0.1, abs=0.01)
-    assert np.isinf(measure(np.full(10, 2.0), LidarConfig(dropout=1.0), rng())).all()
+    assert np.isinf(measure(np.full(10, 2.0), 0.0, LidarConfig(dropout=1.0), rng())).all()
 
 
 def test_the_seed_alone_decides_the_noise():
     true = np.linspace(0.1, 4.0, 682)
-    first, again, other = (measure(true, LidarConfig(), rng(seed)) for seed in (7, 7, 8))
+    first, again, other = (measure(true, 0.0, LidarConfig(), rng(seed)) for seed in (7, 7, 8))
     assert (first == again).all()
     assert (first != other).mean() > 0.8
 
 
 def test_every_scan_draws_as_many_random_numbers():
     near, far, none = rng(3), rng(3), rng(3)
-    measure(np.full(682, 1.0), LidarConfig(), near)
-    measure(np.full(682, np.inf), LidarConfig(), far)
-    measure(np.full(682, 1.0), EXACT, none)
+    measure(np.full(682, 1.0), 0.0, LidarConfig(), near)
+    measure(np.full(682, np.inf), 0.0, LidarConfig(), far)
+    measure(np.full(682, 1.0), 0.0, EXACT, none)
     assert near.random() == far.random() == none.random()

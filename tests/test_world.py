@@ -8,8 +8,8 @@ from sim.p3dx import P3dx
 from sim.resources import asset
 from sim.world import World
 from slam.errors import RobotError
-from slam.pose import Pose2D
-from slam.run.scenario.robot_config import Limits
+from slam.odometry import Twist2D
+from slam.run.scenario.robot_config import RobotConfig
 from slam.run.scenario.world_plan import Box
 from slam.run.scenario.world_plan import World as Plan
 
@@ -63,12 +63,12 @@ def test_no_ray_of_a_large_batch_is_lost():
 def test_an_empty_world_has_nothing_to_meet():
     with World([], rate=240) as world:
         assert ray(world, (0.0, 0.0, 0.3), (10.0, 0.0, 0.3)) == np.inf
-        assert not P3dx(world, Pose2D(), Limits()).collided
+        assert P3dx(world, RobotConfig()).contacts() == []
 
 
 def test_rays_pass_through_the_robot():
     with World(prisms(BOX), rate=240) as world:
-        P3dx(world, Pose2D(1.0, 0.0, 0.0), Limits())
+        P3dx(world, RobotConfig(start={"x": 1.0}))
         world.step()
         assert ray(world, (0.0, 0.0, 0.15), (10.0, 0.0, 0.15)) == pytest.approx(2.5, abs=1e-4)
 
@@ -93,12 +93,37 @@ def open_clients() -> int:
     return sum(pybullet.getConnectionInfo(physicsClientId=client)["isConnected"] for client in range(1024))
 
 
-def test_a_forgotten_world_is_freed():
+def test_forgotten_worlds_are_freed_but_for_one_that_is_used_again():
     before = open_clients()
-    world = World([], rate=240)
-    assert open_clients() == before + 1
-    del world
-    assert open_clients() == before
+    for _ in range(5):
+        world = World([], rate=240)
+        del world
+    assert open_clients() <= before + 1
+    worlds = [World([], rate=240) for _ in range(3)]
+    assert open_clients() >= 3
+    for world in worlds:
+        world.close()
+    assert open_clients() <= before + 1
+
+
+def test_a_world_on_a_server_that_was_used_before_is_empty():
+    World(prisms(BOX), rate=100).close()
+    with World([], rate=240) as world:
+        assert ray(world, (0.0, 0.5, 0.3), (10.0, 0.5, 0.3)) == np.inf
+        assert world.time == 0.0
+
+
+@pytest.mark.parametrize(("height", "stops"), [(0.02, False), (0.03, True)])
+def test_a_sill_stops_the_robot_from_25_millimetres_on(height, stops):
+    with World(prisms(Box(center=(0.6, 0.0), size=(0.2, 2.0, height))), rate=240) as world:
+        base = P3dx(world, RobotConfig(control_rate=240))
+        touched = False
+        for _ in range(960):
+            base.command(Twist2D(0.3, 0.0))
+            base.control()
+            world.step()
+            touched |= bool(base.contacts())
+    assert touched == stops
 
 
 def test_an_error_of_pybullet_is_a_robot_error_with_its_cause():

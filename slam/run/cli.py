@@ -13,7 +13,9 @@ from rich.console import Console
 
 from slam.errors import HopslamError
 from slam.run.bench.cli import app as bench
+from slam.run.env_cli import env
 from slam.run.lines_cli import lines
+from slam.run.world_cli import world
 
 if TYPE_CHECKING:
     from slam.run.experiment import Outcome
@@ -26,6 +28,8 @@ app = typer.Typer(
     add_completion=False,
 )
 app.command()(lines)
+app.command()(env)
+app.command()(world)
 app.add_typer(bench, name="bench")
 console = Console()
 

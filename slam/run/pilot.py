@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from math import cos
 from typing import Protocol
 
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
+from slam.run.course import Course
 from slam.run.scenario.schema import Route
 
 _TURN_GAIN = 1.5
@@ -34,30 +34,21 @@ class WaypointPilot:
 
     def __init__(self, route: Route, start: Pose2D) -> None:
         self._route = route
-        places = [start, *(Pose2D(x, y) for x, y in route.waypoints)]
-        self._lengths = [a.distance(b) for a, b in pairwise(places)]
-        self._targets = places[1:]
-        self._next = 0
-        self._left = sum(self._lengths)
+        self._course = Course(start, route.waypoints, route.arrival)
 
     def command(self, T_map_base: Pose2D) -> Twist2D | None:
         """What to drive from this estimated pose; None when the last way-point is reached."""
-        if not self._targets:
+        if not self._route.waypoints:
             return Twist2D()
-        while self._next < len(self._targets):
-            distance = T_map_base.distance(self._targets[self._next])
-            self._left = distance + sum(self._lengths[self._next + 1 :])
-            if distance > self._route.arrival:
-                return self._towards(T_map_base.bearing(self._targets[self._next]))
-            self._next += 1
-        self._left = 0.0
-        return None
+        self._course.advance(T_map_base)
+        goal = self._course.goal
+        return None if goal is None else self._towards(T_map_base.bearing(goal))
 
     @property
     def progress(self) -> float:
         """Share of the route that is behind, 0 to 1."""
-        total = sum(self._lengths)
-        return min(max(1.0 - self._left / total, 0.0), 1.0) if total else 0.0
+        length = self._course.length
+        return min(max(1.0 - self._course.left / length, 0.0), 1.0) if length else 0.0
 
     def _towards(self, bearing: float) -> Twist2D:
         limit = self._route.turn_speed

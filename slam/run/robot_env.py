@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.robot import Observation, Robot
-from slam.scan import LaserScan, Lidar
+from slam.run.env.actions import twist_action
+from slam.run.env.views.odometry import OdometryView, odometry_array
+from slam.run.env.views.scan import ScanView, scan_array
+from slam.scan import Lidar
 
 Float32Array = NDArray[np.float32]
 ObservationDict = dict[str, Float32Array]
-
-_ODOMETRY_BOUND: Final = np.array([1e4, 1e4, np.pi, 10.0, 100.0], np.float32)
-"""Of x, y (m), theta (rad), v (m/s), omega (rad/s): no robot of this kind goes beyond."""
 
 
 class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
@@ -37,8 +37,7 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
         self._robot: Robot | None = None
         self._last: ObservationDict = {}
         self.observation_space = Dict(  # type: ignore[assignment]  # gymnasium types its Dict by Any
-            scan=Box(0.0, lidar.range_max, (lidar.beams,), np.float32),
-            odometry=Box(-_ODOMETRY_BOUND, _ODOMETRY_BOUND, dtype=np.float32),
+            scan=ScanView(lidar).space(), odometry=OdometryView().space()
         )
         high = np.minimum(np.array([limits.linear, limits.angular], np.float32), np.float32(1.0))
         self.action_space = Box(-high, high, dtype=np.float32)
@@ -64,7 +63,7 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
 
     def step(self, action: Float32Array) -> tuple[ObservationDict, float, bool, bool, dict[str, Any]]:
         """Drive at (v, omega) until the next scan; a collision terminates, the end of the scans truncates."""
-        applied = self.robot.drive(Twist2D(float(action[0]), float(action[1])))
+        applied = self.robot.drive(twist_action(action))
         observation = self.robot.observe()
         if observation is None:
             return {key: value.copy() for key, value in self._last.items()}, 0.0, False, True, {"applied": applied}
@@ -78,13 +77,5 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
             robot.__exit__(None, None, None)
 
     def _as_dict(self, observation: Observation) -> ObservationDict:
-        pose, twist = observation.odometry.T_odom_base, observation.odometry.twist
-        odometry = np.array([pose.x, pose.y, pose.theta, twist.linear, twist.angular], np.float32)
-        self._last = {"scan": _finite_ranges(observation.scan), "odometry": odometry}
+        self._last = {"scan": scan_array(observation.scan), "odometry": odometry_array(observation.odometry)}
         return dict(self._last)
-
-
-def _finite_ranges(scan: LaserScan) -> Float32Array:
-    """The ranges within [0, range_max], whatever the sensor said: an error counts as no echo."""
-    ranges = np.nan_to_num(scan.ranges, nan=scan.range_max, posinf=scan.range_max, neginf=0.0)
-    return np.clip(ranges.astype(np.float32), np.float32(0.0), np.float32(scan.range_max))

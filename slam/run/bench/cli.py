@@ -10,7 +10,8 @@ import typer
 from rich.console import Console
 
 app = typer.Typer(
-    help="Measure: the paper's figures, line extractors, and SLAM on recorded logs.", no_args_is_help=True
+    help="Measure: the paper's figures, line extractors, SLAM on recorded logs, and the simulator.",
+    no_args_is_help=True,
 )
 console = Console()
 
@@ -107,3 +108,23 @@ def slam(
         console.print(table.rich())
     if out is not None:
         write_tables(out, made, "SLAM on recorded logs")
+
+
+@app.command()
+def sim(
+    long: Annotated[
+        bool, typer.Option("--long", help="Also 10,000 resets and a million steps: some minutes, for the memory.")
+    ] = False,
+) -> None:
+    """Measure the simulator: its speed beside that of PyBullet's calls alone, resets, and two processes against one.
+
+    [bold]Examples[/bold]
+
+    hopslam bench sim
+
+    hopslam bench sim --long
+    """
+    from importlib import import_module
+
+    for table in import_module("sim.bench.report").sim_tables(long):  # late: sim stands on slam, and not slam on sim
+        console.print(table.rich())

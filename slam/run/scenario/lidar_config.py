@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -19,14 +19,26 @@ class LidarConfig(Section):
     """Where it sits on the base: ``T_base_laser``."""
     height: Positive = 0.30
     """Of the scan plane above the floor, metres."""
-    noise: Literal["table1", "none"] = "table1"
-    """``table1``: Gaussian, as in the paper's Table 1."""
+    rolling: bool = True
+    """Each beam is taken when the turning mirror points there, from where the sensor is then; false: all at once."""
+    caster: Literal["bullet", "exact"] = "bullet"
+    """Who finds the walls: PyBullet's rays through the mesh of the world, or compiled rays in its plan; same ranges."""
+    noise: Literal["paper", "datasheet", "realistic", "none"] = "paper"
+    """``paper``: Gaussian, bounds of Table 1. ``datasheet``: Gaussian, 10 mm up to 1 m and 1 % beyond. ``realistic``:
+    by range and incidence, with mixed pixels at edges, lost echoes and warm-up. See docs/simulator.md."""
     bound_sigmas: Positive = 3.0
     """How many standard deviations the maker's plus-minus bound is. The paper does not say; 3 is the usual reading."""
     dropout: float = Field(0.0, ge=0, le=1)
     """Share of beams that get no echo for no reason."""
+    reflectivity: Annotated[float, Field(gt=0, le=1)] = 1.0
+    """Of all surfaces, of which only ``realistic`` knows: 1 is white paper, 0.1 is dark."""
 
     @property
     def description(self) -> LidarModel:
         """The sensor of that name."""
         return lidar_model(self.model)
+
+    @property
+    def time_increment(self) -> float:
+        """Seconds between two beams; 0 where they are taken at once."""
+        return self.description.time_increment if self.rolling else 0.0

@@ -2,21 +2,44 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
+from pydantic import Field
+
 from slam.config import Section
 from slam.run.scenario.values import NotNegative, Place, Positive
 
 
 class WheelErrors(Section):
-    """What is wrong with the wheel odometry. The robot itself has wheels of 0.0975 m radius, 0.330 m apart."""
+    """What the firmware believes of its wheels, which steers the robot and makes its odometry.
+
+    The robot itself has wheels of 0.0975 m radius, 0.330 m apart; where the beliefs differ, it does not go where the
+    odometry says.
+    """
 
     left_radius: Positive = 0.0975
-    """Radius that the odometry believes of the left wheel, metres."""
+    """Radius that the firmware believes of the left wheel, metres."""
     right_radius: Positive = 0.0975
     """The same of the right wheel, metres."""
     track: Positive = 0.330
-    """Distance between the wheels that the odometry believes, metres."""
+    """Distance between the wheels that the firmware believes, metres; 0.357 is what the vendor's factors say, and right
+    where ``traction.effective_track`` is the same."""
     travel_noise: NotNegative = 0.0
-    """Random error of each wheel's travel: its standard deviation after one metre, metres (grows with the root)."""
+    """Random slip: standard deviation of each wheel's reported travel after one metre, metres (grows with the root)."""
+    encoder_noise: NotNegative = 0.0
+    """Standard deviation of each reading of an encoder, ticks (76,600 a turn); it does not add up."""
+    firmware_units: bool = True
+    """Rounded as ARCOS reports: whole millimetres, 4096ths of a turn, whole mm/s of each wheel; false: not rounded."""
+
+
+class Traction(Section):
+    """What the floor makes of the turning wheels. The wheels and their encoders do not know."""
+
+    slip: Annotated[float, Field(ge=0, lt=1)] = 0.0
+    """Share of each wheel's way that is lost, at any speed."""
+    effective_track: Positive = 0.330
+    """The tyres scrub when the robot turns: it turns as if its wheels were this far apart, metres (a real P3-DX:
+    0.357)."""
 
 
 class Limits(Section):
@@ -40,4 +63,9 @@ class RobotConfig(Section):
     start: Place = Place()
     """Where the base stands at first, map frame."""
     odometry: WheelErrors = WheelErrors()
+    traction: Traction = Traction()
     limits: Limits = Limits()
+    control_rate: Annotated[int, Field(ge=10)] = 60
+    """How often a second the base reads its encoders and sets its motors; people walk at this rate too."""
+    sonar: bool = False
+    """Whether the front sonar ring is on."""

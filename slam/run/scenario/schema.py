@@ -7,6 +7,8 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from slam.config import Section, SlamConfig
+from slam.run.scenario.clock import Clock, make_clock
+from slam.run.scenario.generators.kinds import Generator
 from slam.run.scenario.lidar_config import LidarConfig
 from slam.run.scenario.people import Person
 from slam.run.scenario.robot_config import RobotConfig
@@ -18,7 +20,7 @@ class Route(Section):
     """Way-points, followed one after another on the estimated pose."""
 
     waypoints: tuple[Point, ...] = ()
-    """Map frame, metres; none: the robot stands."""
+    """Map frame, metres; none: the robot stands. Left out where a world is generated: a tour of it."""
     speed: Positive = 0.5
     """m/s."""
     turn_speed: Positive = 0.8
@@ -40,6 +42,8 @@ class Scenario(Section):
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._ -]*$")
     """Of the run folders too."""
     description: str = ""
+    generate: Generator | None = None
+    """Makes a world, a route and people from a seed, when the scenario is loaded; written by hand, they add to it."""
     world: World = World()
     people: tuple[Person, ...] = ()
     robot: RobotConfig = RobotConfig()
@@ -50,21 +54,19 @@ class Scenario(Section):
     duration: Positive = 600.0
     """The run ends after this many simulated seconds at the latest."""
     seed: int = Field(0, ge=0)
-    """Of all that is random: noise of the lidar and the wheels, and the draw of map points."""
+    """Of all that is random: values that the file leaves to chance, noise of the lidar and the wheels, map points."""
 
     @property
-    def steps_per_scan(self) -> int:
-        """Physics steps from one scan to the next."""
-        return round(self.physics.rate * self.lidar.description.lidar.scan_time)
+    def clock(self) -> Clock:
+        """How physics, control and scans divide the time."""
+        lidar = self.lidar.description.lidar
+        sweep = (lidar.beams - 1) * self.lidar.time_increment
+        return make_clock(self.physics.rate, self.robot.control_rate, lidar.scan_time, sweep)
 
     @model_validator(mode="after")
-    def _scans_fall_on_physics_steps(self) -> Self:
+    def _the_clocks_divide(self) -> Self:
         scan_time = self.lidar.description.lidar.scan_time
         if self.duration < scan_time:
             raise ValueError(f"duration = {self.duration:g} s ends before the first scan, which takes {scan_time:g} s")
-        if abs(self.physics.rate * scan_time - self.steps_per_scan) > 1e-9:
-            raise ValueError(
-                f"physics.rate = {self.physics.rate} gives {self.physics.rate * scan_time:g} steps in the "
-                f"{scan_time:g} s of a scan; choose a rate that gives a whole number"
-            )
+        _ = self.clock
         return self

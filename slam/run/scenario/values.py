@@ -4,15 +4,26 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from slam.config import Section
 from slam.pose import Pose2D
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+Count = Annotated[int, Field(ge=0, le=1000)]
 Point = tuple[float, float]
 """x and y in the map frame, metres."""
+
+
+def _ordered(bounds: tuple[float, float]) -> tuple[float, float]:
+    if bounds[0] > bounds[1]:
+        raise ValueError("the lower bound comes first")
+    return bounds
+
+
+Span = Annotated[tuple[Positive, Positive], AfterValidator(_ordered)]
+"""The least and the largest value."""
 
 
 class Place(Section):

@@ -1,0 +1,50 @@
+"""Whether memory grows with what a process has done."""
+
+from __future__ import annotations
+
+import resource
+import sys
+from dataclasses import dataclass
+
+from sim.robot import SimRobot
+from slam.odometry import Twist2D
+from slam.run.scenario.schema import Scenario
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """Megabytes by which the most memory that this process ever held has grown on the way."""
+
+    resets: int
+    steps: int
+    robots: int
+    of_one_robot: float
+    of_many_robots: float
+
+
+def peak_memory() -> float:
+    """Of this process until now, megabytes."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1e6 if sys.platform == "darwin" else 1e3)  # macOS counts bytes, Linux kB
+
+
+def memory_growth(scenario: Scenario, resets: int, scans_each: int, robots: int) -> Growth:
+    """One robot restarted and driven again and again, then so many robots made, driven for a scan and closed.
+
+    The first hundredth of each is not counted: caches fill.
+    """
+    with SimRobot(scenario, 0) as robot:
+        for seed in range(resets):
+            if seed == resets // 100:
+                begun = peak_memory()
+            robot.restart(seed)
+            for _ in range(scans_each):
+                robot.drive(Twist2D(0.5, 0.1))
+                robot.observe()
+    one = peak_memory() - begun
+    for seed in range(robots):
+        if seed == robots // 100:
+            begun = peak_memory()
+        with SimRobot(scenario, seed) as robot:
+            robot.observe()
+    return Growth(resets, resets * scans_each * scenario.clock.steps_per_scan, robots, one, peak_memory() - begun)

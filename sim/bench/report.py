@@ -1,0 +1,64 @@
+"""The tables of ``hopslam bench sim``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from sim.bench.long_life import memory_growth, peak_memory
+from sim.bench.scene import corridor
+from sim.bench.speed import env_steps_per_second, reset_times, speed_of
+from slam.run.bench.tables import ResultTable
+
+
+def sim_tables(long: bool) -> Iterator[ResultTable]:
+    """Speed and resets of both ray casters, the vector environment, and with ``long`` the memory over a long life."""
+    yield _speeds()
+    yield _resets()
+    yield _vector()
+    if long:
+        yield _long_life()
+
+
+def _speeds() -> ResultTable:
+    rows = []
+    for caster in ("bullet", "exact"):
+        scenario = corridor(caster)
+        speed = speed_of(scenario)
+        period = scenario.lidar.description.lidar.scan_time
+        rows.append(
+            (caster, f"{1e6 * speed.engine:.0f}", f"{1e6 * speed.whole:.0f}", f"{100 * speed.ours:.1f} %",
+             f"{period / speed.whole:.0f}")
+        )  # fmt: skip
+    notes = (
+        f"A corridor with 40 boxes, 682 beams, rolling, noise of the paper, 10 scans and 240 physics steps a second; "
+        f"CPU time. The engine's calls are those that the robot makes, made again alone; for exact, the compiled "
+        f"caster is one of them. Most memory held: {peak_memory():.0f} MB."
+    )
+    columns = ("caster", "engine alone\nus a scan", "whole\nus a scan", "of which\nours", "simulated s\nper CPU s")
+    return ResultTable("Speed of the simulator", columns, rows, notes)
+
+
+def _resets() -> ResultTable:
+    rows = []
+    for caster in ("bullet", "exact"):
+        same, new = reset_times(corridor(caster))
+        rows.append((caster, f"{1e3 * same:.3f}", f"{1e3 * new:.1f}"))
+    columns = ("caster", "same world\nms", "new world\nms")
+    return ResultTable("Resets", columns, rows, "Median CPU time of restart(), and of making and closing a robot.")
+
+
+def _vector() -> ResultTable:
+    scenario = corridor("bullet")
+    one, two = (env_steps_per_second(scenario, processes) for processes in (1, 2))
+    rows = [("1", f"{one:.0f}", ""), ("2", f"{two:.0f}", f"{two / one:.2f}")]
+    columns = ("processes", "steps/s", "x one")
+    return ResultTable("Gymnasium's AsyncVectorEnv", columns, rows, "By the clock on the wall; needs a core for each.")
+
+
+def _long_life() -> ResultTable:
+    growth = memory_growth(corridor("bullet"), resets=10_000, scans_each=5, robots=1000)
+    rows = [
+        (f"{growth.resets:,} resets, {growth.steps:,} physics steps", f"{growth.of_one_robot:.1f}"),
+        (f"{growth.robots:,} robots made and closed", f"{growth.of_many_robots:.1f}"),
+    ]
+    return ResultTable("Growth of memory", ("", "MB"), rows, "Of the most that the process ever held.")

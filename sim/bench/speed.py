@@ -1,0 +1,130 @@
+"""How fast the simulator is, and how much of that is PyBullet itself: its calls are recorded, and made again alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from math import sin
+from time import perf_counter, process_time
+from typing import Any
+from unittest.mock import patch
+
+import gymnasium
+import numpy as np
+
+from sim.bullet import Bullet
+from sim.casters import ExactCaster
+from sim.env import P3DXEnv
+from sim.robot import SimRobot
+from slam.odometry import Twist2D
+from slam.run.scenario.schema import Scenario
+
+SCANS = 60
+ROUNDS = 15
+Tape = list[Callable[[], Any]]
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """CPU seconds a scan: of the ``engine`` calls alone, and of the ``whole`` of drive and observe."""
+
+    engine: float
+    whole: float
+
+    @property
+    def ours(self) -> float:
+        """Share of the whole that is not the engine's."""
+        return 1.0 - self.engine / self.whole
+
+
+def one_scan(robot: SimRobot, k: int) -> None:
+    """Of a winding way along the corridor."""
+    robot.drive(Twist2D(0.5, 0.3 * sin(0.2 * k)))
+    robot.observe()
+
+
+@contextmanager
+def recording(tape: Tape) -> Iterator[None]:
+    """Robots made meanwhile note on the tape the calls that they make of PyBullet, and of the compiled caster."""
+    real_prepared, real_cast = Bullet.prepared, ExactCaster.cast
+
+    def prepared(self: Bullet, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Callable[[], Any]:
+        raw = partial(function, *args, **kwargs, physicsClientId=self._client)
+        checked = real_prepared(self, function, *args, **kwargs)
+
+        def call() -> Any:
+            tape.append(raw)
+            return checked()
+
+        return call
+
+    def cast(self: ExactCaster, *rays: Any) -> Any:
+        tape.append(partial(real_cast, self, *rays))
+        return real_cast(self, *rays)
+
+    with patch.object(Bullet, "prepared", prepared), patch.object(ExactCaster, "cast", cast):
+        yield
+
+
+def speed_of(scenario: Scenario) -> Speed:
+    """The least of ROUNDS times of every scan, and of its calls alone, taken in turn."""
+    tape: Tape = []
+    engine, whole = np.empty((2, ROUNDS, SCANS))
+    with SimRobot(scenario, 0) as robot, recording(tape), SimRobot(scenario, 0) as noted:
+        parts = [_calls_of(tape, partial(noted.restart, 0))]
+        parts += [_calls_of(tape, partial(one_scan, noted, k)) for k in range(SCANS)]
+        for turn in range(ROUNDS):
+            robot.restart(0)
+            whole[turn] = [cpu_seconds(partial(one_scan, robot, k)) for k in range(SCANS)]
+            engine[turn] = [cpu_seconds(partial(_play, part)) for part in parts][1:]
+    return Speed(float(engine.min(axis=0).mean()), float(whole.min(axis=0).mean()))
+
+
+def _calls_of(tape: Tape, function: Callable[[], object]) -> Tape:
+    """The calls that this one makes."""
+    tape.clear()
+    function()
+    return tape.copy()
+
+
+def cpu_seconds(function: Callable[[], object]) -> float:
+    """Of this process, in one call."""
+    began = process_time()
+    function()
+    return process_time() - began
+
+
+def _play(tape: Tape) -> None:
+    """What was recorded, without hopslam."""
+    for call in tape:
+        call()
+
+
+def reset_times(scenario: Scenario) -> tuple[float, float]:
+    """Median CPU seconds of a restart in the same world, and of a new robot in a new world."""
+    with SimRobot(scenario, 0) as robot:
+        same = [cpu_seconds(partial(robot.restart, seed)) for seed in range(200)]
+
+    def renew() -> None:
+        SimRobot(scenario, 0).close()
+
+    renew()
+    return float(np.median(same)), float(np.median([cpu_seconds(renew) for _ in range(30)]))
+
+
+def env_steps_per_second(scenario: Scenario, processes: int, steps: int = 300) -> float:
+    """Steps of all environments together, by the clock on the wall."""
+    envs = gymnasium.vector.AsyncVectorEnv([partial(P3DXEnv, scenario)] * processes)
+    try:
+        envs.reset(seed=0)
+        actions = np.tile(np.array([0.2, 0.1], np.float32), (processes, 1))
+        for _ in range(20):
+            envs.step(actions)
+        began = perf_counter()
+        for _ in range(steps):
+            envs.step(actions)
+        return processes * steps / (perf_counter() - began)
+    finally:
+        envs.close()

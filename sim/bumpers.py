@@ -1,0 +1,57 @@
+"""What a robot notices of contacts: that there was one, and on which segment of its bumpers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import atan2, cos, pi, sin
+from typing import Final
+
+from sim.p3dx import Contact
+from slam.pose import wrap_angle
+
+SEGMENTS: Final = 5
+"""Of the front bumper, and of the rear one."""
+SEGMENT_ANGLE: Final = pi / 6.0
+"""That each segment covers, seen from the middle of the axle; the flanks between front and rear have none. Ours."""
+
+Place = tuple[float, float, float]
+"""x, y, theta of the base in the map."""
+
+
+class Bumpers:
+    """Gathers contacts until they are read."""
+
+    def __init__(self) -> None:
+        self._forget()
+
+    def add(self, contacts: Iterable[Contact], place: Place) -> None:
+        """Note contacts with the base standing at ``place``."""
+        for contact in contacts:
+            self._touched = True
+            segment = segment_at(contact, place)
+            if segment is not None:
+                self._pressed[segment] = True
+
+    def read(self) -> tuple[bool, tuple[bool, ...]]:
+        """Whether anything was touched since the last reading, and which segments were pressed: front, then rear, each
+        from the robot's left to its right."""
+        touched, pressed = self._touched, tuple(self._pressed)
+        self._forget()
+        return touched, pressed
+
+    def _forget(self) -> None:
+        self._touched = False
+        self._pressed = [False] * (2 * SEGMENTS)
+
+
+def segment_at(contact: Contact, place: Place) -> int | None:
+    """The number of the segment in that direction from the base; None on a flank."""
+    x, y, theta = place
+    dx, dy = contact[0] - x, contact[1] - y
+    ahead, left = cos(theta) * dx + sin(theta) * dy, cos(theta) * dy - sin(theta) * dx
+    in_front = ahead > 0.0
+    bearing = atan2(left, ahead) if in_front else -wrap_angle(atan2(left, ahead) - pi)  # from straight, left positive
+    number = int((SEGMENTS * SEGMENT_ANGLE / 2.0 - bearing) // SEGMENT_ANGLE)
+    if not 0 <= number < SEGMENTS:
+        return None
+    return number if in_front else SEGMENTS + number

@@ -1,0 +1,48 @@
+"""Who finds the walls that rays meet: PyBullet, or the compiled caster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final, Protocol
+
+import numpy as np
+
+from sim.plan_grid import cast_in_plan, plan_grid
+from sim.world import World
+from slam.pose import FloatArray
+
+
+class Caster(Protocol):
+    """Rays from ``origins`` (N, 2) along the unit vectors ``directions`` (N, 2), all at one height."""
+
+    def cast(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
+        """Metres to the nearest surface along each, (N,); inf where none is in reach."""
+        ...
+
+
+class BulletCaster:
+    """Rays through the mesh of the world, ``height`` and ``reach`` in metres."""
+
+    def __init__(self, world: World, height: float, reach: float) -> None:
+        self._world, self._height, self._reach = world, height, reach
+
+    def cast(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
+        starts, ends = np.full((2, len(origins), 3), self._height)
+        starts[:, :2] = origins
+        ends[:, :2] = origins + self._reach * directions
+        return self._reach * self._world.cast(starts, ends)
+
+
+class ExactCaster:
+    """Rays in the plan of the world, cut at ``height`` metres: a grid of wall segments, walked by compiled code."""
+
+    def __init__(self, world: World, height: float, reach: float) -> None:
+        self._grid = plan_grid([p.footprint for p in world.prisms if p.bottom <= height <= p.top])
+        self._reach = reach
+
+    def cast(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
+        return cast_in_plan(origins, directions, self._reach, *self._grid)
+
+
+CASTERS: Final[dict[str, Callable[[World, float, float], Caster]]] = {"bullet": BulletCaster, "exact": ExactCaster}
+"""By the name in the scenario: made from the world, the height of the rays and their reach, metres."""

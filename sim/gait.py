@@ -1,0 +1,97 @@
+"""How people walk: along their way-points, one foot standing while the other swings. Metres, seconds, map frame."""
+
+from __future__ import annotations
+
+from math import floor, hypot
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.compiled import compiled
+from slam.pose import FloatArray
+
+
+@compiled
+def point_on(nodes: FloatArray, marks: FloatArray, walked: float) -> tuple[float, float, float, float]:
+    """Where ``walked`` metres lead on a closed way (x, y), and the direction there (unit x, y).
+
+    ``nodes`` (K, 2) begins and ends with the same point; ``marks`` (K,) are the metres to each, from 0.
+    """
+    total = marks[-1]
+    if total == 0.0:
+        return nodes[0, 0], nodes[0, 1], 1.0, 0.0
+    at = walked - total * floor(walked / total)
+    k = min(max(np.searchsorted(marks, at, side="right") - 1, 0), len(marks) - 2)
+    length = marks[k + 1] - marks[k]
+    ux, uy = (nodes[k + 1, 0] - nodes[k, 0]) / length, (nodes[k + 1, 1] - nodes[k, 1]) / length
+    return nodes[k, 0] + (at - marks[k]) * ux, nodes[k, 1] + (at - marks[k]) * uy, ux, uy
+
+
+@compiled
+def legs_at(nodes: FloatArray, marks: FloatArray, walked: float, stance: float, stride: float) -> FloatArray:
+    """Middles of the left and the right leg, (2, 2), of somebody who has walked so far.
+
+    In every stride one foot stands half a stride ahead of where the stride began, at its side of the way; the other
+    swings to the place of its next stand, straight, starting and landing gently. No leg ever jumps, not at a corner of
+    the way either.
+    """
+    legs = np.empty((2, 2))
+    begun = floor(walked / stride) if marks[-1] > 0.0 else 0
+    share = walked / stride - begun if marks[-1] > 0.0 else 0.5
+    swung = share * share * (3.0 - 2.0 * share)
+    for leg in range(2):
+        side = stance / 2.0 if leg == 0 else -stance / 2.0
+        if (begun + leg) % 2 == 0:  # it stands
+            x, y, ux, uy = point_on(nodes, marks, (begun + 0.5) * stride)
+            legs[leg, 0], legs[leg, 1] = x - side * uy, y + side * ux
+        else:
+            x, y, ux, uy = point_on(nodes, marks, (begun - 0.5) * stride)
+            to_x, to_y, vx, vy = point_on(nodes, marks, (begun + 1.5) * stride)
+            legs[leg, 0] = (1.0 - swung) * (x - side * uy) + swung * (to_x - side * vy)
+            legs[leg, 1] = (1.0 - swung) * (y + side * ux) + swung * (to_y + side * vx)
+    return legs
+
+
+@compiled
+def walk(
+    nodes: FloatArray, marks: FloatArray, walked: float, rest: float,
+    speed: float, pause: float, keep: float, robot: tuple[float, float], seconds: float,
+) -> tuple[float, float]:  # fmt: skip
+    """Metres walked and seconds of rest left, ``seconds`` later.
+
+    A person rests ``pause`` seconds at each node, and takes no step while the robot is ahead, nearer than ``keep``.
+    """
+    if rest > 0.0:
+        return walked, max(rest - seconds, 0.0)
+    x, y, ux, uy = point_on(nodes, marks, walked)
+    dx, dy = robot[0] - x, robot[1] - y
+    if marks[-1] == 0.0 or (hypot(dx, dy) < keep and dx * ux + dy * uy > 0.0):
+        return walked, 0.0
+    turns = floor((walked + 1e-9) / marks[-1])
+    at = walked - turns * marks[-1]
+    ahead = marks[min(np.searchsorted(marks, at + 1e-9, side="right"), len(marks) - 1)] - at
+    if pause > 0.0 and speed * seconds >= ahead:
+        return walked + ahead, pause
+    return walked + speed * seconds, 0.0
+
+
+@compiled
+def walk_all(
+    nodes: FloatArray, marks: FloatArray, corners: NDArray[np.int64], habits: FloatArray, state: FloatArray,
+    robot: tuple[float, float], seconds: float, middles: FloatArray, legs: FloatArray,
+) -> None:  # fmt: skip
+    """Let ``seconds`` pass for P people, and write where they are.
+
+    Their ways are rows of ``nodes`` (P, K, 2) and ``marks`` (P, K), as long as ``corners`` (P,) says; ``habits`` (P, 5)
+    are speed, pause, keep, stance, stride; ``state`` (P, 2) is what was walked and the rest left. Written are that,
+    ``middles`` (P, 2) and ``legs`` (P, 2, 2).
+    """
+    for p in range(len(state)):
+        way, at = nodes[p, : corners[p]], marks[p, : corners[p]]
+        speed, pause, keep, stance, stride = habits[p]
+        if seconds > 0.0:
+            state[p, 0], state[p, 1] = walk(
+                way, at, state[p, 0], state[p, 1], speed, pause, keep, robot, seconds
+            )  # fmt: skip
+        middles[p, 0], middles[p, 1], _, _ = point_on(way, at, state[p, 0])
+        legs[p] = legs_at(way, at, state[p, 0], stance, stride)

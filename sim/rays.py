@@ -1,0 +1,70 @@
+"""The beams of one sweep as rays in the plane: where each starts and where it points. Metres, radians, map frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, pi, sin
+
+import numpy as np
+
+from slam.compiled import compiled
+from slam.pose import FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sweep:
+    """What moved while the beams fired, the first of them at time 0 and with row 0."""
+
+    path: FloatArray
+    """(S, 3): x, y, theta of ``T_map_base``, one row every ``step`` seconds; one row alone: it stood still."""
+    legs: FloatArray
+    """(S, L, 2): where people's legs stood at the same times."""
+    step: float
+
+
+@compiled
+def rays_of(
+    path: FloatArray, step: float, mount: FloatArray, beams: FloatArray, time_increment: float
+) -> tuple[FloatArray, FloatArray]:
+    """Origins (N, 2) and unit directions (N, 2) of the beams, each from where the sensor is when it fires.
+
+    ``mount`` (2,) is where the sensor sits on the base and ``beams`` (N, 2) where its beams point, as unit vectors in
+    the frame of the base. Between two rows of ``path`` the pose changes evenly.
+    """
+    origins, directions = np.empty(beams.shape), np.empty(beams.shape)
+    last = len(path) - 1
+    for j in range(len(beams)):
+        at = j * time_increment / step
+        k = min(int(at), last)
+        n, share = min(k + 1, last), at - k
+        turn = path[n, 2] - path[k, 2]
+        theta = path[k, 2] + share * (turn - 2.0 * pi * np.rint(turn / (2.0 * pi)))
+        c, s = cos(theta), sin(theta)
+        origins[j, 0] = path[k, 0] + share * (path[n, 0] - path[k, 0]) + c * mount[0] - s * mount[1]
+        origins[j, 1] = path[k, 1] + share * (path[n, 1] - path[k, 1]) + s * mount[0] + c * mount[1]
+        directions[j, 0] = c * beams[j, 0] - s * beams[j, 1]
+        directions[j, 1] = s * beams[j, 0] + c * beams[j, 1]
+    return origins, directions
+
+
+@compiled
+def stop_at_legs(
+    origins: FloatArray, directions: FloatArray, ranges: FloatArray,
+    legs: FloatArray, radii: FloatArray, steps: float,
+) -> None:  # fmt: skip
+    """Shorten ``ranges`` (N,) where a leg, a circle of ``radii`` (L,), stands in the way when the beam fires.
+
+    ``legs`` (C, L, 2) is where they stand; from one beam to the next, ``steps`` rows pass.
+    """
+    last = len(legs) - 1
+    for j in range(len(ranges)):
+        k = min(int(j * steps), last)
+        n, share = min(k + 1, last), j * steps - k
+        for leg in range(len(radii)):
+            x = legs[k, leg, 0] + share * (legs[n, leg, 0] - legs[k, leg, 0]) - origins[j, 0]
+            y = legs[k, leg, 1] + share * (legs[n, leg, 1] - legs[k, leg, 1]) - origins[j, 1]
+            along = x * directions[j, 0] + y * directions[j, 1]
+            across = x * directions[j, 1] - y * directions[j, 0]
+            inside = radii[leg] * radii[leg] - across * across
+            if along > 0.0 and inside > 0.0:
+                ranges[j] = min(ranges[j], max(along - np.sqrt(inside), 0.0))

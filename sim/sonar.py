@@ -1,0 +1,49 @@
+"""The front sonar ring of the P3-DX: eight transducers, each the nearest echo within its cone."""
+
+from __future__ import annotations
+
+from math import radians
+from typing import Final
+
+import numpy as np
+
+from sim.rays import stop_at_legs
+from sim.world import World
+from slam.pose import FloatArray, Pose2D
+
+TRANSDUCERS: Final = np.array(
+    [[69, 136, 90], [114, 119, 50], [148, 78, 30], [166, 27, 10],
+     [166, -27, -10], [148, -78, -30], [114, -119, -50], [69, -136, -90]],
+    np.float64,
+)  # fmt: skip
+"""x (mm), y (mm) and direction (degrees) on the base, from left to right: ARIA p3dx-sh.p."""
+REACH: Final = 5.0
+"""Metres."""
+HEIGHT: Final = 0.17
+"""Of the ring above the floor, metres; read from pictures of the robot."""
+CONE: Final = radians(30.0)
+"""Opening of a transducer's beam, the usual figure for this ring ..."""
+RAYS: Final = 5
+"""... sampled by so many rays, evenly. Echoes that a smooth wall throws aside are not modelled."""
+
+
+class SonarRing:
+    """Reads the ring against walls and people's legs; without noise."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        x, y, degrees = TRANSDUCERS.T
+        self._origins = np.repeat(np.column_stack([x, y]) / 1000.0, RAYS, axis=0)
+        self._bearings = (np.radians(degrees)[:, None] + np.linspace(-CONE / 2.0, CONE / 2.0, RAYS)).ravel()
+
+    def read(self, T_map_base: Pose2D, legs: FloatArray, leg_radii: FloatArray) -> tuple[float, ...]:
+        """Metres, (8,) from left to right; inf without an echo. ``legs`` (L, 2) stand there now."""
+        bearings = self._bearings + T_map_base.theta
+        directions = np.column_stack([np.cos(bearings), np.sin(bearings)])
+        origins = T_map_base.transform(self._origins)
+        starts = np.insert(origins, 2, HEIGHT, axis=1)
+        ends = np.insert(origins + REACH * directions, 2, HEIGHT, axis=1)
+        ranges = REACH * self._world.cast(starts, ends)
+        stop_at_legs(origins, directions, ranges, legs[None], leg_radii, 0.0)
+        ranges[ranges > REACH] = np.inf
+        return tuple(ranges.reshape(-1, RAYS).min(axis=1).tolist())

@@ -1,0 +1,55 @@
+"""The arguments of a learning environment, checked."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field, ValidationError
+
+from slam.config import Section
+from slam.errors import ScenarioError
+from slam.run.scenario.values import NotNegative, Positive
+
+ViewName = Literal["scan", "odometry", "slam_pose", "map", "goal"]
+RewardName = Literal["progress", "coverage", "none"]
+EndName = Literal["collision", "goal", "lost"]
+
+
+class EnvConfig(Section):
+    """What the agent does, sees and is paid for; the manual is the docstring of ``sim.env.P3DXEnv``."""
+
+    action: Literal["twist", "wheels"] = "twist"
+    """What the two numbers of an action are."""
+    observe: tuple[ViewName, ...] = Field(("scan", "odometry"), min_length=1)
+    """The keys of an observation."""
+    reward: RewardName = "progress"
+    collision_penalty: NotNegative = 0.0
+    """Taken off the reward of every step that ends in a collision."""
+    end_on: tuple[EndName, ...] = ("collision", "goal")
+    """What terminates an episode."""
+    max_seconds: Positive | None = None
+    """An episode is truncated after this many simulated seconds; never later than the scenario's ``duration``."""
+    lost_beyond: Positive = 1.0
+    """SLAM is lost when its pose is farther than this from the true one, metres."""
+    goal_as: Literal["polar", "xy"] = "polar"
+    """How the next way-point is told."""
+    map_cells: int = Field(64, ge=8, le=512)
+    """Cells along a side of the map crop."""
+    cell: Positive = 0.1
+    """Side of a cell of the map and of the seen area, metres."""
+
+    @property
+    def uses_slam(self) -> bool:
+        """Whether anything here depends on the method: without need it does not run."""
+        return "lost" in self.end_on or not {"slam_pose", "map"}.isdisjoint(self.observe)
+
+
+def env_config(arguments: dict[str, Any]) -> EnvConfig:
+    """The arguments as given to ``gymnasium.make``; ScenarioError is one line that names the first wrong one."""
+    try:
+        return EnvConfig.model_validate(arguments)
+    except ValidationError as errors:
+        first = errors.errors()[0]
+        name = str(first["loc"][0])
+        hint = "" if name in EnvConfig.model_fields else f"; the arguments are: {', '.join(EnvConfig.model_fields)}"
+        raise ScenarioError(f"environment argument {name}={arguments.get(name)!r}: {first['msg']}{hint}") from errors

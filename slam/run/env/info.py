@@ -1,0 +1,33 @@
+"""What goes into ``info``: plain numbers and fresh arrays, which vector environments can put together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from slam.odometry import Twist2D
+from slam.pose import FloatArray, Pose2D
+from slam.run.env.episode import Episode
+
+
+def episode_info(episode: Episode, applied: Twist2D, parts: dict[str, float], ending: str) -> dict[str, Any]:
+    """The table of the manual of ``sim.env.P3DXEnv``."""
+    moment = episode.moment
+    info = {
+        "observation": moment.observation,
+        "T_map_base": _array(moment.T_map_base),
+        "applied": np.array([applied.linear, applied.angular]),
+        "stamp": moment.observation.scan.stamp,
+        "seconds": episode.seconds,
+        "route_left": moment.left,
+        "reward": dict(parts),
+        "ending": ending,
+    }
+    if moment.estimate is not None:
+        info |= {"slam_pose": _array(moment.belief), "slam_error": moment.slam_error}
+    return info
+
+
+def _array(pose: Pose2D) -> FloatArray:
+    return np.array([pose.x, pose.y, pose.theta])

@@ -1,0 +1,50 @@
+"""The three clocks of a simulated robot, which divide one another: physics, control, scan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """A scan period is ``controls_per_scan`` control steps of ``steps_per_control`` physics steps each.
+
+    The beams of a rolling scan fire in the last ``controls_per_sweep`` control steps of the period; 0 of them means
+    that all beams are taken at its end.
+    """
+
+    rate: int
+    """Physics steps a second."""
+    steps_per_control: int
+    controls_per_scan: int
+    controls_per_sweep: int
+
+    @property
+    def steps_per_scan(self) -> int:
+        """Physics steps from one scan to the next."""
+        return self.steps_per_control * self.controls_per_scan
+
+    @property
+    def control_period(self) -> float:
+        """Seconds."""
+        return self.steps_per_control / self.rate
+
+
+def make_clock(rate: int, control_rate: int, scan_time: float, sweep: float) -> Clock:
+    """From steps a second and the seconds of a scan period and of its beams; ValueError where one does not divide."""
+    if rate % control_rate:
+        raise ValueError(
+            f"physics.rate = {rate} is no multiple of robot.control_rate = {control_rate}; "
+            f"choose for example physics.rate = {control_rate * max(round(rate / control_rate), 1)}"
+        )
+    controls = round(control_rate * scan_time)
+    if controls < 1 or abs(control_rate * scan_time - controls) > 1e-9:
+        raise ValueError(
+            f"robot.control_rate = {control_rate} gives {control_rate * scan_time:g} control steps in the "
+            f"{scan_time:g} s of a scan; choose a rate that gives a whole number"
+        )
+    in_sweep = ceil(control_rate * sweep - 1e-9)
+    if in_sweep > controls:
+        raise ValueError(f"the beams of a scan take {sweep:g} s, longer than the {scan_time:g} s from scan to scan")
+    return Clock(rate, rate // control_rate, controls, in_sweep)

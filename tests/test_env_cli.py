@@ -1,0 +1,31 @@
+"""``hopslam env``."""
+
+import pytest
+from typer.testing import CliRunner
+
+from sim.ids import GENERAL_ID, SCENARIO_IDS
+from slam.errors import InputError
+from slam.run.cli import app
+
+runner = CliRunner(env={"COLUMNS": "200"})
+
+
+def test_the_list_has_every_id_and_what_it_is() -> None:
+    out = runner.invoke(app, ["env"]).output
+    assert all(env_id in out for env_id in (GENERAL_ID, *SCENARIO_IDS))
+    assert "A 35 m corridor" in out
+
+
+@pytest.mark.parametrize("name", ["hopslam/PaperSimulation-v0", "PaperSimulation-v0"])
+def test_the_manual_is_the_docstring_with_the_spaces_as_built(name: str) -> None:
+    out = runner.invoke(app, ["env", name]).output
+    assert "hopslam/PaperSimulation-v0" in out
+    assert "Version History" in out
+    assert "Box(0.0, 4.0, (128,), float32)" in out
+    assert "6 control steps of 4 physics steps of 1/240 s" in out
+
+
+def test_an_unknown_id_is_complained_of() -> None:
+    result = runner.invoke(app, ["env", "Coridor-v0"])
+    assert isinstance(result.exception, InputError)
+    assert "did you mean hopslam/Corridor-v0?" in str(result.exception)

@@ -1,0 +1,127 @@
+"""What the agent is shown, against what is there; and the picture from above."""
+
+import gymnasium
+import numpy as np
+import pytest
+
+from sim.env import P3DXEnv
+from slam.errors import ScenarioError
+from slam.pose import Pose2D
+from slam.run.course import Course
+from slam.run.env.config import EnvConfig
+from slam.run.env.moment import Moment
+from slam.run.env.seen_grid import Extent
+from slam.run.env.top_view import TopView
+from slam.run.env.views import make_views
+from slam.run.scenario.file import load_scenario
+from slam.run.scenario.schema import Scenario
+
+STRAIGHT = np.array([0.5, 0.0], np.float32)
+
+
+@pytest.fixture
+def env():
+    with P3DXEnv("paper_simulation", observe=("slam_pose", "map", "goal"), render_mode="rgb_array") as env:
+        env.reset(seed=0)
+        yield env
+
+
+def test_the_map_crop_is_centred_on_the_robot_and_heads_up(env: P3DXEnv) -> None:
+    for _ in range(3):
+        observation, *_ = env.step(STRAIGHT)
+    crop = observation["map"][0]
+    assert crop[28:32, 31:33].tolist() == [[127] * 2] * 4  # ahead of the robot, which stands in the middle
+    assert set(np.unique(crop)) == {0, 127, 255}
+    walls = np.argwhere(crop == 255)
+    scan, mount = env.episode.moment.observation.scan, env.scenario.lidar.mount.pose
+    points = mount.transform(scan.points())
+    cells = np.column_stack([32 - points[:, 0] / 0.1, 32 - points[:, 1] / 0.1])
+    cells = cells[(cells > 1).all(axis=1) & (cells < 63).all(axis=1)]
+    off = np.abs(cells[:, None] - 0.5 - walls[None]).max(axis=2).min(axis=1)
+    assert off.max() < 1.5  # cells: the grid of the map is not turned with the robot
+
+
+@pytest.mark.parametrize("form", ["polar", "xy"])
+def test_the_goal_is_told_from_where_the_robot_is(env: P3DXEnv, form: str) -> None:
+    scenario, config = env.scenario, EnvConfig(observe=("goal",), goal_as=form)
+    view = make_views(config, scenario, Extent.of(scenario))["goal"]
+    seen, pose = env.episode.moment.observation, Pose2D(1.0, 2.0, np.pi / 2)
+    moment = Moment(seen, pose, pose, Pose2D(-2.0, 6.0), False, 5.0, None)
+    expected = [5.0, np.arctan2(3.0, 4.0)] if form == "polar" else [4.0, 3.0]
+    np.testing.assert_allclose(view.of(moment), expected, rtol=1e-6)
+    assert view.of(moment) in view.space()
+    arrived = Moment(seen, pose, pose, None, True, 0.0, None)
+    assert view.of(arrived).tolist() == [0.0, 0.0]
+
+
+def test_a_course_is_the_way_through_what_is_left() -> None:
+    course = Course(Pose2D(), [(3.0, 0.0), (3.0, 4.0)], arrival=0.5)
+    assert (course.length, course.left, course.goal) == (7.0, 7.0, Pose2D(3.0, 0.0))
+    course.advance(Pose2D(-1.0, 0.0))
+    assert course.left == 8.0
+    course.advance(Pose2D(2.6, 0.0))
+    assert (course.goal, course.left) == (Pose2D(3.0, 4.0), pytest.approx(np.hypot(0.4, 4.0)))
+    course.advance(Pose2D(3.0, 4.0))
+    assert (course.goal, course.left, course.arrived) == (None, 0.0, True)
+    assert not Course(Pose2D(), [], 0.5).arrived
+
+
+def test_the_picture_shows_the_world_and_changes_with_the_robot(env: P3DXEnv) -> None:
+    first = env.render()
+    assert first is not None
+    assert first.dtype == np.uint8
+    assert all(side % 16 == 0 for side in first.shape[:2])
+    assert first.shape[2] == 3
+    for _ in range(5):
+        env.step(STRAIGHT)
+    second = env.render()
+    assert 0 < np.count_nonzero((first != second).any(axis=2)) < 0.5 * first[:, :, 0].size
+
+
+def test_a_place_lies_in_the_picture_where_it_lies_in_the_world() -> None:
+    world = {
+        "boxes": [{"center": (3.0, 1.0), "size": (0.5, 0.5, 1.0)}, {"center": (-3.0, -1.0), "size": (1.0, 1.0, 1.0)}]
+    }
+    scenario = Scenario.model_validate({"name": "two boxes", "world": world})
+    with P3DXEnv(scenario, reward="none", render_mode="rgb_array") as env:
+        env.reset(seed=0)
+        frame = env.render()
+    dark = np.argwhere((frame == (70, 74, 82)).all(axis=2))
+    right, left = dark[dark[:, 1] > frame.shape[1] / 2], dark[dark[:, 1] < frame.shape[1] / 2]
+    assert right[:, 0].mean() < frame.shape[0] / 2 < left[:, 0].mean()  # y points up
+    assert len(left) == pytest.approx(4 * len(right), rel=0.15)  # one square metre, and a quarter of one
+
+
+def test_without_a_render_mode_there_is_no_picture() -> None:
+    with P3DXEnv("paper_simulation") as env:
+        env.reset(seed=0)
+        assert env.render() is None
+
+
+def test_a_new_world_fits_into_the_old_picture(env: P3DXEnv) -> None:
+    view = TopView(env.scenario, Extent.of(env.scenario))
+    size = view.size
+    corridor = load_scenario("corridor")
+    view.show(corridor, Extent.of(corridor))
+    assert view.frame(env.episode.moment, np.empty((0, 2, 2)), np.zeros((1, 2))).shape == (size[1], size[0], 3)
+
+
+def test_a_world_left_to_chance_is_another_one_with_every_seed() -> None:
+    random = ["generate.kind=office", "world.walls=[]", "world.boxes=[]", "world.tables=[]", "route.waypoints=[[1, 0]]"]
+    with gymnasium.make("hopslam/P3DX-v0", scenario="corridor", settings=random, render_mode="rgb_array") as env:
+        pictures = {}
+        for seed in (1, 2, 1):
+            observation, _ = env.reset(seed=seed)
+            picture = (env.render().tobytes(), observation["scan"].tobytes())
+            assert pictures.setdefault(seed, picture) == picture
+    assert pictures[1] != pictures[2]
+
+
+def test_a_lidar_left_to_chance_is_refused() -> None:
+    def reset_often(env: P3DXEnv) -> None:
+        for seed in range(20):
+            env.reset(seed=seed)
+
+    env = P3DXEnv("paper_simulation", ["lidar.model={choice: [urg04lx, table1]}"])
+    with env, pytest.raises(ScenarioError, match=r"lidar\.model is random"):
+        reset_often(env)

@@ -1,0 +1,130 @@
+"""Generated worlds: the same for a seed, and free where the robot drives."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slam.errors import ScenarioError
+from slam.run.scenario.clearance import clearance, in_the_way, sampled
+from slam.run.scenario.file import dump_scenario, load_scenario
+from slam.run.scenario.generators.corridor import CorridorGenerator
+from slam.run.scenario.generators.loop import LoopGenerator
+from slam.run.scenario.generators.office import OfficeGenerator
+from slam.run.scenario.generators.site import Site
+
+Generator = CorridorGenerator | LoopGenerator | OfficeGenerator
+SEEDS = st.integers(0, 2**31)
+PASSAGES = {
+    "width": st.floats(2.6, 4.0),
+    "lane": st.floats(1.6, 2.0),
+    "recesses": st.integers(0, 8),
+    "boxes": st.integers(0, 10),
+    "tables": st.integers(0, 3),
+    "people": st.integers(0, 4),
+    "seed": SEEDS,
+}
+CORRIDORS = st.builds(CorridorGenerator, length=st.floats(15.0, 40.0), **PASSAGES)
+LOOPS = st.builds(LoopGenerator, size=st.tuples(st.floats(8.0, 20.0), st.floats(8.0, 20.0)), **PASSAGES)
+OFFICES = st.builds(
+    OfficeGenerator,
+    rooms=st.integers(1, 5),
+    room_depth=st.floats(2.0, 5.0),
+    corridor_width=st.floats(1.2, 3.0),
+    door_width=st.floats(0.8, 1.2),
+    shut=st.floats(0.0, 1.0),
+    visits=st.integers(0, 10),
+    furniture=st.integers(0, 6),
+    people=st.integers(0, 4),
+    seed=SEEDS,
+)
+
+
+def way(site: Site) -> np.ndarray:
+    return np.unique(sampled([(site.start.x, site.start.y), *site.waypoints], step=0.06), axis=0)
+
+
+@given(generator=st.one_of(CORRIDORS, LOOPS, OFFICES))
+@settings(max_examples=100)
+def test_a_disc_of_the_robots_size_can_be_swept_along_the_route_and_people_walk_beside_it(generator: Generator) -> None:
+    site = generator.site()
+    route, solids = way(site), in_the_way(site.world.prisms())
+    assert clearance(route, solids).min() > 0.3015  # 6 cm apart, samples miss at most sqrt(0.3^2 + 0.03^2) - 0.3 m
+    for person in site.people:
+        path = sampled([*person.waypoints, person.waypoints[0]] if person.closed else person.waypoints, step=0.2)
+        assert clearance(path, solids).min() > 0.16
+        assert np.linalg.norm(path[:, np.newaxis] - route, axis=2).min() > 0.55
+
+
+@given(generator=st.one_of(CORRIDORS, LOOPS, OFFICES))
+@settings(max_examples=30)
+def test_a_seed_gives_one_world_and_another_seed_another(generator: Generator) -> None:
+    again, other = (generator.model_copy(update={"seed": generator.seed + k}).site() for k in (0, 1))
+    assert again == generator.site()
+    things = generator.model_dump()
+    if things["kind"] == "office" or things["boxes"]:
+        assert other.world != again.world
+
+
+def test_the_numbers_asked_for_are_there() -> None:
+    site = CorridorGenerator(length=30, recesses=5, boxes=7, tables=3, people=2, lane=1.6).site()
+    assert (len(site.world.boxes), len(site.world.tables), len(site.people)) == (7, 3, 2)
+    assert sum(len(wall.points) - 2 for wall in site.world.walls) == 4 * 5
+    office = OfficeGenerator(rooms=4, visits=3, shut=0.0).site()
+    assert sum(len(wall.doors) for wall in office.world.walls) == 8
+    assert sum(abs(y) > 1.5 for _, y in office.waypoints) == 3
+
+
+def test_a_loop_comes_back_by_another_way() -> None:
+    site = LoopGenerator(size=(10.0, 6.0)).site()
+    assert site.waypoints[-1] == (site.start.x, site.start.y)
+    assert len(set(site.waypoints)) == len(site.waypoints)
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "made.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_what_is_written_by_hand_stays(tmp_path: Path) -> None:
+    text = (
+        "generate: {kind: loop, seed: 4}\n"
+        "world: {boxes: [{center: [9, 20], size: [1, 1, 1]}]}\n"
+        "people: [{waypoints: [[20, 20]]}]\n"
+    )
+    scenario = load_scenario(write(tmp_path, text))
+    generated = LoopGenerator(seed=4).site()
+    assert scenario.generate is None
+    assert scenario.world.boxes[1:] == generated.world.boxes
+    assert scenario.route.waypoints == generated.waypoints
+    assert len(scenario.people) == 1
+    assert load_scenario(write(tmp_path, dump_scenario(scenario))) == scenario
+    by_hand = load_scenario(write(tmp_path, text + "route: {waypoints: [[1, 0]]}\nrobot: {start: {x: 0.5}}\n"))
+    assert by_hand.route.waypoints == ((1.0, 0.0),)
+    assert by_hand.robot.start.x == 0.5
+
+
+@pytest.mark.parametrize(
+    ("generate", "complaint"),
+    [
+        ("{kind: corridor, lenght: 9}", "made.yaml:1: generate.lenght: unknown key; did you mean length?"),
+        ("{kind: maze}", "made.yaml:1: generate.kind: no kind 'maze'; known here: corridor, office, loop"),
+        ("{length: 9}", "generate: kind is missing; one of corridor, office, loop"),
+        ("7", "generate: a section of settings belongs here (got 7)"),
+        ("{kind: corridor, length: 9, boxes: 40}", "46 recesses, boxes and tables; the walls have room for 12"),
+        ("{kind: corridor, width: 1.3}", "leave less than 0.2 m on either side for furniture"),
+        ("{kind: corridor, width: 1, boxes: 0, tables: 0}", "lane = 1.2 m is wider than the passage"),
+        ("{kind: loop, people: 2}", "too narrow to meet people in; at least 1.6 m"),
+        ("{kind: loop, size: [14, 3]}", "leaves no block inside"),
+        ("{kind: office, room_length: [1, 3]}", "room_length: 1 m is too short"),
+        ("{kind: office, room_length: [4, 3]}", "generate.room_length: the lower bound comes first"),
+        ("{kind: office, door_angle: [1, 2]}", "must lie within pi / 2 and pi"),
+    ],
+)
+def test_parameters_that_do_not_fit_are_named(generate: str, complaint: str, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError, match=re.escape(complaint)):
+        load_scenario(write(tmp_path, f"generate: {generate}\n"))

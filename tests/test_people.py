@@ -1,0 +1,73 @@
+"""People: they walk as people do, and legs never jump."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from sim.gait import legs_at
+from sim.people import People
+from sim.world import World
+from slam.run.scenario.people import Person
+
+FAR = (100.0, 100.0)
+
+
+def way(*nodes: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    points = np.array(nodes)
+    return points, np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+
+
+SQUARE = way((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0), (0.0, 0.0))
+
+
+@given(st.floats(0.0, 200.0), st.floats(0.3, 1.0))
+def test_one_leg_stands_while_the_other_swings(walked, stride):
+    before, after = (legs_at(*SQUARE, at, 0.2, stride) for at in (walked, walked + 1e-3))
+    moved = np.linalg.norm(after - before, axis=1)
+    if int(walked / stride) == int((walked + 1e-3) / stride):
+        assert moved.min() == 0.0
+    assert moved.max() < 1e-3 * (3.1 + 0.5 / stride)  # gently: at most 1.5 times the mean, which is twice the person's
+
+
+@given(st.floats(0.0, 2.0))
+def test_on_a_straight_way_the_legs_keep_their_sides_and_the_person_between_them(walked):
+    nodes, marks = way((0.0, 0.0), (50.0, 0.0), (0.0, 0.0))
+    legs = legs_at(nodes, marks, 10.0 + walked, 0.2, 0.7)
+    assert legs[:, 1] == pytest.approx([0.1, -0.1])
+    assert abs(legs[:, 0].mean() - 10.0 - walked) < 0.36
+    assert abs(legs[0, 0] - legs[1, 0]) <= 0.7 + 1e-9
+
+
+def walked_by(person: Person, seconds: float, robot: tuple[float, float] = FAR) -> np.ndarray:
+    with World([], 240) as world:
+        people = People(world, [person])
+        for _ in range(round(seconds * 60)):
+            people.step(robot, 1.0 / 60)
+        return people.middles[0]
+
+
+def test_they_go_there_and_back_or_around():
+    points = ((0.0, 0.0), (3.0, 0.0), (3.0, 2.0))
+    assert walked_by(Person(waypoints=points), 6.0) == pytest.approx([3.0, 1.0])
+    assert walked_by(Person(waypoints=points, closed=True, start=1.0), 4.0 + np.hypot(3, 2)) == pytest.approx(
+        [0, 0], abs=0.02
+    )
+    assert walked_by(Person(waypoints=points, speed=0.5, start=2.0), 4.0) == pytest.approx([3.0, 1.0])
+
+
+def test_they_rest_at_way_points():
+    person = Person(waypoints=((0.0, 0.0), (1.0, 0.0)), pause=2.0)
+    assert walked_by(person, 2.5) == pytest.approx([1.0, 0.0])
+    assert walked_by(person, 3.5)[0] == pytest.approx(0.5, abs=0.04)
+
+
+def test_they_wait_while_the_robot_is_ahead_and_near():
+    person = Person(waypoints=((0.0, 0.0), (5.0, 0.0)), keep=0.5)
+    assert walked_by(person, 4.0, robot=(2.0, 0.0))[0] == pytest.approx(1.5, abs=0.02)
+    assert walked_by(person, 4.0, robot=(-0.2, 0.0))[0] == pytest.approx(4.0)
+
+
+def test_somebody_with_one_way_point_stands_there():
+    person = Person(waypoints=((1.0, 2.0), (1.0, 2.0)))
+    assert walked_by(person, 3.0) == pytest.approx([1.0, 2.0])

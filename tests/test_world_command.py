@@ -1,0 +1,72 @@
+"""``hopslam world``, and the page of documentation on scenarios."""
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from slam.run.cli import main
+from slam.run.scenario.file import load_template, shipped_scenarios
+
+PAGE = Path(__file__).parents[1] / "docs" / "scenarios.md"
+EXAMPLES = re.findall(r"```yaml\n(.*?)```", PAGE.read_text(), flags=re.DOTALL)
+
+
+def run(*words: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "argv", ["hopslam", *words])
+    main()
+
+
+@pytest.mark.parametrize("name", shipped_scenarios())
+def test_every_shipped_scenario_can_be_drawn(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    picture = tmp_path / "plan.png"
+    with pytest.raises(SystemExit, match="0"):
+        run("world", name, "--out", str(picture), monkeypatch=monkeypatch)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    assert capsys.readouterr().out.startswith(f"{name}: ")
+
+
+def test_a_seed_and_settings_are_heeded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit, match="0"):
+        run("world", "random_office", "--seed", "7", "--set", "name=seven", monkeypatch=monkeypatch)
+    said = capsys.readouterr().out
+    assert "seed 7" in said
+    assert re.search(r"world: \d+\.\d m by \d+\.\d m, \d+ solids, \d+ of them cut by the lidar's plane at 0\.3 m", said)
+    assert (tmp_path / "seven.png").is_file()
+
+
+@pytest.mark.parametrize("out", ["plan.txt", "no/such/folder/plan.png"])
+def test_a_picture_that_cannot_be_written_is_refused(
+    out: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit, match="2"):
+        run("world", "corridor", "--out", out, monkeypatch=monkeypatch)
+    error = capsys.readouterr().err
+    assert error.startswith(f"hopslam: {out}: ")
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("text", EXAMPLES)
+def test_the_examples_of_the_page_load(text: str, tmp_path: Path) -> None:
+    (tmp_path / "map.pgm").write_bytes(b"P5 2 2 255 " + bytes([0, 255, 255, 255]))
+    (tmp_path / "map.yaml").write_text("image: map.pgm\nresolution: 0.05\norigin: [-9, -9, 0]\nnegate: 0\n")
+    path = tmp_path / "example.yaml"
+    path.write_text(text)
+    load_template(path).draw(1)
+
+
+def test_the_page_names_every_parameter_of_the_generators() -> None:
+    from slam.run.scenario.generators.corridor import CorridorGenerator
+    from slam.run.scenario.generators.loop import LoopGenerator
+    from slam.run.scenario.generators.office import OfficeGenerator
+
+    page = PAGE.read_text()
+    for generator in (CorridorGenerator, LoopGenerator, OfficeGenerator):
+        assert [name for name in generator.model_fields if f"`{name}`" not in page] == []

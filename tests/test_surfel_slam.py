@@ -1,5 +1,6 @@
 """The project's own matcher and map, on scans of simple rooms."""
 
+from itertools import pairwise
 from math import cos, pi, sin
 
 import numpy as np
@@ -54,7 +55,7 @@ def round_trip(scale: float, steps: int = 40) -> tuple[list[Pose2D], list[Pose2D
     """A path through the room with a turn, and odometry that is off by a factor."""
     path = [Pose2D(0.05 * k, 0.3 * sin(0.1 * k), 0.02 * k) for k in range(steps)]
     wheels = [Pose2D()]
-    for a, b in zip(path[:-1], path[1:], strict=True):
+    for a, b in pairwise(path):
         motion = a.between(b)
         wheels.append(wheels[-1] @ Pose2D(scale * motion.x, scale * motion.y, scale * motion.theta))
     return path, wheels

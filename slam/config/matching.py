@@ -64,7 +64,7 @@ class MotionConfig(Section):
 class SearchConfig(Section):
     """The coarse search, for when the odometry was far off."""
 
-    below: float = Field(0.6, ge=0, le=1)
+    below: float = Field(0.4, ge=0, le=1)
     """Search when a smaller share of the scan agrees with the map ..."""
     distance: float = Field(0.3, ge=0)
     """... or after a motion of more than this, metres ..."""

@@ -12,7 +12,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.pose import FloatArray
+from slam.deskew import deskewed
+from slam.pose import FloatArray, Pose2D
 from slam.run.logs import Log
 from slam.run.logs.log import relative_poses
 
@@ -80,14 +81,20 @@ def relation_errors(path: Path, stamps: FloatArray, poses: FloatArray) -> Relati
     return Relations(np.hypot(errors[:, 0], errors[:, 1]), np.abs(errors[:, 2]))
 
 
-def crispness(log: Log, poses: FloatArray, cut: int, reach: float) -> float:
-    """Occupied cells of 5 cm for every 1000 points, every scan drawn at its pose as it was taken; the first
-    and last ``cut`` beams and ranges of ``reach`` metres and more are left out."""
-    mount, angles = log.T_base_laser, log.lidar.angles
-    ranges = np.where(np.isfinite(log.ranges) & (log.ranges < reach), log.ranges, 0.0)
-    ranges[:, :cut] = ranges[:, len(angles) - cut :] = 0.0
-    x, y = ranges * np.cos(angles + mount.theta) + mount.x, ranges * np.sin(angles + mount.theta) + mount.y
-    c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
-    seen = ranges > 0.0
-    cells = np.stack([(poses[:, :1] + c * x - s * y)[seen], (poses[:, 1:2] + s * x + c * y)[seen]], axis=1) // CELL
-    return 1000.0 * len(np.unique(cells, axis=0)) / max(len(cells), 1)
+def crispness(log: Log, poses: FloatArray, cut: int, reach: float, deskew: bool) -> float:
+    """Occupied cells of 5 cm for every 1000 points, every scan drawn at its pose, deskewed or as it was taken; the
+    first and last ``cut`` beams and ranges of ``reach`` metres and more are left out."""
+    drawn = np.concatenate([_end_points(log, k, poses[k], cut, reach, deskew) for k in range(len(log))])
+    return 1000.0 * len(np.unique(drawn // CELL, axis=0)) / max(len(drawn), 1)
+
+
+def _end_points(log: Log, index: int, pose: FloatArray, cut: int, reach: float, deskew: bool) -> FloatArray:
+    """Where the beams of one scan ended, (M, 2), metres in the frame of the poses of the base."""
+    scan = log.scan(index)
+    if deskew:
+        scan = deskewed(scan, log.odometry(index).twist, log.T_base_laser)
+    used = np.isfinite(scan.ranges) & (scan.ranges > 0.0) & (scan.ranges < reach)
+    used[:cut] = used[len(used) - cut :] = False
+    r, bearings = scan.ranges[used], scan.bearings[used]
+    T_map_laser = Pose2D(*pose.tolist()) @ log.T_base_laser
+    return T_map_laser.transform(np.column_stack([r * np.cos(bearings), r * np.sin(bearings)]))

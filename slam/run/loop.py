@@ -8,9 +8,10 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from slam.line_slam import Estimate, LineSlam
+from slam.line_slam import Estimate
 from slam.odometry import Twist2D
 from slam.robot import Observation
+from slam.run.estimator import Estimator
 from slam.run.pilot import Pilot
 from slam.run.robot_env import RobotEnv
 
@@ -38,14 +39,14 @@ class Watcher(Protocol):
         ...
 
 
-def run_loop(env: RobotEnv, slam: LineSlam, pilot: Pilot, watchers: Iterable[Watcher], seed: int | None) -> Ending:
+def run_loop(env: RobotEnv, slam: Estimator, pilot: Pilot, watchers: Iterable[Watcher], seed: int | None) -> Ending:
     """Drive until the pilot has arrived, the robot has hit something, or there are no more scans."""
     _, info = env.reset(seed=seed)
     applied, index = Twist2D(), 0
     while True:
         observation: Observation = info["observation"]
         estimate = slam.update(observation.scan, observation.odometry)
-        command = pilot.command(estimate.T_map_base)
+        command = pilot.command(estimate.T_map_base, observation.scan)
         for watcher in watchers:
             watcher.see(Step(index, observation, estimate, applied, pilot.progress))
         if observation.collided:

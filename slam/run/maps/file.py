@@ -1,7 +1,7 @@
 """A map on the disk: ``map.json``, a text of plain numbers that come back to the last bit.
 
-JSON, because every language reads it, an eye can, and nothing in it can be run; a line for each surfel, so that two maps
-can be compared line by line.
+JSON, because every language reads it, an eye can, and nothing in it can be run; a line for each surfel, so that two
+maps can be compared line by line.
 """
 
 from __future__ import annotations

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Annotated, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from slam.config import Section
-from slam.pose import FloatArray
 
 VERSION = 1
 MOST_CELLS = 50_000_000
@@ -45,7 +45,7 @@ class SavedGrid(Section):
             raise ValueError(f"surfels[{int(np.argmin(seen))}] is in no list")
         return self
 
-    def _walk(self, k: int, seen: FloatArray, place: tuple[int, int] | None) -> None:
+    def _walk(self, k: int, seen: NDArray[np.bool_], place: tuple[int, int] | None) -> None:
         """Mark a list; ValueError where it is not one, or holds what does not belong there."""
         while k >= 0:
             if k >= len(seen) or seen[k]:

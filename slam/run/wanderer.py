@@ -32,7 +32,7 @@ class Wanderer:
     def __init__(self) -> None:
         self._turning = 0.0  # rad/s, while it turns on the spot
 
-    def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D | None:
+    def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D:
         """What to drive from what is seen."""
         ahead, side = _room(scan)
         if ahead < (GO if self._turning else STOP):

@@ -128,3 +128,34 @@ def sim(
 
     for table in import_module("sim.bench.report").sim_tables(long):  # late: sim stands on slam, and not slam on sim
         console.print(table.rich())
+
+
+@app.command()
+def localize(
+    scenarios: Annotated[
+        list[str] | None, typer.Argument(metavar="[SCENARIO]...", help="By name or file; two offices without one.")
+    ] = None,
+    trials: Annotated[int, typer.Option(min=1, help="Robots that are set down, and then moved, in each.")] = 100,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Simulated time of each stay.")] = 10.0,
+    seed: Annotated[int, typer.Option(help="Of the places, and of the trials' noise.")] = 1,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
+    ] = None,
+) -> None:
+    """Measure localisation in a saved map: from a random place, and after the robot was moved without being told.
+
+    One run maps the world of the scenario; the robots wander on their scans alone.
+
+    [bold]Examples[/bold]
+
+    hopslam bench localize
+
+    hopslam bench localize random_office --trials 20 --seed 5 --set seed=3
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from slam.run.bench.localize_report import localization_table
+    from slam.run.scenario.file import load_scenario
+
+    for name in scenarios or ["office_loop", "random_office"]:
+        scenario = load_scenario(name, ["lidar.caster=exact", *(settings or [])])
+        console.print(localization_table(scenario, trials, seconds, seed, console).rich())

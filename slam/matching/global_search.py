@@ -1,9 +1,9 @@
 """Where in the whole map a scan could be, from nothing: every place and every heading, compiled.
 
 The pictures of the map are those of coarse_search.py. Each is also pooled, so that a pixel holds the greatest grey
-value of a block: with these, a heading and a block of places get an upper bound of their score at once, and only the blocks
-with the highest bounds are looked into (the bound of branch and bound, after Hess et al., "Real-time loop closure in 2D
-lidar SLAM", ICRA 2016; here many places are wanted, and not the best one alone).
+value of a block: with these, a heading and a block of places get an upper bound of their score at once, and only the
+blocks with the highest bounds are looked into (the bound of branch and bound, after Hess et al., "Real-time loop
+closure in 2D lidar SLAM", ICRA 2016; here many places are wanted, and not the best one alone).
 """
 
 from __future__ import annotations

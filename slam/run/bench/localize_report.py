@@ -27,12 +27,13 @@ def localization_table(scenario: Scenario, trials: int, seconds: float, seed: in
     set_down, moved = zip(*stays, strict=True)
     return ResultTable(
         f"Localisation in {scenario.name}, seed {scenario.seed}: {trials} trials of {seconds:g} s",
-        ["", "right", "after, s", "95 %, s", "worst, s", "scans\nwrong", "in map,\nm", "true,\nm", "first,\nms", "scan,\nms"],
+        ["", "right", "after, s", "95 %, s", "worst, s", "scans\nwrong", "in map,\nm", "true,\nm", "first,\nms",
+         "scan,\nms"],
         [_row("set down", set_down), _row("moved", moved)],
         f"The map: {len(world.map)} surfels, by one run whose ATE was {_ate(world):.3f} m. Set down anywhere, then "
         "moved without being told. Right: at the end sure, and within 0.3 m and 5 deg; after: median of the simulated "
         "time to the scan since which it was so. Wrong: sure, and not within. In map: rmse of these scans against "
-        "where the true pose lies in the map; then against the truth. First: wall time of the search over the whole map.",
+        "where the true pose lies in the map; then against the truth. First: wall time of the search in the whole map.",
     )  # fmt: skip
 
 

@@ -45,7 +45,7 @@ def scan_of() -> Scanner:
         start, along = corners[:-1] - pose.translation, np.diff(corners, axis=0)
         d = np.stack([np.cos(bearings + pose.theta), np.sin(bearings + pose.theta)], axis=1)[:, None]
         cross = d[..., 0] * along[:, 1] - d[..., 1] * along[:, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(all="ignore"):  # a beam along a wall
             r = (start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]) / cross
             t = (start[:, 0] * d[..., 1] - start[:, 1] * d[..., 0]) / cross
             r = np.where((r > 0) & (t >= 0) & (t <= 1), r, np.inf).min(axis=1)

@@ -57,7 +57,7 @@ def drive(look: Look, localizer: LineLocalizer | LineContinuation, path: list[Po
     return odometry
 
 
-@settings(max_examples=10)
+@settings(max_examples=4)
 @given(st.floats(-1.5, 2.5), st.floats(-0.7, 1.0), st.floats(-3.1, 3.1))
 def test_it_finds_itself_anywhere_and_leaves_the_map(
     saved: SavedSlam, look: Look, x: float, y: float, theta: float

@@ -71,7 +71,7 @@ class Paper:
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
         """Extraction, and the pull on the points that the lidar could see from the start."""
-        lines = HoppingConfig(psi=1, L_Th=max(4, round(8 * len(scan.ranges) / 682)), split_gap=0.3)
+        lines = HoppingConfig(psi=1, L_Th=min(8, max(4, len(scan.ranges) // 42)), split_gap=0.3)
         near = self._points[np.abs(self._points - start.translation).max(axis=1) <= scan.range_max]
         local = start.inverse().transform(near)
         bearing = np.arctan2(local[:, 1], local[:, 0])

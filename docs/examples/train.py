@@ -3,7 +3,7 @@
     pip install 'hopslam[rl]'
     python docs/examples/train.py
 
-Some fifteen minutes on two cores; writes policy.zip, episodes.csv and curve.png into runs/train.
+Ten to twenty minutes on two cores; writes policy.zip, episodes.csv and curve.png into runs/train.
 """
 
 from collections.abc import Callable

@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from time import perf_counter
 
-import numpy as np
-
 from slam.config import SlamConfig
+from slam.deskew import deskewed
 from slam.lines.extraction import extract_segments
 from slam.lines.segments import Segments
-from slam.mapping.line_map import LineMap
-from slam.mapping.point_map import PointMap
-from slam.matching.force_field import NO_MATCH, Match, match_points_to_segments
+from slam.matching.mapper import Lines, Points, make_mapper
+from slam.matching.match import NO_MATCH, Match
 from slam.odometry import Odometry
-from slam.pose import Pose2D
+from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
 
@@ -27,6 +25,8 @@ class Estimate:
     segments: Segments | None = None
     """In the sensor frame; None when the scan was not used and the pose is odometry since the last one that was."""
     match: Match = NO_MATCH
+    map_points: int = 0
+    """In the map after this scan: points in paper mode, surfels in this project's own."""
     extraction_time: float = 0.0
     """Seconds of wall time for the extraction of the segments ..."""
     total_time: float = 0.0
@@ -34,22 +34,45 @@ class Estimate:
 
     @property
     def mapped(self) -> bool:
-        """Whether the scan went into the map."""
+        """Whether the scan was matched and offered to the map."""
         return self.segments is not None
+
+    @property
+    def covariance(self) -> FloatArray | None:
+        """Of x, y, theta of ``T_map_base`` in the map frame, (3, 3), against the truth; None in paper mode."""
+        return self.match.covariance
+
+    @property
+    def unconstrained(self) -> FloatArray | None:
+        """Directions (K, 3) in which the scan said nothing and odometry stands, see Match; None in paper mode."""
+        return self.match.unconstrained
+
+    @property
+    def lost(self) -> bool:
+        """Whether the last scans did not fit the map."""
+        return self.match.lost
 
 
 class LineSlam:
-    """Localisation by matching map points to the line segments of the present scan, and the map that this makes."""
+    """Localisation by matching each scan to the map, and the map that this makes."""
 
     def __init__(self, config: SlamConfig, T_base_laser: Pose2D, T_map_base: Pose2D | None = None, seed: int = 0):
         self.config = config
         self.T_base_laser = T_base_laser
         self.T_map_base = T_map_base or Pose2D()  # the anchor: at the first scan the estimate is the truth (section 4)
-        self.points = PointMap()
-        self.lines = LineMap()
-        self._random = np.random.default_rng(seed)
+        self.mapper = make_mapper(config, T_base_laser, seed)
         self._last_odometry: Pose2D | None = None
         self._last_mapped: Pose2D | None = None
+
+    @property
+    def points(self) -> Points:
+        """The map as points."""
+        return self.mapper.points
+
+    @property
+    def lines(self) -> Lines:
+        """The map as line segments."""
+        return self.mapper.lines
 
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
         """Take the next scan and the odometry at its stamp; return the new pose estimate. One turn of Fig. 14."""
@@ -57,17 +80,17 @@ class LineSlam:
         prior = self._predict(odometry)  # eqs. (38)-(44)
         if not self._moved_enough(prior):
             self.T_map_base = prior
-            return Estimate(scan.stamp, prior, total_time=perf_counter() - began)
+            return Estimate(scan.stamp, prior, map_points=len(self.points), total_time=perf_counter() - began)
+        if self.config.deskew:
+            scan = deskewed(scan, odometry.twist, self.T_base_laser)
         segments = extract_segments(scan, self.config.lines)  # eqs. (1)-(12), Proc. 1-8
         extracted = perf_counter()
-        T_map_laser = prior @ self.T_base_laser
-        visible = self.points.draw_visible(T_map_laser, scan.lidar, self.config.map, self._random)  # eq. (20)
-        match = match_points_to_segments(visible, segments, self.config.matching)  # eqs. (21)-(37)
-        T_map_laser = T_map_laser @ match.T_prior_laser  # eq. (19)
-        self.points.add(scan.points(), T_map_laser)  # eqs. (15)-(18)
-        self.lines.add(segments, T_map_laser)
+        match = self.mapper.locate(scan, segments, prior)  # eqs. (20)-(37)
+        T_map_laser = prior @ self.T_base_laser @ match.T_prior_laser  # eq. (19)
+        self.mapper.add(scan, segments, T_map_laser)  # eqs. (15)-(18)
         self.T_map_base = self._last_mapped = T_map_laser @ self.T_base_laser.inverse()
-        return Estimate(scan.stamp, self.T_map_base, segments, match, extracted - began, perf_counter() - began)
+        times = extracted - began, perf_counter() - began
+        return Estimate(scan.stamp, self.T_map_base, segments, match, len(self.points), *times)
 
     def _predict(self, odometry: Odometry) -> Pose2D:
         """Where the base is before the scan is looked at: moved as the wheels say, or still where it was."""

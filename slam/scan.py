@@ -49,17 +49,25 @@ class LaserScan:
     ranges: FloatArray
     time_increment: float = 0.0
     scan_time: float = 0.1
+    beam_bearings: FloatArray | None = None
+    """Where a scan was deskewed, the bearing of every beam, shape (N,), radians; None: evenly spaced."""
 
     @property
     def angle_max(self) -> float:
         """Bearing of the last beam."""
         return self.lidar.angle_max
 
+    @property
+    def bearings(self) -> FloatArray:
+        """Bearings of all beams in the sensor frame, shape (N,), radians."""
+        return self.lidar.angles if self.beam_bearings is None else self.beam_bearings
+
     def __eq__(self, other: object) -> bool:
         """Bit by bit; two ``nan`` readings are equal."""
         if not isinstance(other, LaserScan):
             return NotImplemented
         same = (self.stamp, self.lidar, self.time_increment) == (other.stamp, other.lidar, other.time_increment)
+        same = same and np.array_equal(self.bearings, other.bearings)
         return same and np.array_equal(self.ranges, other.ranges, equal_nan=True)
 
     __hash__ = None  # type: ignore[assignment]  # holds an array
@@ -79,5 +87,5 @@ class LaserScan:
     def points(self) -> FloatArray:
         """End points of the beams that came back, in beam order, shape (M, 2), sensor frame: eq. (1)."""
         echoes = self.echoes
-        d, theta = self.ranges[echoes], self.lidar.angles[echoes]
+        d, theta = self.ranges[echoes], self.bearings[echoes]
         return np.column_stack([d * np.cos(theta), d * np.sin(theta)])  # eq. (1)

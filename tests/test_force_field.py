@@ -7,14 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slam.config import HoppingConfig, MatchConfig
+from slam.config import ForceFieldConfig, HoppingConfig
 from slam.lines.hopping import segments_by_hopping
 from slam.lines.segments import Segments
-from slam.matching.force_field import NO_MATCH, _correction, _lines, match_points_to_segments
+from slam.matching.force_field import _correction, _lines, match_points_to_segments
+from slam.matching.match import NO_MATCH
 from slam.pose import FloatArray, Pose2D
 
-CONFIG = MatchConfig(gamma_M=1.0)
-WEIGHTED = MatchConfig(gamma_M=1.0, average="weighted")
+CONFIG = ForceFieldConfig(gamma_M=1.0)
+WEIGHTED = ForceFieldConfig(gamma_M=1.0, average="weighted")
 
 
 def room(T_room_laser: Pose2D, noise: float = 0.0, seed: int = 0) -> FloatArray:
@@ -28,7 +29,7 @@ def room(T_room_laser: Pose2D, noise: float = 0.0, seed: int = 0) -> FloatArray:
     return np.column_stack([ranges * np.cos(bearings), ranges * np.sin(bearings)])
 
 
-def printed_correction(w: FloatArray, segments: Segments, config: MatchConfig) -> tuple[FloatArray, float]:
+def printed_correction(w: FloatArray, segments: Segments, config: ForceFieldConfig) -> tuple[FloatArray, float]:
     """Eqs. (23) to (33), point by point and segment by segment."""
     G_c = w.mean(axis=0)  # (23)
     f, M = np.zeros(2), 0.0
@@ -54,7 +55,7 @@ def printed_correction(w: FloatArray, segments: Segments, config: MatchConfig) -
 @settings(max_examples=25)
 @given(st.integers(0, 1000), st.sampled_from([2.0, 3.0, 3.5]))
 def test_the_compiled_forces_are_the_printed_ones(seed: int, kappa: float) -> None:
-    config = MatchConfig(gamma_M=2.0, kappa=kappa)
+    config = ForceFieldConfig(gamma_M=2.0, kappa=kappa)
     segments = segments_by_hopping(room(Pose2D(), 0.01, seed), HoppingConfig())
     w = room(Pose2D(0.03, -0.02, 0.02), 0.01, seed + 1)[::5]
     x, y = np.ascontiguousarray(w.T)

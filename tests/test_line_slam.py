@@ -5,7 +5,7 @@ import pytest
 from pydantic import ValidationError
 
 from sim.robot import SimRobot
-from slam.config import MapConfig, SlamConfig
+from slam.config import PointMapConfig, SlamConfig
 from slam.line_slam import Estimate, LineSlam
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
@@ -14,7 +14,7 @@ from slam.run.scenario.file import load_scenario
 from slam.scan import LaserScan
 
 PAPER = load_scenario("paper_simulation", ["robot.odometry.travel_noise=0.01"])
-ALL_POINTS = PAPER.slam.model_copy(update={"map": MapConfig(draw=1.0)})
+ALL_POINTS = PAPER.slam.model_copy(update={"map": PointMapConfig(draw=1.0)})
 """Without the random draw, which a point at the rim of the sensor's reach would shift."""
 
 
@@ -72,7 +72,7 @@ def test_svd_and_prefix_sums_give_the_same_run(drive: list[Observation]) -> None
 
 
 def test_between_updates_it_is_odometry(drive: list[Observation]) -> None:
-    config = SlamConfig(matching=PAPER.slam.matching, update_distance=0.2)
+    config = SlamConfig(mode="paper", matching=PAPER.slam.matching, update_distance=0.2)
     run = estimates(drive, config, Pose2D())
     mapped = [k for k, estimate in enumerate(run) if estimate.mapped]
     assert 3 <= len(mapped) <= 8
@@ -100,13 +100,13 @@ def blind(scan: LaserScan) -> LaserScan:
 @pytest.mark.parametrize("turn", [0.07, -0.07])
 def test_it_maps_again_after_so_much_turning(drive: list[Observation], turn: float) -> None:
     """Three times 0.07 rad are more than 0.2, whichever way; nothing is seen that could correct the heading."""
-    slam = LineSlam(SlamConfig(update_distance=10.0, update_angle=0.2), Pose2D())
+    slam = LineSlam(SlamConfig(mode="paper", update_distance=10.0, update_angle=0.2), Pose2D())
     run = [slam.update(blind(drive[0].scan), Odometry(0.1 * k, Pose2D(0.0, 0.0, turn * k))) for k in range(10)]
     assert [k for k, estimate in enumerate(run) if estimate.mapped] == [0, 3, 6, 9]
 
 
 def test_an_update_knows_what_it_cost(drive: list[Observation]) -> None:
-    for estimate in estimates(drive, SlamConfig(update_distance=0.2), Pose2D()):
+    for estimate in estimates(drive, SlamConfig(mode="paper", update_distance=0.2), Pose2D()):
         if estimate.mapped:
             assert 0.0 < estimate.extraction_time < estimate.total_time
         else:
@@ -114,7 +114,7 @@ def test_an_update_knows_what_it_cost(drive: list[Observation]) -> None:
 
 
 def test_a_scan_without_an_echo_leaves_the_prior(drive: list[Observation]) -> None:
-    slam = LineSlam(SlamConfig(matching=PAPER.slam.matching), Pose2D())
+    slam = LineSlam(SlamConfig(mode="paper", matching=PAPER.slam.matching), Pose2D())
     for seen in drive[:3]:
         slam.update(seen.scan, seen.odometry)
     before = slam.T_map_base

@@ -5,13 +5,13 @@ from math import pi
 import numpy as np
 import pytest
 
-from slam.config import MapConfig
+from slam.config import PointMapConfig
 from slam.lidars import TABLE1
 from slam.mapping.point_map import PointMap
 from slam.pose import Pose2D
 from slam.scan import Lidar
 
-ALL = MapConfig(draw=1.0)
+ALL = PointMapConfig(draw=1.0)
 
 
 def a_map(points: list[list[float]]) -> PointMap:
@@ -58,13 +58,15 @@ def test_a_sensor_that_looks_all_around_sees_behind_itself_wherever_its_fan_begi
 
 def test_the_reach_can_be_shorter_than_the_sensor_s() -> None:
     made = a_map([[1.0, 0], [3.0, 0]])
-    near = made.draw_visible(Pose2D(), TABLE1.lidar, MapConfig(draw=1.0, reach=2.0), np.random.default_rng(0))
+    near = made.draw_visible(Pose2D(), TABLE1.lidar, PointMapConfig(draw=1.0, reach=2.0), np.random.default_rng(0))
     np.testing.assert_array_equal(near, [[1.0, 0.0]])
 
 
 def test_three_quarters_are_drawn_at_random() -> None:
     made = a_map([[1.0 + 1e-4 * k, 0.0] for k in range(10_000)])
-    draws = [len(made.draw_visible(Pose2D(), TABLE1.lidar, MapConfig(), np.random.default_rng(k))) for k in range(5)]
+    draws = [
+        len(made.draw_visible(Pose2D(), TABLE1.lidar, PointMapConfig(), np.random.default_rng(k))) for k in range(5)
+    ]
     assert draws == pytest.approx([7500] * 5, abs=200)  # 4.6 standard deviations
     assert len(set(draws)) > 1
 

@@ -152,11 +152,11 @@ def test_a_missing_scenario_gets_a_hint(name: str, hint: str) -> None:
         load_scenario(name)
 
 
-def test_lines_are_extracted_as_in_the_paper_unless_a_method_is_named(tmp_path: Path) -> None:
-    paper = load_scenario(write(tmp_path, GOOD + "slam:\n  lines:\n    psi: 0\n"))
+def test_the_mode_names_the_methods_of_the_parts_that_name_none(tmp_path: Path) -> None:
+    paper = load_scenario(write(tmp_path, GOOD + "slam:\n  mode: paper\n  lines:\n    psi: 0\n"))
     assert paper.slam.lines == HoppingConfig(psi=0)
     own = load_scenario(write(tmp_path, GOOD + "slam:\n  lines:\n    method: chi_square\n    min_points: 9\n"))
-    assert own.slam.lines == ChiSquareConfig(min_points=9)
+    assert own.slam.lines == ChiSquareConfig(min_points=9, min_length=0.10, shared_error=0.02)
     for scenario in (paper, own):
         assert load_scenario(write(tmp_path, dump_scenario(scenario))) == scenario
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any, Final
 
@@ -34,7 +35,7 @@ def segments_by_chi_square(scan: LaserScan, config: ChiSquareConfig) -> Segments
     Beams without echo (``inf``, ``nan``, or outside the reach of the sensor) are left out; a wall goes on behind them
     where the gap allows it.
     """
-    fan = _fan(scan.angle_min, scan.angle_increment, len(scan.ranges))
+    fan = fan_of(scan)
     return _segments(scan.ranges, fan, (scan.range_min, scan.range_max), config)
 
 
@@ -83,7 +84,7 @@ def _segments(ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], c
     runs, totals = wall_runs(ranges, fan, reach, noise, config.merge_cost, config.min_points)
     spacing = float(fan[0, -1] - fan[0, 0]) / max(len(ranges) - 1, 1) if len(ranges) else 0.0
     kept, *lines = wall_lines(runs, totals, fan, spacing, config.min_length, config.max_angle_sigma)
-    return _as_segments(runs[kept], *lines)
+    return replace(_as_segments(runs[kept], *lines), noise=noise)
 
 
 def _as_segments(
@@ -93,6 +94,13 @@ def _as_segments(
         runs[:, 0], runs[:, 1], line[:, 0], line[:, 1], ends[:, 0], ends[:, 1],
         line_cov, ends_cov[:, 0], ends_cov[:, 1],
     )  # fmt: skip
+
+
+def fan_of(scan: LaserScan) -> FloatArray:
+    """Bearings of the beams of a scan, their cosines and sines, shape (3, N); not to be written to."""
+    if scan.beam_bearings is None:
+        return _fan(scan.angle_min, scan.angle_increment, len(scan.ranges))
+    return np.stack([scan.beam_bearings, np.cos(scan.beam_bearings), np.sin(scan.beam_bearings)])
 
 
 @lru_cache(maxsize=16)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from slam.lines.range_noise import RangeNoise
 from slam.pose import FloatArray, Pose2D
 
 IntArray = NDArray[np.int64]
@@ -30,6 +31,7 @@ class Segments:
     covariance: FloatArray | None = None  # (M, 2, 2) of [rho, theta]; None where the method does not give it
     start_covariance: FloatArray | None = None  # (M, 2, 2) of [x, y]
     end_covariance: FloatArray | None = None  # (M, 2, 2)
+    noise: RangeNoise | None = None  # of the ranges they were fitted to, where the method asks for it
 
     def __len__(self) -> int:
         return len(self.rho)

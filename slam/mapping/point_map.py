@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.config import MapConfig
+from slam.config import PointMapConfig
 from slam.pose import FloatArray, Pose2D
 from slam.scan import Lidar
 
@@ -36,7 +36,7 @@ class PointMap:
         self._count = count
 
     def draw_visible(
-        self, T_map_laser: Pose2D, lidar: Lidar, config: MapConfig, random: np.random.Generator
+        self, T_map_laser: Pose2D, lidar: Lidar, config: PointMapConfig, random: np.random.Generator
     ) -> FloatArray:
         """A random share of the points that ``lidar`` could see from there, in the sensor frame, shape (N*, 2).
 

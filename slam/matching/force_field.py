@@ -6,32 +6,16 @@ inverse of the motion of the sensor.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from slam.compiled import compiled
-from slam.config import MatchConfig
+from slam.config import ForceFieldConfig
 from slam.lines.segments import Segments
+from slam.matching.match import NO_MATCH, Match
 from slam.pose import FloatArray, Pose2D, wrap_angle
 
 
-@dataclass(frozen=True, slots=True)
-class Match:
-    """The outcome of one matching: ``T_prior_laser`` is the sensor's pose as seen from where it was thought to be."""
-
-    T_prior_laser: Pose2D
-    iterations: int
-    converged: bool
-    points: int
-    """N*, the map points that took part."""
-
-
-NO_MATCH = Match(Pose2D(), iterations=0, converged=False, points=0)
-"""Nothing to match: the prior stands."""
-
-
-def match_points_to_segments(points: FloatArray, segments: Segments, config: MatchConfig) -> Match:
+def match_points_to_segments(points: FloatArray, segments: Segments, config: ForceFieldConfig) -> Match:
     """Move the map points w* (N*, 2) onto the segments of the present scan, both given in the prior's sensor frame."""
     if len(points) == 0 or len(segments) == 0:
         return NO_MATCH

@@ -9,7 +9,10 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-app = typer.Typer(help="Measure: the paper's figures, line extractors, and the simulator.", no_args_is_help=True)
+app = typer.Typer(
+    help="Measure: the paper's figures, line extractors, the simulator, and SLAM on recorded logs.",
+    no_args_is_help=True,
+)
 console = Console()
 
 
@@ -90,3 +93,38 @@ def sim(
 
     for table in import_module("sim.bench.report").sim_tables(long):  # late: sim stands on slam, and not slam on sim
         console.print(table.rich())
+
+
+@app.command()
+def slam(
+    logs: Annotated[
+        list[str] | None, typer.Argument(metavar="[LOG]...", help="Names such as fr079; all without one.")
+    ] = None,
+    data: Annotated[Path, typer.Option(metavar="DIR", help="Where the recorded logs are.")] = Path("../shared/data"),
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the tables to a Markdown file.")] = None,
+) -> None:
+    """Measure the whole method on recorded logs, with one set of settings for all, beside other systems.
+
+    Every scan, at the pose that the method had for it then. A log that is not there is skipped.
+
+    [bold]Examples[/bold]
+
+    hopslam bench slam
+
+    hopslam bench slam fr079 mines1 --data ~/logs --out /tmp/slam.md
+
+    hopslam bench slam corridor_synthetic --set slam.matching.floor=0.02
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from slam.run.bench.lines_report import write_tables
+    from slam.run.bench.slam_report import tables
+    from slam.run.scenario.file import load_scenario
+
+    made = tables(logs or [], data, load_scenario("replay", settings or []).slam, console)
+    for table in made:
+        console.print(table.rich())
+    if out is not None:
+        write_tables(out, made, "SLAM on recorded logs")

@@ -45,9 +45,9 @@ def log_tables(path: Path, console: Console, sensor: str | None = None) -> list[
         return [log_score.table(path.name, log, log_score.score_log(log, methods, partial(bar.advance, task)))]
 
 
-def write_tables(path: Path, tables: Sequence[ResultTable]) -> None:
+def write_tables(path: Path, tables: Sequence[ResultTable], title: str = "Line extractors side by side") -> None:
     """The tables as Markdown; InputError when the file cannot be written."""
-    text = "# Line extractors side by side\n\n" + "".join(table.markdown() for table in tables)
+    text = f"# {title}\n\n" + "".join(table.markdown() for table in tables)
     try:
         write_whole(path, text.rstrip() + "\n")
     except OSError as error:

@@ -28,7 +28,6 @@ class Recorder:
         self._truth: GrowingText | None = None
         self._steps = GrowingText(folder / "steps.csv", ",".join(STEP_COLUMNS) + "\n")
         self._lines = GrowingGeoJson(folder / "lines.geojson", frame="map", unit="metre")
-        self._map_points = 0
 
     def see(self, step: Step) -> None:
         """Write down one step."""
@@ -39,7 +38,6 @@ class Recorder:
             self._truth = self._truth or GrowingText(self._folder / "groundtruth.tum")
             self._truth.append(format_tum(estimate.stamp, step.observation.T_map_base) + "\n")
         if estimate.segments is not None:
-            self._map_points += int(step.observation.scan.echoes.sum())
             self._lines.append(self._features(step))
         self._steps.append(self._row(step))
 
@@ -52,7 +50,7 @@ class Recorder:
     def _row(self, step: Step) -> str:
         estimate, match = step.estimate, step.estimate.match
         values = (
-            f"{estimate.stamp:.6f}", int(estimate.mapped), match.iterations, int(match.converged), self._map_points,
+            f"{estimate.stamp:.6f}", int(estimate.mapped), match.iterations, int(match.converged), estimate.map_points,
             len(estimate.segments) if estimate.segments is not None else 0, f"{1e3 * estimate.extraction_time:.4f}",
             f"{1e3 * estimate.total_time:.4f}", f"{step.applied.linear:.6f}", f"{step.applied.angular:.6f}",
         )  # fmt: skip

@@ -1,0 +1,26 @@
+"""The settings of the method: immutable, checked, in SI units and radians.
+
+The defaults of the paper's parts are those of its section 5.1.
+"""
+
+from slam.config.lines import ChiSquareConfig, HoppingConfig, LineConfig
+from slam.config.mapping import MapConfig, PointMapConfig, SurfelMapConfig
+from slam.config.matching import ForceFieldConfig, LeastSquaresConfig, MatchConfig, MotionConfig, SearchConfig
+from slam.config.section import Section
+from slam.config.whole import SlamConfig
+
+__all__ = [
+    "ChiSquareConfig",
+    "ForceFieldConfig",
+    "HoppingConfig",
+    "LeastSquaresConfig",
+    "LineConfig",
+    "MapConfig",
+    "MatchConfig",
+    "MotionConfig",
+    "PointMapConfig",
+    "SearchConfig",
+    "Section",
+    "SlamConfig",
+    "SurfelMapConfig",
+]

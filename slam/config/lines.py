@@ -1,0 +1,71 @@
+"""The settings of line extraction, named as in the paper where they are the paper's, in SI units and radians."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Final, Literal, Self
+
+from pydantic import Field, Tag, model_validator
+
+from slam.config.section import Section, by_method
+
+
+class HoppingConfig(Section):
+    """Line extraction as printed, sections 3.1 to 3.3."""
+
+    method: Literal["paper"] = "paper"
+    sigma_Th: float = Field(25.0 / 1024, ge=1e-5)
+    """Threshold on the smallest singular value sigma_3, metres; below 10 um prefix sums lose it in rounding."""
+    L_Th: int = Field(4, ge=3)
+    """A segment is kept when it has more than this many points (Proc. 7). The paper gives no value."""
+    psi: int = Field(1, ge=0)
+    """Hopping factor: points skipped between two tests."""
+    kernel: Literal["svd_full", "svd", "prefix_sums"] = "prefix_sums"
+    """How sigma_3 < sigma_Th is tested: by the SVD of A_i(l) with all of U as printed, by its singular values alone, or
+    by prefix sums of A^T A. Same segments."""
+    split_gap: float = Field(float("inf"), gt=0, allow_inf_nan=True)
+    """Not in the paper: neighbouring points farther apart than this, in metres, never share a segment."""
+
+    @model_validator(mode="after")
+    def _no_over_hopping(self) -> Self:
+        if not self.psi < self.L_Th / 2:
+            raise ValueError(
+                f"psi = {self.psi} over-hops: it must be below L_Th / 2 = {self.L_Th / 2:g} (section 3.3); "
+                f"lower psi or raise L_Th"
+            )
+        return self
+
+
+_WITHOUT_A_SENSOR: Final = {"merge_cost": 24.0, "min_points": 10, "min_length": 0.15, "max_angle_sigma": 1.0}
+
+
+class ChiSquareConfig(Section):
+    """Line extraction of this project: the walls that explain the ranges by the noise of the sensor."""
+
+    method: Literal["chi_square"] = "chi_square"
+    sensor: Literal["table1", "urg04lx"] | None = None
+    """Whose noise to expect, see slam/lidars.py; without a name it is estimated from every scan."""
+    bound_sigmas: float = Field(3.0, gt=0)
+    """How many standard deviations the accuracy is that the sensor's maker gives."""
+    shared_error: float = Field(0.05, gt=0)
+    """Without a sensor: what neighbouring beams share and no scan shows, metres. Real walls are not quite straight, and
+    what stands before them is no wall at all."""
+    merge_cost: float = Field(18.0, gt=0)
+    """Two neighbouring segments become one where that raises chi-square by less than this (24 without a sensor)."""
+    min_points: int = Field(7, ge=3)
+    """A segment has at least this many points (10 without a sensor) ..."""
+    min_length: float = Field(0.14, ge=0)
+    """... and this length, metres (0.15 without a sensor) ..."""
+    max_angle_sigma: float = Field(0.15, gt=0)
+    """... and its direction is at least this sure: one standard deviation, radians (1 without a sensor)."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _coarser_without_a_sensor(cls, given: Any) -> Any:
+        """Where the noise is only guessed, details are not to be trusted."""
+        return given if not isinstance(given, dict) or given.get("sensor") else _WITHOUT_A_SENSOR | given
+
+
+LineConfig = Annotated[
+    Annotated[HoppingConfig, Tag("paper")] | Annotated[ChiSquareConfig, Tag("chi_square")], by_method("paper")
+]
+"""Line extraction: ``method`` says how, and which of the settings there are."""

@@ -1,0 +1,120 @@
+"""The settings of matching, named as in the paper where they are the paper's, in SI units and radians."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, Tag
+
+from slam.config.section import Section, by_method
+
+
+class ForceFieldConfig(Section):
+    """Matching of map points to segments, section 4.2."""
+
+    method: Literal["force_field"] = "force_field"
+    gamma_f: float = Field(0.001, gt=0)
+    """Gain of the translation, eq. (24)."""
+    kappa: float = Field(3.0, gt=0)
+    """Exponent of the fall of the force with distance, eq. (24)."""
+    epsilon: float = Field(0.0001, gt=0)
+    """Softening of the force, eq. (24), m^kappa: the force peaks at (epsilon / 2)^(1/3) = 3.7 cm for kappa = 3."""
+    gamma_M: float = Field(10.0, gt=0)
+    """Gain of the rotation, eq. (32), rad/m^2."""
+    average: Literal["printed", "weighted"] = "printed"
+    """How eq. (33) averages. ``printed``: over all N_Seg N* pairs of segment and point, which swings and never settles
+    when few segments are in view or the scene is large. ``weighted``, not in the paper: force over the sum of the
+    weights 1 / (|lambda|^kappa + epsilon), moment over the weighted moment of inertia; gamma_f then cancels and gamma_M
+    is a pure number that belongs near 1."""
+    xi: float = Field(0.99, ge=0, le=1)
+    """Leak of eqs. (34)-(35)."""
+    eta: float = Field(1.0, gt=0)
+    """Proportional gain of eqs. (34)-(35)."""
+    zeta: float = Field(0.01, ge=0)
+    """Integral gain of eqs. (34)-(35)."""
+    rho_f: float = Field(1e-5, gt=0)
+    """The iteration ends when the translation correction is below this, metres ..."""
+    rho_M: float = Field(1e-5, gt=0)
+    """... and the rotation correction below this, radians."""
+    max_iterations: int = Field(1000, ge=1)
+    """Upper limit of the number of iterations q."""
+
+
+class MotionConfig(Section):
+    """How far odometry is believed: standard deviations of one motion, in the frame of the base."""
+
+    along: float = Field(0.2, gt=0)
+    """Metres along the motion for every metre ..."""
+    across: float = Field(0.1, gt=0)
+    """... and across it."""
+    turn: float = Field(0.2, gt=0)
+    """Radians for every radian ..."""
+    turn_by_travel: float = Field(0.1, gt=0)
+    """... and for every metre."""
+    least: float = Field(0.005, gt=0)
+    """At least this, metres and radians."""
+    most_growth: float = Field(50.0, ge=1)
+    """Where the scans keep contradicting the odometry, its variances are raised up to this many times."""
+    memory: float = Field(0.8, ge=0, lt=1)
+    """Share of the last raise that is kept at the next scan."""
+    without_odometry: float = Field(0.15, gt=0)
+    """Where odometry is not used: how far the robot may have gone or turned, metres and radians."""
+
+
+class SearchConfig(Section):
+    """The coarse search, for when the odometry was far off."""
+
+    below: float = Field(0.4, ge=0, le=1)
+    """Search when a smaller share of the scan agrees with the map ..."""
+    distance: float = Field(0.3, ge=0)
+    """... or after a motion of more than this, metres ..."""
+    angle: float = Field(0.3, ge=0)
+    """... or a turn of more than this, radians."""
+    window: float = Field(1.5, gt=0)
+    """To each side, metres, at most, and three standard deviations of the prior ..."""
+    window_angle: float = Field(0.6, gt=0)
+    """... and so with the heading, radians."""
+    reach: float = Field(15.0, gt=0)
+    """Walls farther than this from the sensor take no part, metres."""
+    gain: float = Field(1.5, ge=0)
+    """A pose found by search is taken when so many more pieces of the scan agree with the map."""
+    prior_weight: float = Field(0.2, ge=0)
+    """Of half the squared Mahalanobis distance to the prior, against the number of pieces that agree."""
+
+
+class LeastSquaresConfig(Section):
+    """Matching of this project: the pieces of wall of the scan to the surfels of the map, with odometry as prior."""
+
+    method: Literal["least_squares"] = "least_squares"
+    facet_length: float = Field(0.2, gt=0)
+    """Segments are matched in pieces no longer than this, metres."""
+    gate: float = Field(0.4, gt=0)
+    """A piece is matched to a surfel nearer than this, metres."""
+    floor: float = Field(0.01, gt=0)
+    """Real walls are not as flat as lines: standard deviation that is added to every piece, metres."""
+    kernel: float = Field(0.03, gt=0)
+    """Residuals far above this, metres, lose their weight (Geman and McClure) ..."""
+    first_kernel: float = Field(0.6, gt=0)
+    """... starting here, and halved at every iteration."""
+    max_iterations: int = Field(12, ge=1)
+    """Of Gauss and Newton."""
+    tolerance: float = Field(1e-4, gt=0)
+    """The iteration ends when a step is below this, metres and radians together."""
+    lever: float = Field(2.0, gt=0)
+    """Metres: a turn of one radian counts as this much motion when directions are compared."""
+    weak: float = Field(0.001, ge=0, lt=1)
+    """A direction is unconstrained when the scan has less than this share of the information of its best one there."""
+    correlation: float = Field(4.0, ge=1)
+    """Errors of neighbouring pieces and of successive scans are alike: their information is divided by this."""
+    lost_below: float = Field(0.3, ge=0, le=1)
+    """Lost when, for ``lost_after`` scans, a smaller share of the pieces agrees with the map."""
+    lost_after: int = Field(5, ge=1)
+    motion: MotionConfig = MotionConfig()
+    search: SearchConfig = SearchConfig()
+
+
+MatchConfig = Annotated[
+    Annotated[ForceFieldConfig, Tag("force_field")] | Annotated[LeastSquaresConfig, Tag("least_squares")],
+    by_method("least_squares"),
+]
+"""The matcher: ``method`` says which."""

@@ -1,0 +1,78 @@
+"""The settings of the whole method: which extractor, map and matcher, and when they are used."""
+
+from __future__ import annotations
+
+from typing import Any, Final, Literal, Self
+
+from pydantic import Field, model_validator
+
+from slam.config.lines import ChiSquareConfig, LineConfig
+from slam.config.mapping import MapConfig, SurfelMapConfig
+from slam.config.matching import LeastSquaresConfig, MatchConfig
+from slam.config.section import Section
+
+_MODES: Final = {
+    "hopslam": {"lines": "chi_square", "map": "surfels", "matching": "least_squares"},
+    "paper": {"lines": "paper", "map": "points", "matching": "force_field"},
+}
+"""The methods of the three parts, where they are not named."""
+_FINE_LINES: Final = {"min_points": 5, "min_length": 0.10, "shared_error": 0.02}
+"""Lines for matching: details that are too small to be sure of are worth having when the map can confirm them."""
+
+
+class SlamConfig(Section):
+    """The whole method, Fig. 14: by default this project's own; ``mode: paper`` makes it the paper's."""
+
+    mode: Literal["hopslam", "paper"] = "hopslam"
+    """Which methods the three parts below have where they name none."""
+    lines: LineConfig = ChiSquareConfig.model_validate(_FINE_LINES)
+    map: MapConfig = SurfelMapConfig()
+    matching: MatchConfig = LeastSquaresConfig()
+    deskew: bool = True
+    """Undo the motion of the robot while the beams were taken, where they carry time; off in paper mode."""
+    odometry: bool = True
+    """Start matching from odometry, eqs. (38)-(44); without it from the last pose, as the paper's simulation does."""
+    update_distance: float = Field(0.0, ge=0)
+    """Extract, match and map only after this much motion since the last time, metres; odometry fills in between. At 0
+    every scan is used."""
+    update_angle: float = Field(0.2, gt=0)
+    """... or after this much turning, radians."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _methods_of_the_mode(cls, given: Any) -> Any:
+        if not isinstance(given, dict) or given.get("mode", "hopslam") not in _MODES:
+            return given
+        paper = {"deskew": False} if given.get("mode") == "paper" else {}
+        return (
+            paper
+            | given
+            | {
+                part: _filled_in(part, given.get(part, {}), method)
+                for part, method in _MODES[given.get("mode", "hopslam")].items()
+            }
+        )
+
+    @model_validator(mode="after")
+    def _steps_need_odometry(self) -> Self:
+        if self.update_distance > 0 and not self.odometry:
+            raise ValueError("update_distance needs odometry to measure it; set odometry: true, or leave it at 0")
+        return self
+
+    @model_validator(mode="after")
+    def _map_and_matcher_fit(self) -> Self:
+        if (self.map.method == "points") != (self.matching.method == "force_field"):
+            raise ValueError(
+                f"matching method {self.matching.method} does not work on map method {self.map.method}; force_field "
+                f"goes with points, and least_squares with surfels"
+            )
+        return self
+
+
+def _filled_in(part: str, section: Any, method: str) -> Any:
+    """The section with the method of the mode, and the defaults that lines have inside the whole method."""
+    if not isinstance(section, dict):
+        return section
+    section = {"method": method} | section
+    fine = part == "lines" and section["method"] == "chi_square" and not section.get("sensor")
+    return (_FINE_LINES | section) if fine else section

@@ -1,0 +1,113 @@
+"""What of a scan is matched: facets, short pieces of wall with a normal, and small clusters of points without one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slam.compiled import compiled
+from slam.lines.chi_square import fan_of
+from slam.lines.range_noise import noise_of_scan
+from slam.lines.segments import IntArray, Segments
+from slam.pose import FloatArray
+from slam.scan import LaserScan
+
+X, Y, NX, NY, VARIANCE, COUNT, LINKED = range(7)
+"""Columns of facets (F, 7): centre, unit normal away from the sensor (0, 0 for a cluster), variance of the centre along
+the normal (m^2), points, and 1 where the facet before is of the same segment."""
+RANGE_FLOOR = 0.003  # metres: a range is never surer than this
+CLUSTER_GAP = 0.10  # metres between neighbouring points of a cluster, at most
+CLUSTER_SIZE = 0.15  # metres from its first point to its last
+
+
+def facets_of(scan: LaserScan, segments: Segments, length: float) -> FloatArray:
+    """Facets (F, 7) of a scan, on its segments, none longer than ``length`` metres, and beside them; sensor frame."""
+    fan, reach = fan_of(scan), (scan.range_min, scan.range_max)
+    noise = segments.noise or noise_of_scan(fan[0], scan.ranges, reach, RANGE_FLOOR)
+    noise = noise._replace(floor=RANGE_FLOOR)
+    return _facets(scan.ranges, fan, reach, segments.first, segments.last, segments.theta, noise, length)
+
+
+@compiled
+def _facets(
+    ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], first: IntArray, last: IntArray,
+    theta: FloatArray, noise: tuple[float, float, float, float], length: float,
+) -> FloatArray:  # fmt: skip
+    points, n = np.empty((len(ranges), 2)), 0
+    for j in range(len(ranges)):
+        if reach[0] <= ranges[j] <= reach[1]:
+            points[n, 0], points[n, 1] = ranges[j] * fan[1, j], ranges[j] * fan[2, j]
+            n += 1
+    facets = np.zeros((n + 1, 7))
+    count = begin = 0
+    for m in range(len(first)):
+        count = _clusters(points, begin, first[m], noise, facets, count)
+        count = _cut(points, first[m], last[m] + 1, theta[m], noise, length, facets, count)
+        begin = max(begin, last[m] + 1)
+    count = _clusters(points, begin, n, noise, facets, count)
+    return facets[:count]
+
+
+@compiled
+def _variance(r: float, noise: tuple[float, float, float, float]) -> float:
+    near, near_range, far, floor = noise
+    slope = near if r <= near_range else far * r
+    return slope * slope + floor * floor
+
+
+@compiled
+def _cut(
+    points: FloatArray, begin: int, stop: int, theta: float, noise: tuple[float, float, float, float], length: float,
+    facets: FloatArray, count: int,
+) -> int:  # fmt: skip
+    """Cut one segment into pieces no longer than ``length``, and write a facet of each."""
+    nx, ny = np.cos(theta), np.sin(theta)
+    s0 = nx * points[begin, 1] - ny * points[begin, 0]
+    whole = nx * points[stop - 1, 1] - ny * points[stop - 1, 0] - s0
+    pieces = max(1, int(np.ceil(abs(whole) / length)))
+    at, start = -1, count
+    for i in range(begin, stop):
+        x, y = points[i]
+        piece = min(max(int((nx * y - ny * x - s0) / whole * pieces), 0), pieces - 1) if whole != 0.0 else 0
+        if piece != at:
+            at = piece
+            facets[count] = 0.0
+            facets[count, NX], facets[count, NY] = nx, ny
+            facets[count, LINKED] = 1.0 if count > start else 0.0
+            count += 1
+        r2 = x * x + y * y
+        facet = facets[count - 1]
+        facet[X] += x
+        facet[Y] += y
+        facet[VARIANCE] += _variance(np.sqrt(r2), noise) * (nx * x + ny * y) ** 2 / max(r2, 1e-12)
+        facet[COUNT] += 1.0
+    for k in range(start, count):
+        n = facets[k, COUNT]
+        facets[k, X], facets[k, Y] = facets[k, X] / n, facets[k, Y] / n
+        facets[k, VARIANCE] /= n * n
+    return count
+
+
+@compiled
+def _clusters(
+    points: FloatArray, begin: int, stop: int, noise: tuple[float, float, float, float], facets: FloatArray, count: int
+) -> int:
+    """Write a facet without normal for every two or more neighbouring points off the segments."""
+    i = begin
+    while i < stop:
+        j, x, y, v = i, 0.0, 0.0, 0.0
+        while j < stop:
+            px, py = points[j]
+            if j > i and np.hypot(px - points[j - 1, 0], py - points[j - 1, 1]) > CLUSTER_GAP:
+                break
+            if np.hypot(px - points[i, 0], py - points[i, 1]) > CLUSTER_SIZE:
+                break
+            x, y, v = x + px, y + py, v + _variance(np.hypot(px, py), noise)
+            j += 1
+        n = j - i
+        if n >= 2:
+            facets[count] = 0.0
+            facets[count, X], facets[count, Y] = x / n, y / n
+            facets[count, VARIANCE], facets[count, COUNT] = v / (n * n), n
+            count += 1
+        i = j
+    return count

@@ -1,0 +1,40 @@
+"""How wrong the map may be, place by place: what a pose can inherit from the part of the map that it was matched to."""
+
+from __future__ import annotations
+
+from math import floor
+from typing import Final
+
+import numpy as np
+
+from slam.motion_model import moved
+from slam.pose import FloatArray, Pose2D
+
+TILE: Final = 2.0
+"""Metres: the map within one such square moves as one piece."""
+GROWTH: Final = 0.3
+"""Share of the variance of a match that a new tile adds: its map is made by many scans, whose errors average out."""
+
+
+class Drift:
+    """The covariance that the map had where and when each of its tiles was first entered.
+
+    A scan tells where the robot is in the map; the map itself was made from poses, each matched to what was there
+    before. So the error of a pose is that of the tile it is in, carried over from where the tile was entered, and that
+    of the match. A robot that comes back to an old tile has no more error than it had there at first.
+    """
+
+    def __init__(self) -> None:
+        self._tiles: dict[tuple[int, int], tuple[Pose2D, FloatArray]] = {}
+        self._here = (Pose2D(), np.zeros((3, 3)))
+
+    def covariance(self, pose: Pose2D, of_match: FloatArray) -> FloatArray:
+        """Of x, y, theta (3, 3) in the frame of the first pose, for a pose whose match has the covariance ``of_match``;
+        enters the tile."""
+        tile = floor(pose.x / TILE), floor(pose.y / TILE)
+        if tile not in self._tiles:
+            entered, covariance = self._here
+            self._tiles[tile] = pose, moved(covariance, entered, pose) + (GROWTH * of_match if self._tiles else 0.0)
+        self._here = self._tiles[tile]
+        entered, covariance = self._here
+        return moved(covariance, entered, pose) + of_match

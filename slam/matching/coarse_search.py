@@ -1,0 +1,114 @@
+"""Where a scan could be, by trying every pose of a window: correlative search, compiled.
+
+The map near the scan is drawn into nine pictures, one for each of eight directions that a wall may face and one for
+clusters, so that a facet finds support only on what faces its way. For every heading the pictures, each shifted by a
+facet, are added up over the whole window at once. After Olson, "Real-time correlative scan matching", ICRA 2009.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.compiled import compiled
+from slam.mapping.surfel_updates import Grid
+from slam.pose import FloatArray
+
+SIDES = 8
+CLUSTERS = 8  # the number of their picture
+FULL = 63.0  # grey value on a wall: 1000 facets fit into 16 bits
+PIXEL = 0.10  # metres
+BLUR = 0.15  # metres: farther than this from a wall it is as good as nowhere
+TURN = 0.02  # radians from one heading to the next
+
+
+@compiled
+def best_of_window(
+    facets: FloatArray, prior: FloatArray, information: FloatArray, half_width: float, half_angle: float, reach: float,
+    grid: Grid,
+) -> FloatArray:  # fmt: skip
+    """The best place for every heading: rows of score, x, y, theta; the score counts facets on walls.
+
+    ``information`` (3, 3) is the prior's, already weighed: half the squared Mahalanobis distance is taken off.
+    """
+    n, m = int(np.ceil(half_width / PIXEL)), int(np.ceil(half_angle / TURN))
+    size = 2 * (int(reach / PIXEL) + n + 2)
+    x0, y0 = prior[0] - 0.5 * size * PIXEL, prior[1] - 0.5 * size * PIXEL
+    pictures = _draw(grid, x0, y0, size)
+    best, scores = np.empty((2 * m + 1, 4)), np.empty((2 * n + 1, 2 * n + 1), np.uint16)
+    half = 0.5 * information
+    xx, xy, yy, xt = half[0, 0], half[0, 1], half[1, 1], 2.0 * half[0, 2] * TURN
+    yt, tt = 2.0 * half[1, 2] * TURN, half[2, 2] * TURN * TURN
+    for a in range(-m, m + 1):
+        theta = prior[2] + a * TURN
+        _add_up(facets, prior[0] - x0, prior[1] - y0, theta, reach, pictures, scores)
+        best[a + m, 0] = -np.inf
+        for i in range(2 * n + 1):
+            for j in range(2 * n + 1):
+                dx, dy = (j - n) * PIXEL, (i - n) * PIXEL
+                cost = dx * (xx * dx + 2.0 * xy * dy + xt * a) + dy * (yy * dy + yt * a) + tt * a * a
+                score = scores[i, j] / FULL - cost if scores[i, j] > 0 else -np.inf
+                if score > best[a + m, 0]:
+                    best[a + m, 0], best[a + m, 1], best[a + m, 2] = score, prior[0] + dx, prior[1] + dy
+        best[a + m, 3] = theta
+    return best
+
+
+@compiled
+def _draw(grid: Grid, x0: float, y0: float, size: int) -> NDArray[np.uint8]:
+    """The pictures (9, size, size) of the map, their lower left corner at (x0, y0), one pixel PIXEL wide."""
+    pictures = np.zeros((SIDES + 1, size, size), np.uint8)
+    rows, columns = grid.head.shape
+    low_row, low_column = int(np.floor(y0 / grid.cell)) - grid.corner[0], int(np.floor(x0 / grid.cell)) - grid.corner[1]
+    span = int(size * PIXEL / grid.cell) + 2
+    for row in range(max(low_row, 0), min(low_row + span, rows)):
+        for column in range(max(low_column, 0), min(low_column + span, columns)):
+            k = grid.head[row, column]
+            while k >= 0:
+                _draw_one(pictures, grid.surfels[k], x0, y0, 0.5 * grid.cell)
+                k = grid.next[k]
+    return pictures
+
+
+@compiled
+def _draw_one(pictures: NDArray[np.uint8], s: FloatArray, x0: float, y0: float, half: float) -> None:
+    """Draw a surfel into the pictures of the two sides next to its normal."""
+    size = pictures.shape[1]
+    wall = s[2] != 0.0 or s[3] != 0.0
+    first = second = CLUSTERS
+    if wall:
+        first = int(np.floor(np.arctan2(s[3], s[2]) * SIDES / (2.0 * np.pi))) % SIDES
+        second = (first + 1) % SIDES
+    i0, j0, span = int((s[1] - y0) / PIXEL), int((s[0] - x0) / PIXEL), int((half + BLUR) / PIXEL) + 1
+    for i in range(max(i0 - span, 0), min(i0 + span + 1, size)):
+        for j in range(max(j0 - span, 0), min(j0 + span + 1, size)):
+            dx, dy = x0 + (j + 0.5) * PIXEL - s[0], y0 + (i + 0.5) * PIXEL - s[1]
+            across = abs(dx * s[2] + dy * s[3]) if wall else np.sqrt(dx * dx + dy * dy)
+            if across < BLUR and (not wall or abs(dx * s[3] - dy * s[2]) < half + 0.5 * PIXEL):
+                grey = np.uint8(FULL * (1.0 - (across / BLUR) ** 2))
+                pictures[first, i, j] = max(pictures[first, i, j], grey)
+                pictures[second, i, j] = max(pictures[second, i, j], grey)
+
+
+@compiled
+def _add_up(
+    facets: FloatArray, x: float, y: float, theta: float, reach: float, pictures: NDArray[np.uint8],
+    scores: NDArray[np.uint16],
+) -> None:  # fmt: skip
+    """The grey values under all facets for every shift of the window about (x, y), metres in the pictures."""
+    c, s = np.cos(theta), np.sin(theta)
+    n = len(scores) // 2
+    scores[:] = 0
+    for f in range(len(facets)):
+        fx, fy, fnx, fny = facets[f, 0], facets[f, 1], facets[f, 2], facets[f, 3]
+        if fx * fx + fy * fy >= reach * reach:
+            continue
+        side = CLUSTERS
+        if fnx != 0.0 or fny != 0.0:
+            bearing = np.arctan2(s * fnx + c * fny, c * fnx - s * fny)
+            side = int(np.floor(bearing * SIDES / (2.0 * np.pi) + 0.5)) % SIDES
+        i0 = int(np.floor((y + s * fx + c * fy) / PIXEL)) - n
+        j0 = int(np.floor((x + c * fx - s * fy) / PIXEL)) - n
+        for i in range(len(scores)):
+            for j in range(len(scores)):
+                scores[i, j] += pictures[side, i0 + i, j0 + j]

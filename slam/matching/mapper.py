@@ -1,0 +1,59 @@
+"""What LineSlam asks of a matcher and its map; those of the settings by name."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from slam.config import ForceFieldConfig, LeastSquaresConfig, PointMapConfig, SlamConfig, SurfelMapConfig
+from slam.lines.segments import Segments
+from slam.matching.match import Match
+from slam.matching.paper_mapper import PaperMapper
+from slam.matching.surfel_mapper import SurfelMapper
+from slam.pose import FloatArray, Pose2D
+from slam.scan import LaserScan
+
+
+class Points(Protocol):
+    """What of the map is shown as points."""
+
+    @property
+    def points(self) -> FloatArray:
+        """Shape (N, 2), metres, map frame."""
+        ...
+
+    def __len__(self) -> int: ...
+
+
+class Lines(Protocol):
+    """What of the map is shown as lines."""
+
+    @property
+    def ends(self) -> FloatArray:
+        """Shape (M, 2, 2): [line, start or end, x or y]; metres, map frame."""
+        ...
+
+
+class Mapper(Protocol):
+    """A matcher and the map that it matches to."""
+
+    @property
+    def points(self) -> Points: ...
+    @property
+    def lines(self) -> Lines: ...
+
+    def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
+        """Match a scan that is thought to have been taken with the base at ``prior``, map frame."""
+        ...
+
+    def add(self, scan: LaserScan, segments: Segments, T_map_laser: Pose2D) -> None:
+        """Add the scan that was located last to the map."""
+        ...
+
+
+def make_mapper(config: SlamConfig, T_base_laser: Pose2D, seed: int) -> Mapper:
+    """The mapper of these settings; SlamConfig has seen to it that the two parts fit."""
+    if isinstance(config.matching, ForceFieldConfig) and isinstance(config.map, PointMapConfig):
+        return PaperMapper(config.map, config.matching, T_base_laser, seed)
+    assert isinstance(config.matching, LeastSquaresConfig)
+    assert isinstance(config.map, SurfelMapConfig)
+    return SurfelMapper(config.map, config.matching, T_base_laser, config.odometry)

@@ -1,0 +1,159 @@
+"""This project's matcher and map: the facets of a scan are matched to surfels, with odometry as a prior."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.config import LeastSquaresConfig, SurfelMapConfig
+from slam.lines.facets import facets_of
+from slam.lines.segments import Segments
+from slam.mapping.drift import Drift
+from slam.mapping.surfel_map import SurfelMap
+from slam.matching.coarse_search import best_of_window
+from slam.matching.least_squares import Settings, fuse, solve
+from slam.matching.match import Match
+from slam.motion_model import motion_covariance, moved
+from slam.pose import FloatArray, Pose2D, wrap_angle
+from slam.scan import LaserScan
+
+APART = 0.05  # radians between two headings of the search that are followed up ...
+FOLLOWED = 5  # ... so many at most
+LEAST_SEARCH = 0.3, 0.1  # metres and radians: the smallest window
+
+
+class _Fit(NamedTuple):
+    """What ``solve`` returns."""
+
+    pose: FloatArray
+    information: FloatArray
+    projector: FloatArray
+    inliers: float
+    iterations: int
+    converged: bool
+
+
+class SurfelMapper:
+    """Robust least squares on the facets of a scan and the surfels of the map."""
+
+    def __init__(
+        self, map_config: SurfelMapConfig, config: LeastSquaresConfig, T_base_laser: Pose2D, odometry: bool
+    ) -> None:
+        self.points = self.lines = self.map = SurfelMap(map_config)
+        self.config, self.T_base_laser, self._odometry = config, T_base_laser, odometry
+        self._settings = Settings(**{name: getattr(config, name) for name in Settings._fields})
+        self._drift = Drift()
+        self._facets = np.empty((0, 7))
+        self._last: Pose2D | None = None
+        self._added: Pose2D | None = None
+        self._covariance = np.zeros((3, 3))  # of the base at _last, against the map
+        self._growth = 1.0
+        self._misfits = 0
+
+    def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
+        """The pose of the sensor after the scan, given the pose of the base that odometry predicts."""
+        self._facets = facets_of(scan, segments, self.config.facet_length)
+        if self._last is None:
+            self._last = prior
+            return Match(Pose2D(), 0, False, 0, covariance=self._drift.covariance(prior, self._covariance))
+        T_map_laser, motion = prior @ self.T_base_laser, self._motion_covariance(self._last, prior)
+        predicted = moved(self._covariance, self._last, prior) + self._growth * motion
+        there = _lever(prior, T_map_laser)
+        fit, searched = self._fit(T_map_laser, there @ predicted @ there.T, self._last.between(prior))
+        found = Pose2D(*fit.pose.tolist())
+        unconstrained = self._learn(fit, _as_array(T_map_laser), there @ predicted @ there.T, there @ motion @ there.T)
+        self._last = found @ self.T_base_laser.inverse()
+        back = _lever(found, self._last)
+        self._covariance = back @ self._covariance @ back.T
+        return Match(
+            T_map_laser.between(found),
+            fit.iterations,
+            fit.converged,
+            len(self._facets),
+            fit.inliers,
+            self._drift.covariance(self._last, self._covariance),
+            unconstrained,
+            searched,
+            self._misfits >= self.config.lost_after,
+        )
+
+    def add(self, scan: LaserScan, segments: Segments, T_map_laser: Pose2D) -> None:
+        """Add the facets of the scan located last, where it was taken far enough from the last that was added."""
+        config, added = self.map.config, self._added
+        if added is None or (
+            added.distance(T_map_laser) >= config.update_distance
+            or abs(wrap_angle(T_map_laser.theta - added.theta)) >= config.update_angle
+        ):
+            self._added = T_map_laser
+            self.map.add(self._facets, scan, T_map_laser)
+
+    def _motion_covariance(self, last: Pose2D, prior: Pose2D) -> FloatArray:
+        if self._odometry:
+            return motion_covariance(last.between(prior), last.theta, self.config.motion)
+        return np.diag(np.full(3, self.config.motion.without_odometry**2))
+
+    def _fit(self, prior: Pose2D, covariance: FloatArray, motion: Pose2D) -> tuple[_Fit, bool]:
+        """From the prior; where that is in doubt, from the best poses of a window too. And whether it was."""
+        x0, information = _as_array(prior), np.asarray(np.linalg.inv(covariance), np.float64)
+        fit = _Fit(*solve(self._facets, x0, x0, information, self.map.grid, self._settings))
+        search = self.config.search
+        if fit.inliers >= search.below * len(self._facets) and (
+            motion.distance(Pose2D()) <= search.distance and abs(motion.theta) <= search.angle
+        ):
+            return fit, False
+        weighed: FloatArray = search.prior_weight * information
+        best, gain = self._score(fit, x0, weighed), search.gain
+        for start in self._candidates(x0, covariance, weighed):
+            settings = self._settings._replace(first_kernel=4.0 * self._settings.kernel)
+            other = _Fit(*solve(self._facets, start, x0, weighed, self.map.grid, settings))
+            score = self._score(other, x0, weighed)
+            if score > best + gain:
+                fit, best, gain = other, score, 0.0
+        return fit, True
+
+    def _candidates(self, prior: FloatArray, covariance: FloatArray, weighed: FloatArray) -> list[FloatArray]:
+        """The best poses of the window, of headings well apart."""
+        search = self.config.search
+        width = min(search.window, max(LEAST_SEARCH[0], 3.0 * sqrt(max(covariance[0, 0], covariance[1, 1]))))
+        angle = min(search.window_angle, max(LEAST_SEARCH[1], 3.0 * sqrt(covariance[2, 2])))
+        rows = best_of_window(self._facets, prior, weighed, width, angle, search.reach, self.map.grid)
+        chosen: list[FloatArray] = []
+        for row in rows[np.argsort(-rows[:, 0], kind="stable")]:
+            if np.isfinite(row[0]) and all(abs(row[3] - other[2]) >= APART for other in chosen):
+                chosen.append(row[1:].copy())
+                if len(chosen) == FOLLOWED:
+                    break
+        return chosen
+
+    @staticmethod
+    def _score(fit: _Fit, prior: FloatArray, weighed: FloatArray) -> float:
+        offset = _offset(fit.pose, prior)
+        return fit.inliers - 0.5 * float(offset @ weighed @ offset)
+
+    def _learn(self, fit: _Fit, prior: FloatArray, predicted: FloatArray, motion: FloatArray) -> FloatArray:
+        """Keep the covariance of the sensor's pose, trust odometry less where scans contradict it, count misfits;
+        returns the unconstrained directions."""
+        config, offset = self.config, _offset(fit.pose, prior)
+        self._covariance, surprise, unconstrained = fuse(
+            predicted, motion, offset, fit.information, fit.projector, config.lever, config.correlation
+        )
+        most, memory = config.motion.most_growth, config.motion.memory
+        growth = memory * self._growth + (1.0 - memory) * min(surprise, 2.0 * most)
+        self._growth = min(max(growth, 1.0), most)
+        self._misfits = self._misfits + 1 if fit.inliers < config.lost_below * len(self._facets) else 0
+        return unconstrained
+
+
+def _as_array(pose: Pose2D) -> FloatArray:
+    return np.array([pose.x, pose.y, pose.theta])
+
+
+def _offset(pose: FloatArray, prior: FloatArray) -> FloatArray:
+    return np.array([pose[0] - prior[0], pose[1] - prior[1], wrap_angle(pose[2] - prior[2])])
+
+
+def _lever(a: Pose2D, b: Pose2D) -> FloatArray:
+    """Jacobian (3, 3) of the x, y, theta of ``b`` by those of ``a``, where the two are fixed to each other."""
+    return np.array([[1.0, 0.0, a.y - b.y], [0.0, 1.0, b.x - a.x], [0.0, 0.0, 1.0]])

@@ -1,0 +1,38 @@
+"""How unsure odometry is: the covariance of one motion of the base."""
+
+from __future__ import annotations
+
+from math import cos, sin
+
+import numpy as np
+
+from slam.config import MotionConfig
+from slam.pose import FloatArray, Pose2D
+
+
+def motion_covariance(motion: Pose2D, heading: float, config: MotionConfig) -> FloatArray:
+    """Covariance (3, 3) of x, y, theta in the map frame of a motion that began at ``heading`` (radians) there.
+
+    Standard deviations grow in proportion to the way and to the turn; they are laid along and across the mean heading.
+    """
+    travelled, turned = motion.distance(Pose2D()), abs(motion.theta)
+    along = (config.along * travelled) ** 2 + config.least**2
+    across = (config.across * travelled) ** 2 + config.least**2
+    turn = (config.turn * turned + config.turn_by_travel * travelled) ** 2 + config.least**2
+    c, s = cos(heading + 0.5 * motion.theta), sin(heading + 0.5 * motion.theta)
+    cross = c * s * (along - across)
+    return np.array(
+        [
+            [c * c * along + s * s * across, cross, 0.0],
+            [cross, s * s * along + c * c * across, 0.0],
+            [0.0, 0.0, turn],
+        ]
+    )
+
+
+def moved(covariance: FloatArray, start: Pose2D, end: Pose2D) -> FloatArray:
+    """What a covariance (3, 3) at ``start`` is at ``end``, the way between them being sure: an error of the heading
+    becomes one of the place."""
+    F = np.eye(3)
+    F[0, 2], F[1, 2] = start.y - end.y, end.x - start.x
+    return F @ covariance @ F.T

@@ -1,0 +1,78 @@
+"""The measures of bench slam, by hand and beside evo."""
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evo.core import metrics
+from evo.core.trajectory import PosePath3D
+from rich.console import Console
+
+from slam.config import SlamConfig
+from slam.pose import FloatArray
+from slam.run.bench.slam_metrics import absolute_error, crispness, poses_at, relation_errors, relative_error
+from slam.run.bench.slam_report import tables
+from slam.run.bench.slam_runs import doubled_noise, run_log
+
+
+def wander(seed: int, count: int = 60) -> FloatArray:
+    random = np.random.default_rng(seed)
+    return np.cumsum(random.normal([[0.5, 0.1, 0.02]], 0.05, (count, 3)), axis=0)
+
+
+def as_evo(poses: FloatArray) -> PosePath3D:
+    half = poses[:, 2] / 2.0
+    zero = np.zeros(len(poses))
+    return PosePath3D(np.column_stack([poses[:, :2], zero]), np.column_stack([np.cos(half), zero, zero, np.sin(half)]))
+
+
+def test_the_absolute_error_is_evo_s() -> None:
+    truth, estimate = wander(0), wander(0) + np.random.default_rng(1).normal(0.0, 0.1, (60, 3))
+    reference, moved = as_evo(truth), as_evo(estimate)
+    moved.align(reference)
+    ape = metrics.APE(metrics.PoseRelation.translation_part)
+    ape.process_data((reference, moved))
+    assert absolute_error(estimate, truth) == pytest.approx(ape.get_statistic(metrics.StatisticsType.rmse), abs=1e-6)
+
+
+def test_errors_by_hand() -> None:
+    straight = np.column_stack([np.arange(31.0), np.zeros(31), np.zeros(31)])
+    assert absolute_error(straight, straight) == pytest.approx(0.0, abs=1e-9)
+    assert relative_error(straight * [1.02, 1.0, 1.0], straight) == pytest.approx(0.2)
+    at = poses_at(np.array([0.25, 40.0]), np.arange(31.0), straight)
+    np.testing.assert_allclose(at.poses[0], [0.25, 0.0, 0.0])
+    assert at.known.tolist() == [True, False]
+
+
+def test_relations_by_hand(tmp_path: Path) -> None:
+    """From 1 s to 4 s it went 3 m; the relation says 2.9 m and 0.1 rad."""
+    path = tmp_path / "a.relations.gz"
+    with gzip.open(path, "wt") as file:
+        file.write("1 4 2.9 0 0 0 0 0.1\n2 5 3 0 0 0 0 0\n")
+    found = relation_errors(path, np.arange(9.0), np.column_stack([np.arange(9.0), np.zeros(9), np.zeros(9)]))
+    np.testing.assert_allclose(found.metres, [0.1, 0.0], atol=1e-12)
+    np.testing.assert_allclose(found.radians, [0.1, 0.0], atol=1e-12)
+
+
+def test_a_run_over_a_small_log(small_log: Path) -> None:
+    run = run_log(small_log, SlamConfig())
+    np.testing.assert_allclose(run.poses[-1], [0.55, 0.0, 0.0], atol=0.01)
+    true, smeared = (
+        crispness(run.log, poses, 0, 15.0, False) for poses in (run.poses, run.poses + np.arange(12)[:, None])
+    )
+    assert 2.0 * true < smeared
+    assert run.lost == 0
+
+
+def test_noisy_wheels_are_noisy_and_the_same_again() -> None:
+    truth = np.column_stack([np.linspace(0, 20, 200), np.zeros(200), np.zeros(200)])
+    once = doubled_noise(truth, 0)
+    np.testing.assert_array_equal(once, doubled_noise(truth, 0))
+    assert np.hypot(*np.diff(once[:, :2], axis=0).T).sum() == pytest.approx(20.8)
+
+
+def test_logs_that_are_not_there_are_skipped_and_named(tmp_path: Path) -> None:
+    console = Console(record=True, width=200, quiet=False, force_terminal=False)
+    assert tables(["fr079"], tmp_path, SlamConfig(), console) == []
+    assert "fr079.log.gz; skipped" in console.export_text()

@@ -1,0 +1,214 @@
+"""The project's own matcher and map, on scans of simple rooms."""
+
+from itertools import pairwise
+from math import cos, pi, sin
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from slam.config import SlamConfig, SurfelMapConfig
+from slam.deskew import deskewed
+from slam.line_slam import Estimate, LineSlam
+from slam.lines.extraction import extract_segments
+from slam.lines.facets import COUNT, NX, NY, X, Y, facets_of
+from slam.mapping.drift import Drift
+from slam.mapping.surfel_map import SurfelMap
+from slam.motion_model import moved
+from slam.odometry import Odometry, Twist2D
+from slam.pose import FloatArray, Pose2D
+from slam.scan import LaserScan
+
+BEARINGS = np.linspace(-2.0, 2.0, 401)
+ROOM = np.array([[-3, -2], [4, -2], [4, 0], [6, 0], [6, 3], [-3, 3], [-3, -2]], float)
+CORRIDOR = np.array([[-100, -1], [100, -1], [100, 1], [-100, 1], [-100, -1]], float)
+
+
+def ranges_in(corners: FloatArray, pose: Pose2D, bearings: FloatArray = BEARINGS, reach: float = 8.0) -> FloatArray:
+    """To the walls between these corners, from a pose."""
+    start, along = corners[:-1] - pose.translation, np.diff(corners, axis=0)
+    d = np.stack([np.cos(bearings + pose.theta), np.sin(bearings + pose.theta)], axis=1)[:, None]
+    cross = d[..., 0] * along[:, 1] - d[..., 1] * along[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        r = (start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]) / cross
+        t = (start[:, 0] * d[..., 1] - start[:, 1] * d[..., 0]) / cross
+        r = np.where((r > 0) & (t >= 0) & (t <= 1), r, np.inf).min(axis=1)
+    return np.asarray(np.where(r < reach, r, np.inf))
+
+
+def scan_of(corners: FloatArray, pose: Pose2D, noise: float = 0.0, seed: int = 0, stamp: float = 0.0) -> LaserScan:
+    ranges = ranges_in(corners, pose) + noise * np.random.default_rng(seed).normal(size=len(BEARINGS))
+    return LaserScan(stamp, BEARINGS[0], 0.01, 0.05, 8.0, ranges)
+
+
+def drive(corners: FloatArray, path: list[Pose2D], wheels: list[Pose2D], noise: float = 0.01) -> list[Estimate]:
+    slam = LineSlam(SlamConfig(), Pose2D(), path[0])
+    return [
+        slam.update(scan_of(corners, pose, noise, k, 0.1 * k), Odometry(0.1 * k, odometry))
+        for k, (pose, odometry) in enumerate(zip(path, wheels, strict=True))
+    ]
+
+
+def round_trip(scale: float, steps: int = 40) -> tuple[list[Pose2D], list[Pose2D]]:
+    """A path through the room with a turn, and odometry that is off by a factor."""
+    path = [Pose2D(0.05 * k, 0.3 * sin(0.1 * k), 0.02 * k) for k in range(steps)]
+    wheels = [Pose2D()]
+    for a, b in pairwise(path):
+        motion = a.between(b)
+        wheels.append(wheels[-1] @ Pose2D(scale * motion.x, scale * motion.y, scale * motion.theta))
+    return path, wheels
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.8, 1.2])
+def test_it_follows_the_truth_whatever_the_wheels_say(scale: float) -> None:
+    path, wheels = round_trip(scale)
+    for truth, estimate in zip(path, drive(ROOM, path, wheels), strict=True):
+        assert truth.distance(estimate.T_map_base) < 0.02
+        assert abs(truth.between(estimate.T_map_base).theta) < np.radians(0.5)
+        assert not estimate.lost
+
+
+def test_a_leap_of_the_wheels_is_survived() -> None:
+    """One metre and half a radian at once."""
+    path, wheels = round_trip(1.0)
+    leap = Pose2D(0.8, -0.6, 0.5)
+    run = drive(ROOM, path, [w if k < 20 else wheels[19] @ leap @ wheels[19].between(w) for k, w in enumerate(wheels)])
+    assert run[20].match.searched
+    for truth, estimate in list(zip(path, run, strict=True))[20:]:
+        assert truth.distance(estimate.T_map_base) < 0.03
+
+
+def test_along_a_bare_corridor_odometry_stands_and_it_is_said() -> None:
+    """The wheels say 3 % too much; across and in heading the walls decide."""
+    path = [Pose2D(0.05 * k, 0.0, 0.0) for k in range(60)]
+    wheels = [Pose2D(1.03 * p.x, 0.02 * p.x, 0.01 * p.x) for p in path]
+    run = drive(CORRIDOR, path, wheels)
+    for k in range(1, 60):
+        assert run[k].T_map_base.x == pytest.approx(1.03 * path[k].x, abs=0.02)
+        assert abs(run[k].T_map_base.y) < 0.02
+        assert abs(run[k].T_map_base.theta) < np.radians(0.5)
+        directions = run[k].unconstrained
+        assert directions is not None
+        assert len(directions) == 1
+        assert abs(directions[0, 0]) > 0.99
+    first, last = run[5].covariance, run[-1].covariance
+    assert first is not None
+    assert last is not None
+    assert last[0, 0] > first[0, 0] > 0.0
+    assert last[0, 0] > 20.0 * last[1, 1]
+
+
+def test_the_map_does_not_grow_where_all_was_seen() -> None:
+    path = [Pose2D(0.5 + 0.4 * cos(0.1 * k), 0.4 * sin(0.1 * k), 0.1 * k) for k in range(190)]
+    start = path[0].inverse()
+    run = drive(ROOM, path, [start @ pose for pose in path])
+    assert run[-1].map_points <= 1.05 * run[70].map_points
+    assert run[-1].T_map_base.distance(path[-1]) < 0.02
+
+
+def test_one_wall_is_one_segment() -> None:
+    path, wheels = round_trip(1.0)
+    slam = LineSlam(SlamConfig(), Pose2D())
+    for k, (pose, odometry) in enumerate(zip(path, wheels, strict=True)):
+        slam.update(scan_of(ROOM, pose, 0.005, k), Odometry(0.1 * k, odometry))
+    ends = slam.lines.ends
+    lengths = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+    long = ends[lengths > 1.0]
+    middles = long.mean(axis=1)
+    assert 4 <= len(long) <= 7
+    assert ((np.abs(middles[:, 1] - 3.0) < 0.03).sum()) == 1
+
+
+def test_what_moves_does_not_stay() -> None:
+    """Someone stands in the room for 10 scans, and is gone for 20."""
+    someone = np.array([[1.5, 0.5], [1.5, 0.9], [1.7, 0.9], [1.7, 0.5], [1.5, 0.5]])
+    slam = LineSlam(SlamConfig(map=SurfelMapConfig(update_distance=0.0)), Pose2D())
+
+    def near() -> int:
+        return int((np.abs(slam.points.points - [1.6, 0.7]).max(axis=1) < 0.3).sum())
+
+    for k in range(30):
+        ranges = ranges_in(ROOM, Pose2D())
+        if k < 10:
+            ranges = np.minimum(ranges, ranges_in(someone, Pose2D()))
+        slam.update(LaserScan(0.1 * k, BEARINGS[0], 0.01, 0.05, 8.0, ranges), Odometry(0.1 * k, Pose2D()))
+        if k == 9:
+            assert near() > 0
+    assert near() == 0
+
+
+def test_a_beam_without_echo_is_free_space_and_nothing_else() -> None:
+    blind = LaserScan(0.0, BEARINGS[0], 0.01, 0.05, 8.0, np.full(len(BEARINGS), np.inf))
+    slam = LineSlam(SlamConfig(), Pose2D())
+    for k in range(3):
+        estimate = slam.update(blind, Odometry(0.1 * k, Pose2D(0.1 * k)))
+        assert estimate.T_map_base.distance(Pose2D(0.1 * k)) < 1e-9
+    assert len(slam.points) == 0
+
+
+def test_the_same_scans_give_the_same_bits() -> None:
+    path, wheels = round_trip(1.1, 15)
+    once, again = (drive(ROOM, path, wheels) for _ in range(2))
+    assert [e.T_map_base for e in once] == [e.T_map_base for e in again]
+
+
+@given(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(-0.3, 0.3))
+def test_deskewing_undoes_the_motion(v: float, omega: float, mount: float) -> None:
+    """A scan taken beam by beam on an arc is the scan at its stamp."""
+    T_base_laser, step = Pose2D(mount, 0.05, 0.1), 2e-4
+    ranges = np.empty(len(BEARINGS))
+    for j in range(len(BEARINGS)):
+        turn = omega * step * j
+        chord = v * step * j * np.sinc(turn / 2 / pi)
+        base = Pose2D(chord * cos(turn / 2), chord * sin(turn / 2), turn)
+        ranges[j] = ranges_in(ROOM, base @ T_base_laser, BEARINGS[j : j + 1])[0]
+    skewed = LaserScan(0.0, BEARINGS[0], 0.01, 0.05, 8.0, ranges, time_increment=step)
+    straight = deskewed(skewed, Twist2D(v, omega), T_base_laser)
+    expected = ranges_in(ROOM, T_base_laser, straight.bearings)
+    assert np.median(np.abs(straight.ranges - expected)) < 1e-9
+
+
+def test_a_scan_without_times_is_left_alone() -> None:
+    scan = scan_of(ROOM, Pose2D())
+    assert deskewed(scan, Twist2D(1.0, 1.0), Pose2D()) is scan
+
+
+def test_facets_lie_on_the_walls_and_face_away() -> None:
+    scan = scan_of(ROOM, Pose2D())
+    facets = facets_of(scan, extract_segments(scan, SlamConfig().lines), 0.2)
+    walls = facets[facets[:, NX] ** 2 + facets[:, NY] ** 2 > 0.0]
+    assert facets[:, COUNT].sum() >= 0.98 * scan.echoes.sum()
+    assert (walls[:, X] * walls[:, NX] + walls[:, Y] * walls[:, NY] > 0.0).all()
+    bearings = np.arctan2(walls[:, Y], walls[:, X])
+    off = ranges_in(ROOM, Pose2D(), bearings) - np.hypot(walls[:, X], walls[:, Y])
+    assert np.percentile(np.abs(off), 90) < 0.01
+
+
+def test_surfels_keep_both_sides_of_a_thin_wall_apart() -> None:
+    surfels = SurfelMap(SurfelMapConfig())
+    scan = scan_of(ROOM, Pose2D())
+    for y, side in ((1.00, 1.0), (1.08, -1.0)):
+        facet = np.array([[0.1, y, 0.0, side, 1e-5, 10.0, 0.0]])
+        surfels.add(facet, scan, Pose2D())
+        surfels.add(facet, scan, Pose2D())
+    np.testing.assert_allclose(np.sort(surfels.points[:, 1]), [1.00, 1.08], atol=1e-9)
+
+
+def test_coming_back_to_an_old_place_brings_back_its_covariance() -> None:
+    drift, match = Drift(), np.diag([1e-4, 1e-4, 1e-6])
+    there = [drift.covariance(Pose2D(float(x)), match) for x in range(20)]
+    assert np.all(np.diff([np.trace(C) for C in there]) >= -1e-12)
+    assert there[-1][1, 1] > 5.0 * there[0][1, 1]
+    np.testing.assert_allclose(drift.covariance(Pose2D(1.0), match), there[1], atol=1e-12)
+
+
+def test_an_unsure_heading_makes_the_place_unsure() -> None:
+    C = moved(np.diag([0.0, 0.0, 0.01]), Pose2D(), Pose2D(2.0, 0.0, 0.0))
+    np.testing.assert_allclose(C, [[0, 0, 0], [0, 0.04, 0.02], [0, 0.02, 0.01]], atol=1e-12)
+
+
+def test_parts_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(ValidationError, match="force_field goes with points"):
+        SlamConfig.model_validate({"mode": "paper", "map": {"method": "surfels"}})

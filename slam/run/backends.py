@@ -9,7 +9,11 @@ from typing import Any, Final, cast
 from slam.errors import ScenarioError
 from slam.robot import Robot
 
-BACKENDS: Final = {"sim": "sim.robot:SimRobot", "replay": "slam.run.logs.replay:ReplayRobot"}
+BACKENDS: Final = {
+    "sim": "sim.robot:SimRobot",
+    "replay": "slam.run.logs.replay:ReplayRobot",
+    "hardware": "hardware.robot:HardwareRobot",
+}
 
 
 def make_robot(backend: str, *args: Any, **options: Any) -> Robot:

@@ -7,6 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from slam.config import Section, SlamConfig
+from slam.run.scenario.hardware_config import HardwareConfig
 from slam.run.scenario.lidar_config import LidarConfig
 from slam.run.scenario.people import Person
 from slam.run.scenario.robot_config import RobotConfig
@@ -44,6 +45,7 @@ class Scenario(Section):
     people: tuple[Person, ...] = ()
     robot: RobotConfig = RobotConfig()
     lidar: LidarConfig = LidarConfig()
+    hardware: HardwareConfig = HardwareConfig()
     route: Route = Route()
     physics: Physics = Physics()
     slam: SlamConfig = SlamConfig()

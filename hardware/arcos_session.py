@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from enum import Enum, auto
 from typing import Final
 
 from hardware.arcos.commands import BAUDS, Command, CommandId
@@ -22,6 +23,8 @@ _BAUD_SEARCH: Final = (9600, 38400, 19200, 115200, 57600)
 _FAST_BAUD: Final = 38400
 _ANSWER: Final = 0.4
 """Seconds within which a robot answers: a cycle and a long report at 9600 baud."""
+_SENT: Final = 0.05
+"""Seconds after which a command has left, which a change of the bit rate would spoil: 9 bytes are 10 ms at 9600."""
 _TRIES: Final = 4
 _ROUNDS: Final = 3
 
@@ -86,10 +89,12 @@ def connect(line: ArcosLine) -> Identity:
         for baud in bauds:
             line.port.baud = baud
             line.hush()
-            identity = _synchronise(line)
-            if identity is not None:
+            answer = _synchronise(line)
+            if isinstance(answer, Identity):
                 _open(line)
-                return identity
+                return answer
+            if answer is _Closed.JUST_NOW:
+                break  # it is back at the bit rate of its FLASH: search again
     tried = f" at {', '.join(map(str, bauds))} baud" if line.port.has_baud else ""
     raise RobotError(f"{line.port.url}: no ARCOS robot answers{tried}; is it switched on, and its cable right?")
 
@@ -111,7 +116,7 @@ def speed_up(line: ArcosLine, config: ArcosConfig) -> None:
     if config.autobaud != AUTOBAUD_SWITCH or not line.port.has_baud or slow >= _FAST_BAUD:
         return
     line.send(Command(CommandId.HOSTBAUD, BAUDS.index(_FAST_BAUD)))
-    time.sleep(0.05)  # the command leaves at the old rate: 9 bytes are 10 ms
+    time.sleep(_SENT)
     line.port.baud = _FAST_BAUD
     line.send(Command(CommandId.PULSE))
     if line.wait_for(is_sip, 0.9) is None:
@@ -125,15 +130,26 @@ def disconnect(line: ArcosLine) -> None:
     line.send(Command(CommandId.CLOSE, 1))
 
 
-def _synchronise(line: ArcosLine) -> Identity | None:
-    """SYNC0, SYNC1 and SYNC2, each echoed; None when the robot does not answer at this bit rate."""
+class _Closed(Enum):
+    """What came of a robot that was open."""
+
+    JUST_NOW = auto()
+
+
+def _synchronise(line: ArcosLine) -> Identity | _Closed | None:
+    """SYNC0, SYNC1 and SYNC2, each echoed; None when the robot does not answer at this bit rate.
+
+    STOP comes first: for a robot that was left open SYNC0 is PULSE, upon which it may take up its last velocity.
+    """
+    line.send(Command(CommandId.STOP))
     for number in (0, 1, SYNC2):
         answer = _ask(line, number)
         if answer is None:
             return None
         if is_sip(answer):
             line.send(Command(CommandId.CLOSE, 1))
-            return None
+            time.sleep(_SENT)
+            return _Closed.JUST_NOW
         if number == SYNC2:
             with suppress(Damaged):
                 return Identity.decode(answer)

@@ -46,9 +46,10 @@ class P3dx:
         self.track = OdometryTrack()
         self.identity, self.settings = Identity("", "", ""), ArcosConfig()
         self.sip = Sip()
-        self.reported_at = self._sent_at = 0.0
+        self.reported_at = self._sent_at = time.monotonic()
         self.trouble: str | None = None
         self._line = self._connect()
+        self.reported_at = time.monotonic()
         self._thread = threading.Thread(target=self._serve, name="p3dx", daemon=True)
         self._thread.start()
 

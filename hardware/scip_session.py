@@ -22,6 +22,8 @@ _BAUD_SEARCH: Final = (19200, 115200, 57600, 38400, 500000, 750000, 250000)
 _ANSWER: Final = 0.5
 """Seconds: an answer comes at the end of a turn, and may stand behind a scan at 115200 baud."""
 _TRIES: Final = 3
+_SILENCES: Final = 2
+"""Questions without an answer after which a bit rate is given up."""
 _FILL: Final = 0.9
 """Share of the line that scans may take."""
 
@@ -140,14 +142,15 @@ def _fits(request: Measure, parameters: Parameters, baud: int) -> int:
 def _calm(line: ScipLine) -> bool:
     """Whether a sensor at this bit rate is now silent, and talks SCIP 2.0."""
     line.send("")  # ends what an earlier client may have left unfinished
-    for _ in range(_TRIES):
+    silences = 0
+    while silences < _SILENCES:
         reply = line.ask("QT")
-        if reply is not None and reply.status == "00":
+        if reply is None:
+            silences += 1
+        elif reply.status == "00":
             return True
-        if reply is not None and reply.status == "0E":
-            line.ask("TM2")  # it was left adjusting its clock
-        elif reply is not None or not line.port.has_baud:
-            line.ask(TO_SCIP2)
+        else:
+            silences += line.ask("TM2" if reply.status == "0E" else TO_SCIP2) is None
     return False
 
 

@@ -30,7 +30,7 @@ def replay_robot(log: Path, devices: ExitStack) -> Robot:
 def hardware_robot(log: Path, devices: ExitStack) -> Robot:
     """On emulated devices at two pseudo-terminals."""
     room = np.array([[-2.0, -2.0], [3.5, -2.0], [3.5, 2.0], [-2.0, 2.0]])
-    emulator = devices.enter_context(Emulator(KinematicPlant([room], Pose2D(), Pose2D(0.16))))
+    emulator = devices.enter_context(Emulator(KinematicPlant([room], Pose2D(), Pose2D(0.16)), paced=False))
     ports = [
         f"hardware.robot_port={emulator.robot.port.address}",
         f"hardware.lidar_port={emulator.lidar.port.address}",

@@ -11,6 +11,8 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Final, Self
 
+from hardware.arcos.config_packet import ArcosConfig
+from hardware.emulator.motion import FACTORY
 from hardware.emulator.p3dx import EmulatedP3dx
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort
@@ -25,6 +27,9 @@ _FARTHEST_BEHIND: Final = 1.0
 class Emulator:
     """A P3-DX and a URG-04LX at two ports; use it as a context manager.
 
+    ``noise`` is on both lines and ``drift`` in the lidar's clock. ``lidar_on_usb`` sets its line free of any bit rate;
+    with ``paced`` it answers as slowly as a real one, one command a turn.
+
     All devices belong to the thread; others reach them through ``do``. What happens at one time is done in the order of
     time, however late the thread wakes up.
     """
@@ -37,11 +42,13 @@ class Emulator:
         noise: Noise = Noise(),  # noqa: B008  # frozen
         drift: float = 0.0,
         lidar_on_usb: bool = True,
+        paced: bool = True,
         seed: int = 0,
+        robot_config: ArcosConfig = FACTORY,
     ) -> None:
         now = time.monotonic()
-        self.p3dx = EmulatedP3dx(plant, now)
-        self.urg04lx = EmulatedUrg04lx(plant, now, drift)
+        self.p3dx = EmulatedP3dx(plant, now, robot_config)
+        self.urg04lx = EmulatedUrg04lx(plant, now, drift, paced)
         self.robot = Station(self.p3dx, robot_port or PtyPort(), True, 2 * seed, noise)
         self.lidar = Station(self.urg04lx, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise)
         self._stations = (self.robot, self.lidar)

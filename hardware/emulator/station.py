@@ -49,27 +49,33 @@ class Station:
             return
         data = self.port.read()
         if data:
-            self._send(self.device.receive(self._through(data), now), now)
+            baud = self._baud
+            self._send(self.device.receive(self._through(data, baud), now), now, baud)
 
     def step(self) -> None:
         """Let the device do what is due."""
         now = self.device.due
-        self._send(self.device.step(), now)
+        baud = self._baud
+        self._send(self.device.step(), now, baud)
 
     def flush(self, now: float) -> None:
         """Give the client what has arrived at its end."""
         if now >= self._stalled_until:
-            data = self._out.arrived(now)
-            if data:
-                self.port.write(self._through(data))
+            for data, baud in self._out.arrived(now):
+                self.port.write(self._through(data, baud))
 
-    def _send(self, data: bytes, now: float) -> None:
+    @property
+    def _baud(self) -> int | None:
+        """At which the device talks; an answer to a change of it is still sent at the old one."""
+        return self.device.baud if self._limited else None
+
+    def _send(self, data: bytes, now: float, baud: int | None) -> None:
         if data and self.port.filenos():
-            self._out.send(data, now, self.device.baud if self._limited else None)
+            self._out.send(data, now, baud)
 
-    def _through(self, data: bytes) -> bytes:
-        """What the other side reads of it."""
-        client = self.port.client_baud() if self._limited else None
-        if client is not None and client != self.device.baud:
+    def _through(self, data: bytes, baud: int | None) -> bytes:
+        """What the other side reads of bytes that were sent at this bit rate."""
+        client = self.port.client_baud() if baud else None
+        if client is not None and client != baud:
             return misread(data, self._rng)
         return self.noise.damage(data, self._rng)

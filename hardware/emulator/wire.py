@@ -46,7 +46,7 @@ class Line:
     """Bytes on their way, which take their time; ``None`` bits a second take none."""
 
     def __init__(self) -> None:
-        self._waiting: deque[tuple[float, bytes]] = deque()
+        self._waiting: deque[tuple[float, bytes, int | None]] = deque()
         self._size = 0
         self._free_at = -inf
 
@@ -58,7 +58,7 @@ class Line:
         for start in range(0, len(data), _CHUNK if baud else max(len(data), 1)):
             chunk = data[start : start + _CHUNK] if baud else data
             at += len(chunk) * _BITS_PER_BYTE / baud if baud else 0.0
-            self._waiting.append((at, chunk))
+            self._waiting.append((at, chunk, baud))
         self._size += len(data)
         self._free_at = at
 
@@ -67,13 +67,14 @@ class Line:
         """When the next bytes arrive."""
         return self._waiting[0][0] if self._waiting else inf
 
-    def arrived(self, now: float) -> bytes:
-        """What has come through."""
-        data = b""
+    def arrived(self, now: float) -> list[tuple[bytes, int | None]]:
+        """What has come through, and the bit rate that it was sent at."""
+        chunks = []
         while self._waiting and self._waiting[0][0] <= now:
-            data += self._waiting.popleft()[1]
-        self._size -= len(data)
-        return data
+            _, chunk, baud = self._waiting.popleft()
+            self._size -= len(chunk)
+            chunks.append((chunk, baud))
+        return chunks
 
     def clear(self) -> None:
         """Forget what is on its way."""

@@ -23,6 +23,8 @@ _BAUD_SEARCH: Final = (9600, 38400, 19200, 115200, 57600)
 _FAST_BAUD: Final = 38400
 _ANSWER: Final = 0.4
 """Seconds within which a robot answers: a cycle and a long report at 9600 baud."""
+_SILENCE: Final = 0.03
+"""Seconds: within a packet bytes follow one another faster, by far."""
 _SENT: Final = 0.05
 """Seconds after which a command has left, which a change of the bit rate would spoil: 9 bytes are 10 ms at 9600."""
 _TRIES: Final = 4
@@ -53,12 +55,12 @@ class ArcosLine:
     def receive(self, timeout: float) -> list[Arrival]:
         """The packets that are whole now; none when nothing comes within ``timeout`` seconds."""
         pending = self._decoder.pending
-        data = self.port.read(timeout)
+        data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
         now = time.monotonic()
         if not pending:
             self._began = now
         arrivals = []
-        for packet in self._decoder.feed(data):
+        for packet in self._decoder.feed(data) if data else self._decoder.flush():
             arrivals.append(Arrival(packet, self._began))
             self._began = now
         return arrivals

@@ -21,6 +21,8 @@ from slam.errors import RobotError
 _BAUD_SEARCH: Final = (19200, 115200, 57600, 38400, 500000, 750000, 250000)
 _ANSWER: Final = 0.5
 """Seconds: an answer comes at the end of a turn, and may stand behind a scan at 115200 baud."""
+_SILENCE: Final = 0.03
+"""Seconds: within an answer bytes follow one another faster, by far."""
 _TRIES: Final = 3
 _SILENCES: Final = 2
 """Questions without an answer after which a bit rate is given up."""
@@ -53,7 +55,9 @@ class ScipLine:
     def receive(self, timeout: float) -> list[Frame]:
         """The answers that are whole now; none when nothing comes within ``timeout`` seconds."""
         pending = self._decoder.pending
-        data = self.port.read(timeout)
+        data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
+        if not data:
+            self._decoder.flush()
         now = time.monotonic()
         if not pending:
             self._began = now

@@ -22,10 +22,16 @@ class SensorClock:
         self._sensor: float | None = None
         self._offset = 0.0
 
+    @property
+    def running(self) -> bool:
+        """Whether it has seen an arrival."""
+        return self._sensor is not None
+
     def host_time(self, sensor_time: float, arrival: float) -> float:
         """When it was ``sensor_time`` (seconds modulo ``wrap``), of which word came at ``arrival`` on the host's clock.
 
-        The times of successive calls increase by less than ``wrap``.
+        The times of successive calls increase by less than ``wrap``. After the first one ``arrival`` may be
+        inf: unknown.
         """
         if self._sensor is None:
             self._sensor = sensor_time

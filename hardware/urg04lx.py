@@ -8,6 +8,7 @@ import time
 from collections import deque
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from math import inf
 from typing import Final
 
 import numpy as np
@@ -114,7 +115,11 @@ class Urg04lx:
         if data is None or data.time is None:
             self.damaged += 1
             return False
-        reading = Reading(self._scan(data, data.time, frame.began), frame.ended)
+        whole = reply is not None and len(reply.lines) + 2 == len(frame.lines)
+        if not whole and not self._clock.running:
+            return False
+        # Of an answer that stood behind the remains of another nobody knows when it began to come.
+        reading = Reading(self._scan(data, data.time, frame.began if whole else inf), frame.ended)
         with self._news:
             self._readings.append(reading)
             self.scanned_at, self.trouble = frame.ended, None

@@ -3,6 +3,7 @@
 Whatever comes in, only ``Damaged`` may come out, and what a decoder keeps stays below its bound.
 """
 
+import gc
 import random
 import sys
 import time
@@ -112,6 +113,8 @@ def fuzz_arcos(size: int, seed: int) -> int:
             try_arcos(data)
         try_arcos(piece)
         assert len(decoder._buffer) < 200
+        if not rng.randrange(10):
+            decoder.flush()
     return found
 
 
@@ -147,6 +150,7 @@ def main() -> None:
         tracemalloc.start()
         began, before = time.perf_counter(), tracemalloc.get_traced_memory()[0]
         found = fuzz(size, seed=1)
+        gc.collect()
         grown = tracemalloc.get_traced_memory()[0] - before
         tracemalloc.stop()
         seconds = time.perf_counter() - began

@@ -46,6 +46,21 @@ class PacketDecoder:
     def feed(self, data: bytes) -> list[bytes]:
         """The data of each packet that is now whole."""
         self._buffer += data
+        return self._whole()
+
+    def flush(self) -> list[bytes]:
+        """The line fell silent: what had begun is damaged, and no more of it will come. The packets behind its header.
+
+        Without this a damaged count would hold back the packets after it.
+        """
+        packets = []
+        while self._buffer:
+            self.damaged += 1
+            del self._buffer[:1]
+            packets += self._whole()
+        return packets
+
+    def _whole(self) -> list[bytes]:
         packets = []
         while self._seek():
             size = self._buffer[2] + 3

@@ -53,6 +53,8 @@ class Emulator:
         self.lidar = Station(self.urg04lx, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise)
         self._stations = (self.robot, self.lidar)
         self._calls: deque[Callable[[], object]] = deque()
+        self._plan: list[tuple[float, Callable[[], object]]] = []
+        self._began = now
         self._wake_read, self._wake_write = os.pipe()
         self._stopping = False
         self._lag = 0.0
@@ -71,6 +73,11 @@ class Emulator:
     def now(self) -> float:
         """The time of the emulated world, seconds: the host's monotonic clock, less what was skipped."""
         return time.monotonic() - self._lag
+
+    def plan(self, at: float, call: Callable[[], object]) -> None:
+        """Let the thread do this ``at`` seconds after the emulator was made; before it is entered only."""
+        self._plan.append((self._began + at, call))
+        self._plan.sort(key=lambda item: -item[0])
 
     def do(self, call: Callable[[], object]) -> None:
         """Let the thread do this, between two things of its own, and wait until it has."""
@@ -98,6 +105,8 @@ class Emulator:
             self._catch_up()
             for station in self._stations:
                 station.take(self.now)
+            while self._plan and self._plan[-1][0] <= self.now:
+                self._calls.append(self._plan.pop()[1])
             while self._calls:
                 self._calls.popleft()()
             for station in self._stations:
@@ -115,7 +124,8 @@ class Emulator:
             first = min(self._stations, key=lambda station: station.device.due)
 
     def _wait(self) -> None:
-        timeout = max(0.0, min(station.wake for station in self._stations) - self.now)
+        times = [station.wake for station in self._stations] + [at for at, _ in self._plan[-1:]]
+        timeout = max(0.0, min(times) - self.now)
         filenos = [fileno for station in self._stations for fileno in station.filenos(self.now)]
         ready, _, _ = select.select([*filenos, self._wake_read], [], [], timeout)
         if self._wake_read in ready:

@@ -6,10 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from slam.errors import ScenarioError
 from slam.odometry import Twist2D, wheel_motion
 from slam.pose import FloatArray, Pose2D
+from slam.run.scenario.schema import Scenario
 
 _HALF_TRACK = 0.165
+
+
+def scenario_plant(scenario: Scenario) -> KinematicPlant:
+    """Among what the scenario's lidar can see, where its robot starts; without its noise and its errors."""
+    outlines = scenario.world.outlines(scenario.lidar.height)
+    if not outlines:
+        raise ScenarioError(f"{scenario.name}: nothing to see: the world is empty; choose a scenario with walls")
+    return KinematicPlant(outlines, scenario.robot.start.pose, scenario.lidar.mount.pose)
 
 
 class KinematicPlant:

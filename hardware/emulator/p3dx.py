@@ -20,6 +20,8 @@ from slam.pose import wrap_angle
 
 _TICK: Final = 0.01
 """Seconds between two turns of the firmware's loop."""
+_SILENCE: Final = 0.1
+"""Seconds between two bytes after which they belong to different packets."""
 _SYNC0, _SYNC1, _SYNC2 = 0, 1, 2
 _IDENTITY: Final = Identity("emulated", "Pioneer", "p3dx-sh")
 _BATTERY: Final = 12.6
@@ -34,6 +36,7 @@ class EmulatedP3dx:
         self.due = now + _TICK
         self._sip_at = now + config.sip_cycle
         self._decoder = PacketDecoder()
+        self._heard_at = now
         self._origin = plant.odometry
         self._synced = 0
         self._encoders = False
@@ -65,6 +68,9 @@ class EmulatedP3dx:
 
     def receive(self, data: bytes, now: float) -> bytes:
         """Obey; some commands are answered at once."""
+        if now - self._heard_at > _SILENCE:
+            self._decoder.flush()
+        self._heard_at = now
         answers = b""
         for packet in self._decoder.feed(data):
             with suppress(Damaged):

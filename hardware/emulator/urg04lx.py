@@ -28,7 +28,7 @@ _QUEUE: Final = 16
 class EmulatedUrg04lx:
     """Turns all the time; measures while the laser is on; answers one command at the end of every fan.
 
-    ``drift`` is how much faster its clock runs than the plant's, as a share; ``dead`` makes it say nothing more.
+    ``drift`` is how much faster its clock runs than the plant's, as a share.
     """
 
     def __init__(self, plant: Plant, now: float = 0.0, drift: float = 0.0, paced: bool = True) -> None:
@@ -67,6 +67,10 @@ class EmulatedUrg04lx:
     def laser(self) -> bool:
         """Whether it measures."""
         return self._settings.laser
+
+    def die(self, dead: bool) -> None:
+        """Say nothing more, or come back to life."""
+        self.dead = dead
 
     def step(self) -> bytes:
         """Sweep a sector; at the end of the fan, talk."""

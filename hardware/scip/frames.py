@@ -37,6 +37,11 @@ class FrameDecoder:
         self._bound()
         return frames
 
+    def flush(self) -> None:
+        """The line fell silent: forget what had begun, which would spoil the next answer."""
+        self._buffer.clear()
+        self._searched = 0
+
     def _bound(self) -> None:
         while self._buffer[:1] == b"\n" and len(self._buffer) > 1:
             del self._buffer[:1]

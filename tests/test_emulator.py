@@ -256,3 +256,39 @@ def test_noise_damages_about_as_many_bytes_as_it_says() -> None:
     assert 9800 < len(Noise(dropped=0.01).damage(clean, Random(1))) < 9950
     assert 10_050 < len(Noise(duplicated=0.01).damage(clean, Random(1))) < 10_200
     assert Noise().damage(clean, Random(1)) is clean
+
+
+@pytest.mark.parametrize(
+    "commands",
+    [
+        ["", "QT", "SCIP2.0", "QT", "PP", "SS115200", "MD0044072501000"],  # urg_library, which reads E as SCIP 1.1
+        ["QT", "QT", "SS115200", "SCIP2.0", "SCIP2.0", "BM", "CR00", "HS0", "PP", "VV", "MD0044072501000"],  # MRPT
+        ["RS", "SCIP2.0", "VV", "PP", "MD0044072503000"],  # AriaCoda
+        ["SCIP2.0", "VV", "VV", "PP", "II", "TM0", "TM1", "TM1", "TM2", "BM", "CR00", "VV", "MS0044072501000"],
+        ["SCIP2.0", "TM2", "RS", "RS", "VV", "MD0044072501000"],  # hokuyo_node
+    ],
+)
+def test_the_ways_in_which_other_software_begins(commands: list[str]) -> None:
+    lidar = EmulatedUrg04lx(plant())
+    for command in commands:
+        said = lidar.receive(command.encode() + b"\n", lidar.due) + run(lidar, 0.1)
+        assert bool(said) == bool(command), "every command is answered within a turn"
+        if command:
+            assert said.startswith(command.encode() + b"\n")
+    frames = FrameDecoder().feed(run(lidar, 1.0))
+    found = [decode_scan(reply) for lines in frames if (reply := find_reply(lines))]
+    assert len(found) >= 8
+    assert {scan.request.encode() for scan in found} == {commands[-1]}
+
+
+def test_the_way_in_which_aria_begins() -> None:
+    robot = EmulatedP3dx(plant())
+    robot.receive(b"WMS2\r", robot.due)
+    for wire in ("FAFB03000000", "FAFB03010001"):
+        assert robot.receive(bytes.fromhex(wire), robot.due) == bytes.fromhex(wire)
+    assert b"Pioneer" in robot.receive(bytes.fromhex("FAFB03020002"), robot.due)
+    robot.receive(bytes.fromhex("FAFB06013B0100023B"), robot.due)
+    assert say(robot, Command(CommandId.CONFIG, 1))[0][0] == CONFIG_PACKET
+    say(robot, Command(CommandId.BATTERYINFO, 1), Command(CommandId.HOSTBAUD, 2), Command(CommandId.PULSE))
+    assert robot.baud == 38400
+    assert len(sips(robot, 0.9)) == 9

@@ -14,6 +14,7 @@ from hardware.doctor import examine
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.faults import Fault
 from hardware.emulator.kinematic_plant import scenario_plant
+from hardware.emulator.ports import TcpPort
 from slam.errors import InputError
 from slam.run.backends import late, make_plant
 from slam.run.cli import main
@@ -53,7 +54,7 @@ def test_a_run_on_emulated_devices(bench: dict[str, str], tmp_path: Path, monkey
 
 
 def test_doctor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    with Emulator(scenario_plant(load_scenario("corridor")), paced=False) as emulator:
+    with Emulator(scenario_plant(load_scenario("corridor")), TcpPort(), paced=False) as emulator:
         assert "robot emulated, class Pioneer, subclass p3dx-sh" in examine(emulator.robot.port.address, 19200).words
         picture = tmp_path / "scan.png"
         monkeypatch.setattr(sys, "argv", ["hopslam", "doctor", emulator.lidar.port.address, "--png", str(picture)])

@@ -39,8 +39,8 @@ class Settings:
     """Between TM0 and TM2."""
 
 
-def answer(settings: Settings, text: str) -> Reply | None:
-    """The answer in SCIP 2.0; None where the scan itself is the answer."""
+def answer(settings: Settings, text: str) -> Reply:
+    """The answer in SCIP 2.0; that to GD and GS still lacks the scan."""
     command = without_note(text)
     if settings.adjusting and not command.startswith("TM"):
         return Reply(text, "0E")
@@ -54,7 +54,7 @@ def answer(settings: Settings, text: str) -> Reply | None:
 
 
 def answer_old(settings: Settings, text: str) -> Reply:
-    """The answer in SCIP 1.1."""
+    """The answer in SCIP 1.1; that to G still lacks the scan."""
     if text == TO_SCIP2:
         settings.scip2 = True
         return Reply(text, "0")

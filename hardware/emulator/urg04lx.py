@@ -91,7 +91,7 @@ class EmulatedUrg04lx:
             return b""
         self._waiting.extend(self._decoder.feed(data))
         said = b""
-        while not self._paced and self._waiting:
+        while self._waiting and not (self._paced or self._must_wait(self._waiting[0])):
             said += self._answer(self._waiting.popleft(), now)
         return said
 
@@ -116,16 +116,18 @@ class EmulatedUrg04lx:
         settings.time = self._time(now)
         was_measuring = settings.streaming
         reply = answer(settings, text) if settings.scip2 else answer_old(settings, text)
-        if reply is None:
-            return b""
         if settings.streaming is not was_measuring:
             self._turns_until_scan = 0
         if reply.status in ("00", "0") and reply.echo[:1] == "G":
             return self._single(Measure.decode(reply.echo), text)
         return reply.encode()
 
+    def _must_wait(self, text: str) -> bool:
+        """Whether a command asks for the latest scan, and there is none yet."""
+        return text[:1] == "G" and self.laser and self._latest is None
+
     def _single(self, request: Measure, text: str) -> bytes:
-        """The answer to GD, GS and G, which waits for the first whole scan."""
+        """The answer to GD, GS and G."""
         if self._latest is None:
             self._waiting.appendleft(text)
             return b""

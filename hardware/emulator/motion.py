@@ -10,8 +10,9 @@ from hardware.arcos.config_packet import ArcosConfig
 from slam.odometry import Twist2D
 
 _HARDEST_STOP: Final = 5.0
-"""m/s^2 and rad/s^2 for E_STOP, and for motors without power, which gears and brushes stop."""
+"""m/s^2, for E_STOP, the watchdog, and motors without power, which gears and brushes stop; and the turning ..."""
 _HARDEST_TURN_STOP: Final = 20.0
+"""... rad/s^2."""
 
 
 @dataclass(slots=True)
@@ -91,7 +92,7 @@ class Motion:
     def advance(self, seconds: float, now: float) -> None:
         """One tick of the firmware."""
         free = self.enabled and now - self._fed <= self._watchdog
-        hard = self._stopping_hard or not self.enabled
+        hard = self._stopping_hard or not free
         self.linear.approach(self.linear.target if free else 0.0, seconds, _HARDEST_STOP if hard else None)
         self.angular.approach(self.angular.target if free else 0.0, seconds, _HARDEST_TURN_STOP if hard else None)
         self._stopping_hard &= self.moving

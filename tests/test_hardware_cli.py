@@ -69,12 +69,27 @@ def test_doctor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     assert "no such port" in examine("/dev/there-is-none", 19200).words
 
 
-def test_options_of_the_real_robot_need_it(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(sys, "argv", ["hopslam", "run", "corridor", "--dry-run"])
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["--dry-run"], "add --backend hardware"),
+        (["--backend", "replay"], "run: hopslam replay LOG"),
+        (["--backend", "hardwear"], "did you mean hardware?"),
+        (["--backend", "hardware", "--set", "lidar.model=table1"], "set lidar.model=urg04lx"),
+    ],
+)
+def test_what_does_not_fit_is_refused(
+    words: list[str],
+    complaint: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["hopslam", "run", "corridor", "--out", str(tmp_path / "run"), *words])
     with pytest.raises(SystemExit) as ended:
         main()
     assert ended.value.code == 2
-    assert "add --backend hardware" in capsys.readouterr().err
+    assert complaint in capsys.readouterr().err
 
 
 def test_faults_are_read() -> None:

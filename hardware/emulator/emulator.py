@@ -22,6 +22,8 @@ from hardware.emulator.wire import Noise
 
 _FARTHEST_BEHIND: Final = 1.0
 """Seconds: a machine that falls behind by more than this lets the emulated world skip time."""
+_LONGEST_WAIT: Final = 60.0
+"""Seconds: a stall without an end has no time at which it ends."""
 
 
 class Emulator:
@@ -125,7 +127,7 @@ class Emulator:
 
     def _wait(self) -> None:
         times = [station.wake for station in self._stations] + [at for at, _ in self._plan[-1:]]
-        timeout = max(0.0, min(times) - self.now)
+        timeout = min(max(0.0, min(times) - self.now), _LONGEST_WAIT)
         filenos = [fileno for station in self._stations for fileno in station.filenos(self.now)]
         ready, _, _ = select.select([*filenos, self._wake_read], [], [], timeout)
         if self._wake_read in ready:

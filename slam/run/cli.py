@@ -86,6 +86,8 @@ def run(
     from slam.run.experiment import scenario_experiment
     from slam.run.scenario.file import load_scenario
 
+    if backend == "replay":
+        raise InputError("--backend replay has no log to play; run: hopslam replay LOG")
     if backend != "hardware" and (yes or dry_run):
         raise InputError("--yes and --dry-run are for the real robot; add --backend hardware")
     by_seed = [] if seed is None else [f"seed={seed}"]

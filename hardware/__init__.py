@@ -1,1 +1,5 @@
-"""Where the drivers of the real robot will stand: a P3-DX over ARCOS, a URG-04LX over SCIP. None is here yet."""
+"""The real robot: a Pioneer P3-DX over ARCOS, a Hokuyo URG-04LX over SCIP, and both devices emulated.
+
+Bytes, millimetres, degrees and ticks end in ``arcos`` and ``scip``, which open nothing; ``serial_port`` opens ports;
+``p3dx`` and ``urg04lx`` are the devices, ``robot`` joins them. ``emulator`` plays the other end of the wire.
+"""

@@ -13,8 +13,9 @@ from sim.env import P3DXEnv
 from sim.ids import GENERAL_ID, SCENARIO_IDS
 from slam.errors import InputError, RobotError, ScenarioError
 from slam.run.env.config import EnvConfig
-from slam.run.scenario.file import load_scenario, shipped_scenarios
+from slam.run.scenario.file import load_scenario
 from slam.run.scenario.schema import Scenario
+from slam.run.scenario.shipped import shipped_scenarios
 
 ALL_VIEWS = ("scan", "odometry", "slam_pose", "map", "goal")
 STRAIGHT = np.array([0.5, 0.0], np.float32)

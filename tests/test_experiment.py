@@ -61,7 +61,7 @@ def test_a_robot_that_turns_on_the_spot_stays_there_wherever_its_laser_sits(turn
 
 
 def test_the_lines_that_are_kept_are_those_of_the_map(turning_log: Path, tmp_path: Path) -> None:
-    run = replayed(turning_log, scenario="replay_paper")
+    run = replayed(turning_log, scenario="paper_replay")
     features = json.loads((run.run(tmp_path / "run").folder / "lines.geojson").read_text())["features"]
     ends = [feature["geometry"]["coordinates"] for feature in features]
     np.testing.assert_allclose(ends, run.slam.lines.ends, atol=1e-4)
@@ -77,7 +77,7 @@ def test_the_real_time_factor_is_recorded_time_over_wall_time(
     assert metrics["real_time_factor"] == pytest.approx(1.1 / 0.5, abs=0.01)
 
 
-@pytest.mark.parametrize("scenario", ["replay", "replay_paper"])
+@pytest.mark.parametrize("scenario", ["replay", "paper_replay"])
 def test_the_map_points_are_those_of_the_map(small_log: Path, tmp_path: Path, scenario: str) -> None:
     run = replayed(small_log, "slam.update_distance=0.1", scenario=scenario)
     outcome = run.run(tmp_path / "run")

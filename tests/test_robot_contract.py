@@ -1,11 +1,14 @@
 """One suite that every back end of the ``Robot`` protocol passes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hardware.emulator.emulator import Emulator
+from hardware.emulator.kinematic_plant import KinematicPlant
 from slam.errors import HopslamError, RobotError, ScenarioError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
@@ -16,20 +19,36 @@ from slam.run.scenario.file import load_scenario
 SCANS = 12
 
 
-def sim_robot(log: Path) -> Robot:
+def sim_robot(log: Path, devices: ExitStack) -> Robot:
     return make_robot("sim", load_scenario("paper_simulation", [f"duration={0.1 * SCANS}"]), seed=1)
 
 
-def replay_robot(log: Path) -> Robot:
+def replay_robot(log: Path, devices: ExitStack) -> Robot:
     return make_robot("replay", log)
 
 
-MAKERS: dict[str, Callable[[Path], Robot]] = {"sim": sim_robot, "replay": replay_robot}
+def hardware_robot(log: Path, devices: ExitStack) -> Robot:
+    """On emulated devices at two pseudo-terminals."""
+    room = np.array([[-2.0, -2.0], [3.5, -2.0], [3.5, 2.0], [-2.0, 2.0]])
+    emulator = devices.enter_context(Emulator(KinematicPlant([room], Pose2D(), Pose2D(0.16)), paced=False))
+    ports = [
+        f"hardware.robot_port={emulator.robot.port.address}",
+        f"hardware.lidar_port={emulator.lidar.port.address}",
+    ]
+    return make_robot("hardware", load_scenario("corridor", [*ports, f"duration={0.1 * SCANS}"]), yes=True)
+
+
+MAKERS: dict[str, Callable[[Path, ExitStack], Robot]] = {
+    "sim": sim_robot,
+    "replay": replay_robot,
+    "hardware": hardware_robot,
+}
 
 
 @pytest.fixture(params=sorted(MAKERS))
-def make(request: pytest.FixtureRequest, small_log: Path) -> Callable[[], Robot]:
-    return lambda: MAKERS[request.param](small_log)
+def make(request: pytest.FixtureRequest, small_log: Path) -> Iterator[Callable[[], Robot]]:
+    with ExitStack() as devices:
+        yield lambda: MAKERS[request.param](small_log, devices)
 
 
 def test_every_back_end_is_in_this_suite() -> None:
@@ -81,6 +100,7 @@ def test_drive_says_what_was_really_applied(make: Callable[[], Robot]) -> None:
         assert 0.0 < applied.linear <= 1.3
 
 
+@pytest.mark.parametrize("make", ["replay", "sim"], indirect=True)  # real time never passes twice in the same way
 def test_the_same_robot_twice_is_the_same(make: Callable[[], Robot]) -> None:
     runs = []
     for _ in range(2):
@@ -113,5 +133,5 @@ def test_leaving_by_an_exception_closes(make: Callable[[], Robot]) -> None:
 def test_an_unknown_back_end_names_the_known_ones() -> None:
     with pytest.raises(ScenarioError, match="did you mean replay"):
         make_robot("replai")
-    with pytest.raises(HopslamError, match="choose one of sim, replay"):
-        make_robot("hardware?")
+    with pytest.raises(HopslamError, match="choose one of sim, replay, hardware"):
+        make_robot("Roomba")

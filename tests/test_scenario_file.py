@@ -9,7 +9,8 @@ import pytest
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.errors import ScenarioError
 from slam.run.scenario.clearance import clearance, in_the_way, sampled
-from slam.run.scenario.file import dump_scenario, load_scenario, shipped_scenarios
+from slam.run.scenario.file import dump_scenario, load_scenario
+from slam.run.scenario.shipped import shipped_scenarios
 
 GOOD = """\
 name: small
@@ -86,6 +87,43 @@ def test_a_mistake_is_named(old: str, new: str, complaint: str, tmp_path: Path) 
     with pytest.raises(ScenarioError, match=re.escape(complaint)) as error:
         load_scenario(path)
     assert "\n" not in str(error.value)
+
+
+def test_a_scenario_extends_another_mapping_by_mapping(tmp_path: Path) -> None:
+    write(tmp_path, GOOD)
+    faster = tmp_path / "faster.yaml"
+    faster.write_text("extends: small.yaml\nroute: {speed: 0.9}\nworld: {boxes: []}\n")
+    scenario = load_scenario(faster)
+    assert (scenario.name, scenario.route.speed, scenario.world.boxes) == ("faster", 0.9, ())
+    faster.write_text("extends: small.yaml\nroute: {turn_speed: {uniform: [0.1, 0.2]}}\n")
+    assert load_scenario(faster).route.speed == 0.3
+    assert load_scenario(faster).world == load_scenario(tmp_path / "small.yaml").world
+
+
+@pytest.mark.parametrize(
+    ("below", "above", "complaint"),
+    [
+        (GOOD, "extends: smal.yaml\n", "above.yaml:1: extends: no scenario 'smal.yaml'"),
+        (GOOD, "name: a\nextends: above.yaml\n", "above.yaml:2: extends: above.yaml extends this file; break the ring"),
+        ("extends: above.yaml\n", "extends: small.yaml\n", "small.yaml:1: extends: above.yaml extends this file"),
+        (
+            GOOD.replace("0.3", "-1"),
+            "extends: small.yaml\n",
+            "small.yaml:6: route.speed: Input should be greater than 0",
+        ),
+        (
+            GOOD,
+            "extends: small.yaml\nroute:\n  speed: -1\n",
+            "above.yaml:3: route.speed: Input should be greater than 0",
+        ),
+        (GOOD, "extends: [small]\n", "above.yaml:1: extends: no scenario"),
+    ],
+)
+def test_a_mistake_is_placed_in_the_file_that_has_it(below: str, above: str, complaint: str, tmp_path: Path) -> None:
+    write(tmp_path, below)
+    (tmp_path / "above.yaml").write_text(above)
+    with pytest.raises(ScenarioError, match=re.escape(complaint)):
+        load_scenario(tmp_path / "above.yaml")
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from slam.run.cli import main
-from slam.run.scenario.file import load_template, shipped_scenarios
+from slam.run.scenario.file import load_template
+from slam.run.scenario.shipped import shipped_scenarios
 
 PAGE = Path(__file__).parents[1] / "docs" / "scenarios.md"
 EXAMPLES = re.findall(r"```yaml\n(.*?)```", PAGE.read_text(), flags=re.DOTALL)

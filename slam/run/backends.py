@@ -9,15 +9,35 @@ from typing import Any, Final, cast
 from slam.errors import ScenarioError
 from slam.robot import Robot
 
-BACKENDS: Final = {"sim": "sim.robot:SimRobot", "replay": "slam.run.logs.replay:ReplayRobot"}
+BACKENDS: Final = {
+    "sim": "sim.robot:SimRobot",
+    "replay": "slam.run.logs.replay:ReplayRobot",
+    "hardware": "hardware.robot:HardwareRobot",
+}
+
+PLANTS: Final = {"plan": "hardware.emulator.kinematic_plant:scenario_plant"}
+"""What moves the emulated devices: a function of the scenario."""
+
+
+def late(place: str) -> Any:
+    """What stands at ``module:name``, imported now: slam knows of sim and hardware by name only."""
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)
+
+
+def make_plant(name: str, *args: Any) -> Any:
+    """The plant of this name; ScenarioError lists the known ones."""
+    return late(_place(name, PLANTS, "plant"))(*args)
 
 
 def make_robot(backend: str, *args: Any, **options: Any) -> Robot:
     """A robot of the named back end, made from what its class takes; ScenarioError lists the known names."""
-    try:
-        module, _, name = BACKENDS[backend].partition(":")
-    except KeyError:
-        close = get_close_matches(backend, BACKENDS, n=1)
-        hint = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(BACKENDS)}"
-        raise ScenarioError(f"no robot back end named {backend!r}; {hint}") from None
-    return cast(Robot, getattr(import_module(module), name)(*args, **options))
+    return cast(Robot, late(_place(backend, BACKENDS, "robot back end"))(*args, **options))
+
+
+def _place(name: str, table: dict[str, str], kind: str) -> str:
+    if name in table:
+        return table[name]
+    close = get_close_matches(name, table, n=1)
+    hint = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(table)}"
+    raise ScenarioError(f"no {kind} named {name!r}; {hint}")

@@ -11,9 +11,10 @@ from typing import Annotated, Any, Literal, NoReturn
 import typer
 from rich.console import Console
 
-from slam.errors import HopslamError
+from slam.errors import HopslamError, InputError
 from slam.run.bench.cli import app as bench
 from slam.run.env_cli import env
+from slam.run.hardware_cli import doctor, emulate
 from slam.run.lines_cli import lines
 from slam.run.localize_cli import localize
 from slam.run.world_cli import world
@@ -29,6 +30,8 @@ app.command()(lines)
 app.command()(localize)
 app.command()(env)
 app.command()(world)
+app.command()(emulate)
+app.command()(doctor)
 app.add_typer(bench, name="bench")
 console = Console()
 
@@ -69,12 +72,17 @@ def run(
     out: Out = None,
     settings: Settings = None,
     rerun: Rerun = None,
+    backend: Annotated[str, typer.Option(metavar="NAME", help="sim, or hardware: the real robot.")] = "sim",
+    yes: Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="The real robot's sensors only: it never moves.")] = False,
     saved_map: SavedMap = None,
     start: Annotated[
         Literal["given", "search"], typer.Option(help="Where in that map: the scenario's start, or to be found.")
     ] = "given",
 ) -> None:
-    """Drive a simulated robot through a scenario, and map it.
+    """Drive a robot through a scenario, and map it.
+
+    The robot is simulated, or the real one at the ports in the scenario's section hardware: see docs/bench.md.
 
     [bold]Examples[/bold]
 
@@ -85,13 +93,20 @@ def run(
     hopslam run corridor --set slam.lines.psi=0 --set robot.odometry.track=0.33 --rerun corridor.rrd
 
     hopslam run office_loop --map runs/latest/map.json --start search
+
+    hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
     """
     from slam.run.experiment import scenario_experiment
     from slam.run.finish import finish
     from slam.run.scenario.file import load_scenario
 
+    if backend == "replay":
+        raise InputError("--backend replay has no log to play; run: hopslam replay LOG")
+    if backend != "hardware" and (yes or dry_run):
+        raise InputError("--yes and --dry-run are for the real robot; add --backend hardware")
     by_seed = [] if seed is None else [f"seed={seed}"]
-    experiment = scenario_experiment(load_scenario(scenario, [*(settings or []), *by_seed]))
+    options = {"yes": yes, "dry_run": dry_run} if backend == "hardware" else {}
+    experiment = scenario_experiment(load_scenario(scenario, [*(settings or []), *by_seed]), backend, **options)
     if saved_map is not None:
         from slam.run.localization import continued
 

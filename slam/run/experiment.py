@@ -127,15 +127,18 @@ class Experiment:
         return metrics | {"seed": self.seed, "version": version("hopslam")}
 
 
-def scenario_experiment(scenario: Scenario) -> Experiment:
-    """The simulated robot in the scenario's world, driving its route on the pose that the method estimates."""
-    if not scenario.world.prisms():
+def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: bool) -> Experiment:
+    """A robot of this back end, driving the scenario's route on the pose that the method estimates.
+
+    ``options`` are the back end's own. Only the simulated robot needs the scenario's world.
+    """
+    if backend == "sim" and not scenario.world.prisms():
         raise ScenarioError(f"{scenario.name}: nothing to see: the world is empty; a log is run by hopslam replay LOG")
     start, lidar = scenario.robot.start.pose, scenario.lidar
     return Experiment(
         scenario=scenario,
         env=RobotEnv(
-            lambda seed: make_robot("sim", scenario, seed=seed),
+            lambda seed: make_robot(backend, scenario, seed=seed, **options),
             lidar.description.lidar,
             Twist2D(scenario.robot.limits.linear, scenario.robot.limits.angular),
         ),

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 app = typer.Typer(
-    help="Measure: the paper's figures, line extractors, SLAM on recorded logs, and the simulator.",
+    help="Measure: the paper's figures, line extractors, matchers, localisation, SLAM on recorded logs, the simulator.",
     no_args_is_help=True,
 )
 console = Console()

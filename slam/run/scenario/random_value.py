@@ -91,10 +91,15 @@ KINDS: Final[dict[str, type[RandomValue]]] = {
 """By the key that a random value is written with. No section of a scenario has a key of such a name."""
 
 
+def is_random(data: Any) -> bool:
+    """Whether this stands for a value to be drawn."""
+    return isinstance(data, dict) and len(data) == 1 and next(iter(data)) in KINDS
+
+
 def find_random(data: Any, path: Location = ()) -> Iterator[tuple[Location, type[RandomValue], Any]]:
     """Where in nested YAML data a value is to be drawn: its path, its kind, and how it is written."""
-    if isinstance(data, dict) and len(data) == 1 and (key := next(iter(data))) in KINDS:
-        yield path, KINDS[key], data
+    if is_random(data):
+        yield path, KINDS[next(iter(data))], data
     elif isinstance(data, dict | list):
         for step, value in data.items() if isinstance(data, dict) else enumerate(data):
             yield from find_random(value, (*path, step))

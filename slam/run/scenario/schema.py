@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from slam.config import Section, SlamConfig
 from slam.run.scenario.clock import Clock, make_clock
 from slam.run.scenario.generators.kinds import Generator
+from slam.run.scenario.hardware_config import HardwareConfig
 from slam.run.scenario.lidar_config import LidarConfig
 from slam.run.scenario.people import Person
 from slam.run.scenario.robot_config import RobotConfig
@@ -48,6 +49,7 @@ class Scenario(Section):
     people: tuple[Person, ...] = ()
     robot: RobotConfig = RobotConfig()
     lidar: LidarConfig = LidarConfig()
+    hardware: HardwareConfig = HardwareConfig()
     route: Route = Route()
     physics: Physics = Physics()
     slam: SlamConfig = SlamConfig()

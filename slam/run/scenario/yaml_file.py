@@ -28,13 +28,22 @@ class YamlFile:
 
     def place(self, location: Location) -> str:
         """``file:line`` of the key or item at this path, or of the nearest thing around it that the file has."""
-        node, line = self._root, self._root.start_mark.line
+        return f"{self.path}:{self._lines(location)[-1] + 1}"
+
+    def depth(self, location: Location) -> int:
+        """How many steps of this path the file has."""
+        return len(self._lines(location)) - 1
+
+    def _lines(self, location: Location) -> list[int]:
+        """The line, from 0, of the top, and of each step of the path as far as the file has it."""
+        node, lines = self._root, [self._root.start_mark.line]
         for step in location:
             found = next((pair for pair in _children(node) if pair[0] == step), None)
             if found is None:
                 break
             _, line, node = found
-        return f"{self.path}:{line + 1}"
+            lines.append(line)
+        return lines
 
     def _parse(self) -> tuple[yaml.Node | None, Any]:
         """The tree of nodes, which know their lines, and the plain data."""

@@ -1,0 +1,125 @@
+"""What a client tells an ARCOS robot: a number, and an argument of one of four forms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from math import radians
+from typing import Final
+
+from hardware.damaged import Damaged
+
+
+class CommandId(IntEnum):
+    """The commands in use (ArCommands.h). Before OPEN, a closed robot takes 0, 1 and 2 for SYNC0, SYNC1 and SYNC2."""
+
+    PULSE = 0
+    OPEN = 1
+    CLOSE = 2
+    ENABLE = 4
+    SETA = 5
+    SETV = 6
+    SETO = 7
+    MOVE = 8
+    ROTATE = 9
+    SETRV = 10
+    VEL = 11
+    HEAD = 12
+    DHEAD = 13
+    SAY = 15
+    CONFIG = 18
+    ENCODER = 19
+    RVEL = 21
+    SETRA = 23
+    SONAR = 28
+    STOP = 29
+    DIGOUT = 30
+    VEL2 = 32
+    IOREQUEST = 40
+    BUMPSTALL = 44
+    HOSTBAUD = 50
+    E_STOP = 55
+    E_STALL = 57
+    BATTERYINFO = 62
+
+
+SI_PER_UNIT: Final[dict[int, float]] = {
+    CommandId.SETA: 0.001,
+    CommandId.SETV: 0.001,
+    CommandId.MOVE: 0.001,
+    CommandId.VEL: 0.001,
+    CommandId.ROTATE: radians(1.0),
+    CommandId.SETRV: radians(1.0),
+    CommandId.HEAD: radians(1.0),
+    CommandId.DHEAD: radians(1.0),
+    CommandId.RVEL: radians(1.0),
+    CommandId.SETRA: radians(1.0),
+}
+"""What one unit of the argument is in metres, radians and seconds: the wire has whole mm and degrees."""
+
+BAUDS: Final = (9600, 19200, 38400, 57600, 115200)
+"""The argument of HOSTBAUD is an index into these."""
+
+_VEL2_UNIT: Final = 0.020
+"""m/s (Vel2Divisor of p3dx.p)."""
+_INT, _NEGATIVE, _STRING = 0x3B, 0x1B, 0x2B
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """One command: no argument, a whole number within +-65535, or a string of bytes."""
+
+    id: int
+    argument: int | bytes | None = None
+
+    @classmethod
+    def of(cls, id: CommandId, quantity: float) -> Command:
+        """The command whose argument comes nearest to a quantity in SI units."""
+        return cls(id, max(-32767, min(32767, round(quantity / SI_PER_UNIT[id]))))
+
+    @property
+    def quantity(self) -> float:
+        """The argument in SI units; Damaged for a command that has none."""
+        scale = SI_PER_UNIT.get(self.id)
+        if scale is None or not isinstance(self.argument, int):
+            raise Damaged(f"command {self.id} with {self.argument!r} has no quantity")
+        return self.argument * scale
+
+    def encode(self) -> bytes:
+        """The data of its packet."""
+        if self.argument is None:
+            return bytes([self.id])
+        if isinstance(self.argument, bytes):
+            return bytes([self.id, _STRING, len(self.argument)]) + self.argument
+        kind = _INT if self.argument >= 0 else _NEGATIVE
+        return bytes([self.id, kind]) + abs(self.argument).to_bytes(2, "little")
+
+    @classmethod
+    def decode(cls, data: bytes) -> Command:
+        """The command in a packet's data; Damaged for no known form.
+
+        Player's SETO is cut off after the kind of its argument; it is taken for one without.
+        """
+        if len(data) <= 2:
+            return cls(data[0])
+        kind, rest = data[1], data[2:]
+        if kind == _STRING and len(rest) > rest[0]:
+            return cls(data[0], rest[1 : 1 + rest[0]])  # Aria adds a NUL that is not counted
+        if kind in (_INT, _NEGATIVE) and len(rest) >= 2:
+            value = int.from_bytes(rest[:2], "little")
+            return cls(data[0], value if kind == _INT else -value)
+        raise Damaged(f"argument of kind {kind:#04x} with {len(rest)} bytes")
+
+
+def encode_vel2(left: float, right: float) -> Command:
+    """VEL2 as Aria sends it: two signed bytes in one word, left the high one; m/s, in steps of 20 mm/s."""
+    left_byte, right_byte = (max(-128, min(127, round(speed / _VEL2_UNIT))) & 0xFF for speed in (left, right))
+    word = (left_byte << 8) | right_byte
+    return Command(CommandId.VEL2, word if word < 0x8000 else word - 0x10000)
+
+
+def decode_vel2(argument: int) -> tuple[float, float]:
+    """Left and right wheel, m/s, from Aria's signed word as well as from Player's raw one."""
+    word = argument & 0xFFFF
+    left, right = (byte - 256 if byte > 127 else byte for byte in (word >> 8, word & 0xFF))
+    return left * _VEL2_UNIT, right * _VEL2_UNIT

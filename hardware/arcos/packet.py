@@ -1,0 +1,96 @@
+"""Framing: ``FA FB | count | data | checksum``, where count is the length of data and checksum."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from hardware.damaged import Damaged
+
+HEADER: Final = b"\xfa\xfb"
+MAX_DATA: Final = 195
+"""Bytes of data in the longest packet, which is 200 bytes long."""
+_OVERHEAD: Final = 5
+
+
+def checksum(data: bytes) -> int:
+    """The sum of the data taken as big-endian words; a last odd byte is xor-ed in (ArRobotPacket::calcCheckSum)."""
+    even = len(data) & ~1
+    total = (sum(data[0:even:2]) << 8) + sum(data[1:even:2])
+    return (total & 0xFFFF) ^ (data[-1] if len(data) & 1 else 0)
+
+
+def encode_packet(data: bytes) -> bytes:
+    """The packet around these data, of which there are 1 to MAX_DATA bytes."""
+    if not 1 <= len(data) <= MAX_DATA:
+        raise ValueError(f"a packet holds 1 to {MAX_DATA} bytes of data, not {len(data)}")
+    return HEADER + bytes([len(data) + 2]) + data + checksum(data).to_bytes(2, "big")
+
+
+class PacketDecoder:
+    """Finds packets in a stream that comes in any pieces, with anything between them.
+
+    After damage it looks for the next header inside what it had taken for a packet, so that only damaged packets are
+    lost. It holds less than one packet between two calls.
+    """
+
+    def __init__(self) -> None:
+        self._buffer = bytearray()
+        self.damaged = 0
+        """How many headers were followed by no valid packet."""
+
+    @property
+    def pending(self) -> bool:
+        """Whether a packet has begun that is not whole yet."""
+        return bool(self._buffer)
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """The data of each packet that is now whole."""
+        self._buffer += data
+        return self._whole()
+
+    def flush(self) -> list[bytes]:
+        """The line fell silent: what had begun is damaged, and no more of it will come. The packets behind its header.
+
+        Without this a damaged count would hold back the packets after it.
+        """
+        packets = []
+        while self._buffer:
+            self.damaged += 1
+            del self._buffer[:1]
+            packets += self._whole()
+        return packets
+
+    def _whole(self) -> list[bytes]:
+        packets = []
+        while self._seek():
+            size = self._buffer[2] + 3
+            if len(self._buffer) < size:
+                break
+            try:
+                packets.append(_open(bytes(self._buffer[:size])))
+                del self._buffer[:size]
+            except Damaged:
+                self.damaged += 1
+                del self._buffer[:1]
+        return packets
+
+    def _seek(self) -> bool:
+        """Drop what cannot begin a packet; whether header and count are there."""
+        start = self._buffer.find(HEADER)
+        if start < 0:
+            start = len(self._buffer) - self._buffer.endswith(HEADER[:1])
+        del self._buffer[:start]
+        if len(self._buffer) < 3:
+            return False
+        if not 3 <= self._buffer[2] <= MAX_DATA + 2:
+            self.damaged += 1
+            del self._buffer[:1]
+            return self._seek()
+        return True
+
+
+def _open(packet: bytes) -> bytes:
+    data, tail = packet[3:-2], packet[-2:]
+    if checksum(data) != int.from_bytes(tail, "big"):
+        raise Damaged("checksum")
+    return data

@@ -1,0 +1,175 @@
+"""Talking to an ARCOS robot: finding it on the line, opening it, asking for its settings, closing it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import Final
+
+from hardware.arcos.commands import BAUDS, Command, CommandId
+from hardware.arcos.config_packet import AUTOBAUD_SWITCH, CONFIG_PACKET, ArcosConfig
+from hardware.arcos.identity import SYNC2, Identity
+from hardware.arcos.packet import PacketDecoder, encode_packet
+from hardware.arcos.sip import is_sip
+from hardware.damaged import Damaged
+from hardware.serial_port import PortLost, SerialPort
+from slam.errors import RobotError
+
+_BAUD_SEARCH: Final = (9600, 38400, 19200, 115200, 57600)
+_FAST_BAUD: Final = 38400
+_ANSWER: Final = 0.4
+"""Seconds within which a robot answers: a cycle and a long report at 9600 baud."""
+_SILENCE: Final = 0.03
+"""Seconds: within a packet bytes follow one another faster, by far."""
+_SENT: Final = 0.05
+"""Seconds after which a command has left, which a change of the bit rate would spoil: 9 bytes are 10 ms at 9600."""
+_TRIES: Final = 4
+_ROUNDS: Final = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """A packet's data, and when its first byte was read, seconds of ``time.monotonic``."""
+
+    data: bytes
+    stamp: float
+
+
+class ArcosLine:
+    """Commands out, packets in, over a port; waiting ends with PortLost once ``closing`` is set."""
+
+    def __init__(self, port: SerialPort, closing: threading.Event) -> None:
+        self.port = port
+        self._closing = closing
+        self._decoder = PacketDecoder()
+        self._began = 0.0
+
+    def send(self, command: Command) -> None:
+        """Write one command."""
+        self.port.write(encode_packet(command.encode()))
+
+    def receive(self, timeout: float) -> list[Arrival]:
+        """The packets that are whole now; none when nothing comes within ``timeout`` seconds."""
+        pending = self._decoder.pending
+        data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
+        now = time.monotonic()
+        if not pending:
+            self._began = now
+        arrivals = []
+        for packet in self._decoder.feed(data) if data else self._decoder.flush():
+            arrivals.append(Arrival(packet, self._began))
+            self._began = now
+        return arrivals
+
+    def wait_for(self, wanted: Callable[[bytes], bool], timeout: float = _ANSWER) -> bytes | None:
+        """The first such packet that comes in time; others are dropped."""
+        if self._closing.is_set():
+            raise PortLost(f"{self.port.url}: given up")
+        until = time.monotonic() + timeout
+        while (left := until - time.monotonic()) > 0.0:
+            for arrival in self.receive(left):
+                if wanted(arrival.data):
+                    return arrival.data
+        return None
+
+    def hush(self) -> None:
+        """Drop what is still coming, for a short while: a robot that was left open never pauses."""
+        until = time.monotonic() + 0.2
+        while self.port.read(0.05) and time.monotonic() < until:
+            pass
+        self._decoder = PacketDecoder()
+
+
+def connect(line: ArcosLine) -> Identity:
+    """Find the robot's bit rate, close it if a dead client left it open, and open it; RobotError when none answers."""
+    bauds = _BAUD_SEARCH if line.port.has_baud else (line.port.baud,)
+    for _ in range(_ROUNDS):
+        for baud in bauds:
+            line.port.baud = baud
+            line.hush()
+            answer = _synchronise(line)
+            if isinstance(answer, Identity):
+                _open(line)
+                return answer
+            if answer is _Closed.JUST_NOW:
+                break  # it is back at the bit rate of its FLASH: search again
+    tried = f" at {', '.join(map(str, bauds))} baud" if line.port.has_baud else ""
+    raise RobotError(f"{line.port.url}: no ARCOS robot answers{tried}; is it switched on, and its cable right?")
+
+
+def read_config(line: ArcosLine) -> ArcosConfig:
+    """The settings in the robot's FLASH; RobotError when it does not say them."""
+    for _ in range(_TRIES):
+        line.send(Command(CommandId.CONFIG, 1))
+        packet = line.wait_for(lambda data: data[0] == CONFIG_PACKET, 2.0 * _ANSWER)
+        if packet is not None:
+            with suppress(Damaged):
+                return ArcosConfig.decode(packet)
+    raise RobotError(f"{line.port.url}: the robot does not say its settings, so its watchdog is unknown; switch it off")
+
+
+def speed_up(line: ArcosLine, config: ArcosConfig) -> None:
+    """Go to a bit rate that has room for every report, where the robot lets us; back again when it fails."""
+    slow = line.port.baud
+    if config.autobaud != AUTOBAUD_SWITCH or not line.port.has_baud or slow >= _FAST_BAUD:
+        return
+    line.send(Command(CommandId.HOSTBAUD, BAUDS.index(_FAST_BAUD)))
+    time.sleep(_SENT)
+    line.port.baud = _FAST_BAUD
+    line.send(Command(CommandId.PULSE))
+    if line.wait_for(is_sip, 0.9) is None:
+        line.port.baud = slow
+
+
+def disconnect(line: ArcosLine) -> None:
+    """Stop the robot, take the power from its motors, and close it."""
+    line.send(Command(CommandId.STOP))
+    line.send(Command(CommandId.ENABLE, 0))
+    line.send(Command(CommandId.CLOSE, 1))
+
+
+class _Closed(Enum):
+    """What came of a robot that was open."""
+
+    JUST_NOW = auto()
+
+
+def _synchronise(line: ArcosLine) -> Identity | _Closed | None:
+    """SYNC0, SYNC1 and SYNC2, each echoed; None when the robot does not answer at this bit rate.
+
+    STOP comes first: for a robot that was left open SYNC0 is PULSE, upon which it may take up its last velocity.
+    """
+    line.send(Command(CommandId.STOP))
+    for number in (0, 1, SYNC2):
+        answer = _ask(line, number)
+        if answer is None:
+            return None
+        if is_sip(answer):
+            line.send(Command(CommandId.CLOSE, 1))
+            time.sleep(_SENT)
+            return _Closed.JUST_NOW
+        if number == SYNC2:
+            with suppress(Damaged):
+                return Identity.decode(answer)
+    return None
+
+
+def _ask(line: ArcosLine, number: int) -> bytes | None:
+    for _ in range(2):
+        line.send(Command(number))
+        answer = line.wait_for(lambda data: data[0] == number or is_sip(data))
+        if answer is not None:
+            return answer
+    return None
+
+
+def _open(line: ArcosLine) -> None:
+    for _ in range(_TRIES):
+        line.send(Command(CommandId.OPEN, 1))
+        if line.wait_for(is_sip) is not None:
+            return
+    raise RobotError(f"{line.port.url}: the robot answers, but reports nothing once opened; switch it off and on")

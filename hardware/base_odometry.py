@@ -1,0 +1,103 @@
+"""From the reports of a P3-DX to a track of poses: counters put together, and what cannot be left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import hypot
+from typing import Final
+
+from hardware.arcos.encoder_packet import WheelTravel, travel_wrap
+from hardware.arcos.sip import Sip
+from hardware.arcos.units import ArcosUnits
+from hardware.arcos.wrapping import unwrapped_step
+from hardware.odometry_track import OdometryTrack
+from slam.odometry import Twist2D, wheel_motion
+from slam.pose import Pose2D, wrap_angle
+
+_SLACK: Final = Twist2D(0.05, 0.1)
+"""Metres and radians by which a step may always differ from what the wheels' speeds promise ..."""
+_SLACK_TIME: Final = 0.1
+"""... and the seconds at these speeds by which it may differ too: reports are late at times."""
+_PATIENCE: Final = 0.5
+"""Seconds of steps that cannot be, after which the odometry goes on from where the robot says it is."""
+
+
+def sip_twist(sip: Sip, units: ArcosUnits) -> Twist2D:
+    """The speed of the base."""
+    turning = (sip.right - sip.left) / 2.0 / units.half_track if sip.turning is None else sip.turning
+    return Twist2D((sip.left + sip.right) / 2.0, turning)
+
+
+@dataclass(slots=True)
+class _Reading:
+    stamp: float
+    sip: Sip
+    twist: Twist2D
+
+
+class PositionOdometry:
+    """Integrates the position in each SIP.
+
+    A checksum lets one damaged packet in many thousands pass: a step that the speed of the wheels does not explain is
+    left out. ``refused`` counts them.
+    """
+
+    def __init__(self, units: ArcosUnits, track: OdometryTrack) -> None:
+        self._units = units
+        self._track = track
+        self._last: _Reading | None = None
+        self._first_refused: float | None = None
+        self.refused = 0
+
+    def add(self, stamp: float, sip: Sip) -> bool:
+        """Take a report; whether it could be."""
+        reading = _Reading(stamp, sip, sip_twist(sip, self._units))
+        if self._last is None:
+            self._accept(reading, self._track.last[1] if self._track.last else Pose2D())
+            return True
+        step = self._step(self._last.sip, sip)
+        if self._plausible(step, self._last, reading):
+            self._accept(reading, (self._track.last[1] if self._track.last else Pose2D()) @ step)
+            return True
+        self.refused += 1
+        self._first_refused = self._first_refused or stamp
+        if stamp - self._first_refused > _PATIENCE:
+            self._last = None  # the robot was moved to another place in its own mind, or began anew
+        return False
+
+    def _accept(self, reading: _Reading, pose: Pose2D) -> None:
+        self._last, self._first_refused = reading, None
+        self._track.add(reading.stamp, pose, reading.twist)
+
+    def _step(self, before: Sip, after: Sip) -> Pose2D:
+        wrap = self._units.wrap
+        moved = Pose2D(unwrapped_step(before.x, after.x, wrap), unwrapped_step(before.y, after.y, wrap))
+        turned = Pose2D(0.0, 0.0, before.theta).inverse() @ moved
+        return Pose2D(turned.x, turned.y, wrap_angle(after.theta - before.theta))
+
+    def _plausible(self, step: Pose2D, before: _Reading, after: _Reading) -> bool:
+        seconds = after.stamp - before.stamp + _SLACK_TIME
+        speed = max(abs(before.twist.linear), abs(after.twist.linear))
+        turning = max(abs(before.twist.angular), abs(after.twist.angular))
+        farthest = _SLACK.linear + speed * seconds
+        return hypot(step.x, step.y) <= farthest and abs(step.theta) <= _SLACK.angular + turning * seconds
+
+
+class EncoderOdometry:
+    """Integrates the wheels' ticks, which come with each SIP and are finer than its position."""
+
+    def __init__(self, ticks_per_metre: float, half_track: float, track: OdometryTrack) -> None:
+        self._wrap = travel_wrap(ticks_per_metre)
+        self._half_track = half_track
+        self._track = track
+        self._last: WheelTravel | None = None
+
+    def add(self, stamp: float, travel: WheelTravel, twist: Twist2D) -> None:
+        """Take a reading, and the speed that the SIP before it said."""
+        pose = self._track.last[1] if self._track.last else Pose2D()
+        if self._last is not None:
+            left = unwrapped_step(self._last.left, travel.left, self._wrap)
+            right = unwrapped_step(self._last.right, travel.right, self._wrap)
+            pose = pose @ wheel_motion(left, right, 2.0 * self._half_track)
+        self._last = travel
+        self._track.add(stamp, pose, twist)

@@ -1,0 +1,65 @@
+"""A plant without physics: a point that goes exactly where it is told, among upright walls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from slam.errors import ScenarioError
+from slam.odometry import Twist2D, wheel_motion
+from slam.pose import FloatArray, Pose2D
+from slam.run.scenario.schema import Scenario
+
+_HALF_TRACK = 0.165
+
+
+def scenario_plant(scenario: Scenario) -> KinematicPlant:
+    """Among what the scenario's lidar can see, where its robot starts; without its noise and its errors."""
+    outlines = scenario.world.outlines(scenario.lidar.height)
+    if not outlines:
+        raise ScenarioError(f"{scenario.name}: nothing to see: the world is empty; choose a scenario with walls")
+    return KinematicPlant(outlines, scenario.robot.start.pose, scenario.lidar.mount.pose)
+
+
+class KinematicPlant:
+    """Walls are closed outlines (N, 2) in the map frame, metres; nothing stops the robot from driving through them."""
+
+    def __init__(self, outlines: Sequence[FloatArray], start: Pose2D, T_base_laser: Pose2D, reach: float = 5.6) -> None:
+        self._begins = np.concatenate(outlines)
+        self._ways = np.concatenate([np.roll(outline, -1, axis=0) for outline in outlines]) - self._begins
+        self._start = self.T_map_base = start
+        self._T_base_laser = T_base_laser
+        self._reach = reach
+        self._left = self._right = 0.0
+        self.stalled = False
+
+    @property
+    def odometry(self) -> Pose2D:
+        """Exact."""
+        return self._start.between(self.T_map_base)
+
+    @property
+    def travel(self) -> tuple[float, float]:
+        """Metres, left and right."""
+        return self._left, self._right
+
+    def advance(self, seconds: float, setpoint: Twist2D) -> None:
+        """Roll on along the arc."""
+        way, turn = setpoint.linear * seconds, setpoint.angular * seconds * _HALF_TRACK
+        self._left += way - turn
+        self._right += way + turn
+        self.T_map_base = self.T_map_base @ wheel_motion(way - turn, way + turn, 2.0 * _HALF_TRACK)
+
+    def ranges(self, bearings: FloatArray) -> FloatArray:
+        """The distance along each ray to the nearest wall."""
+        T_map_laser = self.T_map_base @ self._T_base_laser
+        rays = np.column_stack([np.cos(bearings), np.sin(bearings)]) @ T_map_laser.rotation.T
+        to_wall = self._begins - T_map_laser.translation
+        with np.errstate(divide="ignore", invalid="ignore"):
+            across = rays[:, :1] * self._ways[:, 1] - rays[:, 1:] * self._ways[:, 0]
+            distance = (to_wall[:, 0] * self._ways[:, 1] - to_wall[:, 1] * self._ways[:, 0]) / across
+            along = (to_wall[:, 0] * rays[:, 1:] - to_wall[:, 1] * rays[:, :1]) / across
+        hit = (distance > 0.0) & (distance <= self._reach) & (along >= 0.0) & (along <= 1.0)
+        nearest: FloatArray = np.where(hit, distance, np.inf).min(axis=1)
+        return nearest

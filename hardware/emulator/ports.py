@@ -1,0 +1,176 @@
+"""The ports that an emulated device listens on: a pseudo-terminal, or TCP on the loopback interface."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import pty
+import socket
+import struct
+import tty
+from contextlib import suppress
+from pathlib import Path
+from typing import Final, Protocol
+
+_TCGETS2: Final = 0x802C542A
+_TERMIOS2: Final = struct.Struct("4I20B2I")
+"""Flags, line discipline and control characters, and the bit rates of input and output (asm-generic/termbits.h)."""
+_AT_ONCE: Final = 4096
+
+
+class Port(Protocol):
+    """One end of a line to a client; ``read`` and ``write`` never wait."""
+
+    @property
+    def address(self) -> str:
+        """What a client opens."""
+        ...
+
+    def filenos(self) -> list[int]:
+        """What to wait for; none while it is unplugged."""
+        ...
+
+    def read(self) -> bytes:
+        """What the client has sent."""
+        ...
+
+    def write(self, data: bytes) -> None:
+        """Send; what finds no room is lost."""
+        ...
+
+    def client_baud(self) -> int | None:
+        """The bit rate that the client has set; None where there is no such thing."""
+        ...
+
+    def close(self) -> None:
+        """Pull the plug."""
+        ...
+
+    def open(self) -> None:
+        """Put it in again."""
+        ...
+
+
+class PtyPort:
+    """A pseudo-terminal, raw, with the symbolic link ``link`` to it where one is given."""
+
+    def __init__(self, link: Path | None = None) -> None:
+        self._link = link
+        self._master = self._slave = -1
+        self.open()
+
+    @property
+    def address(self) -> str:
+        """The link, or the device."""
+        return str(self._link) if self._link else os.ttyname(self._slave)
+
+    def open(self) -> None:
+        """A new terminal; its own end stays open, so that the other one outlives every client."""
+        self._master, self._slave = pty.openpty()
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        if self._link is not None:
+            self._link.unlink(missing_ok=True)
+            self._link.symlink_to(os.ttyname(self._slave))
+
+    def close(self) -> None:
+        """The client's reads and writes fail from now on."""
+        if self._link is not None:
+            self._link.unlink(missing_ok=True)
+        for end in (self._master, self._slave):
+            if end >= 0:
+                os.close(end)
+        self._master = self._slave = -1
+
+    def filenos(self) -> list[int]:
+        """The master's."""
+        return [self._master] if self._master >= 0 else []
+
+    def read(self) -> bytes:
+        """What is there."""
+        if self._master < 0:
+            return b""
+        try:
+            return os.read(self._master, _AT_ONCE)
+        except BlockingIOError:
+            return b""
+
+    def write(self, data: bytes) -> None:
+        """Nobody reads a terminal that no client has open: it fills up, and the rest is lost."""
+        with suppress(BlockingIOError):
+            if self._master >= 0:
+                os.write(self._master, data)
+
+    def client_baud(self) -> int | None:
+        """From the terminal's settings; any rate, also those that have no constant in termios."""
+        if self._master < 0:
+            return None
+        settings = bytearray(_TERMIOS2.size)
+        fcntl.ioctl(self._master, _TCGETS2, settings)
+        return int(_TERMIOS2.unpack(settings)[-1])
+
+
+class TcpPort:
+    """A TCP port on 127.0.0.1 for one client at a time; a newer one takes its place."""
+
+    def __init__(self, number: int = 0) -> None:
+        self._number = number
+        self._listener: socket.socket | None = None
+        self._client: socket.socket | None = None
+        self.open()
+
+    @property
+    def address(self) -> str:
+        """As pyserial opens it."""
+        return f"socket://127.0.0.1:{self._number}"
+
+    def open(self) -> None:
+        """Listen; after the first time on the same port."""
+        self._listener = socket.create_server(("127.0.0.1", self._number))
+        self._listener.setblocking(False)
+        self._number = self._listener.getsockname()[1]
+
+    def close(self) -> None:
+        """Hang up."""
+        for end in (self._client, self._listener):
+            if end is not None:
+                end.close()
+        self._client = self._listener = None
+
+    def filenos(self) -> list[int]:
+        """The listener's, and the client's."""
+        return [end.fileno() for end in (self._listener, self._client) if end is not None]
+
+    def read(self) -> bytes:
+        """What the client has sent; somebody new may come in on the way."""
+        if self._listener is not None:
+            with suppress(BlockingIOError):
+                newcomer, _ = self._listener.accept()
+                newcomer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                newcomer.setblocking(False)
+                self._hang_up()
+                self._client = newcomer
+        try:
+            data = self._client.recv(_AT_ONCE) if self._client else b""
+        except BlockingIOError:
+            return b""
+        except OSError:
+            data = b""
+        if not data:
+            self._hang_up()
+        return data
+
+    def write(self, data: bytes) -> None:
+        """To the client, if there is one."""
+        with suppress(OSError):
+            if self._client is not None:
+                self._client.send(data)
+
+    def client_baud(self) -> int | None:
+        """TCP has none."""
+        return None
+
+    def _hang_up(self) -> None:
+        if self._client is not None:
+            self._client.close()
+        self._client = None

@@ -1,0 +1,160 @@
+"""What an emulated sensor answers to each command, and what the command changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from hardware.damaged import Damaged
+from hardware.scip.commands import BAUDS, TO_SCIP2, Measure, without_note
+from hardware.scip.information import Parameters, State, VersionInfo
+from hardware.scip.reply import Reply
+from hardware.scip.scan_data import encode_time
+
+_VENDOR, _PRODUCT, _SERIAL = "Hokuyo Automatic Co.,Ltd.", "SOKUIKI Sensor URG-04LX", "H0000000"
+_VERSION: Final = VersionInfo(_VENDOR, _PRODUCT, "3.1.04(02/Aug./2007)", "SCIP 2.0", _SERIAL)
+_OLD_FIRMWARE: Final = "3.1.04,08/02/07(20-4095[mm],240[deg],44-725[step],600[rpm])"
+_OLD_VERSION: Final = VersionInfo(_VENDOR, _PRODUCT, _OLD_FIRMWARE, "SCIP 1.1", _SERIAL)
+_DEFAULT_BAUD: Final = 19200
+_LAST_STEP: Final = 768
+_TEXT: Final = {True: "<-Default setting by user", False: "<-Setting by command"}
+
+
+@dataclass(slots=True)
+class Settings:
+    """What commands change."""
+
+    parameters: Parameters
+    powered_at: float
+    """When the sensor's clock began, seconds."""
+    time: float = 0.0
+    """The sensor's clock."""
+    scip2: bool = False
+    laser: bool = False
+    baud: int = _DEFAULT_BAUD
+    streaming: Measure | None = None
+    """What scans come by themselves; its ``scans`` are left, 0 for no end."""
+    adjusting: bool = False
+    """Between TM0 and TM2."""
+
+
+def answer(settings: Settings, text: str) -> Reply:
+    """The answer in SCIP 2.0; that to GD and GS still lacks the scan."""
+    command = without_note(text)
+    if settings.adjusting and not command.startswith("TM"):
+        return Reply(text, "0E")
+    if command[:2] in ("MD", "MS", "GD", "GS"):
+        return _measure(settings, command, text)
+    act = _COMMANDS.get(command) or _COMMANDS.get(command[:2])
+    if act is None:
+        return Reply(text, "0E")
+    reply = act(settings, command)
+    return Reply(text, reply.status, reply.lines)
+
+
+def answer_old(settings: Settings, text: str) -> Reply:
+    """The answer in SCIP 1.1; that to G still lacks the scan."""
+    if text == TO_SCIP2:
+        settings.scip2 = True
+        return Reply(text, "0")
+    if text == "V":
+        return _OLD_VERSION.encode("V")
+    if text in ("L0", "L1"):
+        settings.laser = text == "L1"
+        return Reply(text, "0")
+    if text[:1] == "S" and len(text) == 14 and text[1:].isdigit() and int(text[1:7]) in BAUDS:
+        settings.baud = int(text[1:7])
+        return Reply(text, "0")
+    try:
+        request = Measure.decode(text)
+    except Damaged:
+        return Reply(text, "E")
+    if request.letters != "G" or not request.first <= request.last <= _LAST_STEP:
+        return Reply(text, "E")
+    settings.laser = True  # a sensor in SCIP 1.1 measures without being told to
+    return Reply(text, "0")
+
+
+def _measure(settings: Settings, command: str, text: str) -> Reply:
+    try:
+        request = Measure.decode(command)
+    except Damaged:
+        return Reply(text, "01")
+    if request.last > _LAST_STEP:
+        return Reply(text, "04")
+    if request.last < request.first:
+        return Reply(text, "05")
+    if request.continuous:
+        settings.laser, settings.streaming = True, request
+    elif not settings.laser:
+        return Reply(text, "10")
+    return Reply(text, "00")
+
+
+def _switch_on(settings: Settings, _: str) -> Reply:
+    was_on, settings.laser = settings.laser, True
+    return Reply("BM", "02" if was_on else "00")
+
+
+def _quit(settings: Settings, _: str) -> Reply:
+    settings.laser, settings.streaming = False, None
+    return Reply("QT", "00")
+
+
+def _reset(settings: Settings, command: str) -> Reply:
+    settings.powered_at += settings.time
+    if command == "RS":
+        settings.baud = _DEFAULT_BAUD
+    return _quit(settings, command)
+
+
+def _set_baud(settings: Settings, command: str) -> Reply:
+    if not command[2:].isdigit() or int(command[2:]) not in BAUDS:
+        return Reply(command, "02")
+    was, settings.baud = settings.baud, int(command[2:])
+    return Reply(command, "03" if was == settings.baud else "00")
+
+
+def _state(settings: Settings, _: str) -> Reply:
+    rate = f"{settings.baud}[bps]{_TEXT[settings.baud == _DEFAULT_BAUD]}"
+    return State(
+        settings.parameters.model,
+        settings.laser,
+        "Initial(600[rpm])<-Default setting by user",
+        "CLASSIC",
+        rate,
+        settings.time,
+        "Sensor works well.",
+    ).encode()
+
+
+def _adjust(settings: Settings, command: str) -> Reply:
+    if command == "TM1":
+        lines = (encode_time(settings.time),) if settings.adjusting else ()
+        return Reply(command, "00" if lines else "04", lines)
+    on = command == "TM0"
+    if settings.adjusting == on:
+        return Reply(command, "02" if on else "03")
+    settings.adjusting, settings.laser, settings.streaming = on, False, None
+    return Reply(command, "00")
+
+
+_COMMANDS: Final[dict[str, Callable[[Settings, str], Reply]]] = {
+    "VV": lambda *_: _VERSION.encode(),
+    "PP": lambda settings, _: settings.parameters.encode(),
+    "II": _state,
+    "BM": _switch_on,
+    "QT": _quit,
+    "RS": _reset,
+    "RT": _reset,
+    "TM0": _adjust,
+    "TM1": _adjust,
+    "TM2": _adjust,
+    "SS": _set_baud,
+    "CR00": lambda _, command: Reply(command, "03"),
+    "CR99": lambda _, command: Reply(command, "00"),
+    "CR": lambda _, command: Reply(command, "04"),
+    "HS0": lambda _, command: Reply(command, "00"),
+    "HS1": lambda _, command: Reply(command, "00"),
+}

@@ -1,0 +1,179 @@
+"""The URG-04LX of the emulator: SCIP 1.1 when it gets power, SCIP 2.0 when asked, one answer a turn."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+from math import pi
+from typing import Final
+
+import numpy as np
+
+from hardware.emulator.plant import Plant
+from hardware.emulator.scip_answers import Settings, answer, answer_old
+from hardware.scip.commands import Measure
+from hardware.scip.frames import CommandDecoder
+from hardware.scip.information import Parameters
+from hardware.scip.scan_data import ScanData, encode_scan
+from slam.pose import FloatArray
+
+PARAMETERS: Final = Parameters("URG-04LX(Hokuyo Automatic Co.,Ltd.)", 0.02, 5.6, 1024, 44, 725, 384, 0.1)
+"""Of a real one, firmware 3.1.04."""
+_SECTORS: Final = 8
+"""The fan is swept in so many parts, each seen from where the sensor is in its middle."""
+_QUEUE: Final = 16
+"""Commands that wait for their turn; more are forgotten."""
+
+
+class EmulatedUrg04lx:
+    """Turns all the time; measures while the laser is on; answers one command at the end of every fan.
+
+    ``drift`` is how much faster its clock runs than the plant's, as a share.
+    """
+
+    def __init__(self, plant: Plant, now: float = 0.0, drift: float = 0.0, paced: bool = True) -> None:
+        self._plant = plant
+        self._drift = drift
+        self._paced = paced
+        self._turn_began = now
+        self._events = self._turn_events()
+        self._next = 0
+        self._bearings = (np.arange(PARAMETERS.resolution) - PARAMETERS.front) * 2.0 * pi / PARAMETERS.resolution
+        self._ranges = np.full(PARAMETERS.resolution, np.nan)
+        self._whole = False
+        self._latest: tuple[FloatArray, float] | None = None
+        self._decoder = CommandDecoder()
+        self._waiting: deque[str] = deque(maxlen=_QUEUE)
+        self._turns_until_scan = 0
+        self._settings = Settings(PARAMETERS, powered_at=now)
+        self.dead = False
+
+    @property
+    def baud(self) -> int:
+        """As the client asked for with SS."""
+        return self._settings.baud
+
+    @property
+    def due(self) -> float:
+        """The middle of the next sector, or the end of the fan."""
+        return self._turn_began + self._events[self._next]
+
+    @property
+    def wake(self) -> float:
+        """While it measures, every sector, so that little is left to do at the end of the fan."""
+        return self.due if self._settings.laser else self._turn_began + self._events[-1]
+
+    @property
+    def laser(self) -> bool:
+        """Whether it measures."""
+        return self._settings.laser
+
+    def die(self, dead: bool) -> None:
+        """Say nothing more, or come back to life."""
+        self.dead = dead
+
+    def step(self) -> bytes:
+        """Sweep a sector; at the end of the fan, talk."""
+        event = self._next
+        if event < _SECTORS:
+            self._sweep(event)
+            self._next += 1
+            return b""
+        said = self._end_of_fan()
+        self._next = 0
+        self._turn_began += PARAMETERS.scan_time
+        self._whole = True
+        return said
+
+    def receive(self, data: bytes, now: float) -> bytes:
+        """Commands wait for the end of the fan, unless the sensor is not paced."""
+        if self.dead:
+            return b""
+        self._waiting.extend(self._decoder.feed(data))
+        said = b""
+        while self._waiting and not (self._paced or self._must_wait(self._waiting[0])):
+            said += self._answer(self._waiting.popleft(), now)
+        return said
+
+    def _end_of_fan(self) -> bytes:
+        now = self.due
+        if self._settings.laser and self._whole:
+            self._latest = (self._ranges.copy(), self._time(self._turn_began))
+        if self.dead:
+            return b""
+        said = self._answer(self._waiting.popleft(), now) if self._waiting else b""
+        return said + self._stream()
+
+    def _sweep(self, sector: int) -> None:
+        if not self._settings.laser:
+            self._whole, self._latest = False, None
+            return
+        first, last = _edges(sector), _edges(sector + 1)
+        self._ranges[first:last] = self._plant.ranges(self._bearings[first:last])
+
+    def _answer(self, text: str, now: float) -> bytes:
+        settings = self._settings
+        settings.time = self._time(now)
+        was_measuring = settings.streaming
+        reply = answer(settings, text) if settings.scip2 else answer_old(settings, text)
+        if settings.streaming is not was_measuring:
+            self._turns_until_scan = 0
+        if reply.status in ("00", "0") and reply.echo[:1] == "G":
+            return self._single(Measure.decode(reply.echo), text)
+        return reply.encode()
+
+    def _must_wait(self, text: str) -> bool:
+        """Whether a command asks for the latest scan, and there is none yet."""
+        return text[:1] == "G" and self.laser and self._latest is None
+
+    def _single(self, request: Measure, text: str) -> bytes:
+        """The answer to GD, GS and G."""
+        if self._latest is None:
+            self._waiting.appendleft(text)
+            return b""
+        return self._scan(request, "0" if request.letters == "G" else "00")
+
+    def _stream(self) -> bytes:
+        """The next scan of MD or MS; the one that comes while its command is answered is still swept without it."""
+        request = self._settings.streaming
+        if request is None or self._latest is None:
+            return b""
+        if self._turns_until_scan:
+            self._turns_until_scan -= 1
+            return b""
+        self._turns_until_scan = request.interval
+        if request.scans:
+            request = replace(request, scans=request.scans - 1)
+            self._settings.streaming = request if request.scans else None
+            self._settings.laser = request.scans > 0
+        return self._scan(request, "99")
+
+    def _scan(self, request: Measure, status: str) -> bytes:
+        assert self._latest is not None
+        ranges, time = self._latest
+        clustered = _cluster(ranges[request.first : request.last + 1], max(request.cluster, 1))
+        return encode_scan(ScanData(request, clustered, None if request.letters == "G" else time), status).encode()
+
+    def _time(self, now: float) -> float:
+        return (now - self._settings.powered_at) * (1.0 + self._drift)
+
+    def _turn_events(self) -> list[float]:
+        """Seconds after step 0: the middles of the sectors, then the end of the fan."""
+        step = PARAMETERS.step_time
+        middles = [(_edges(k) + _edges(k + 1)) / 2.0 * step for k in range(_SECTORS)]
+        return [*middles, (PARAMETERS.last + 1) * step]
+
+
+def _edges(sector: int) -> int:
+    """The first step of a sector."""
+    return PARAMETERS.first + (PARAMETERS.last + 1 - PARAMETERS.first) * sector // _SECTORS
+
+
+def _cluster(ranges: FloatArray, size: int) -> FloatArray:
+    """The least range of every ``size`` neighbours, errors left out; inf where none has an echo."""
+    if size == 1:
+        return ranges
+    padded = np.full(-(-len(ranges) // size) * size, np.nan)
+    padded[: len(ranges)] = ranges
+    nearest: FloatArray = np.where(np.isnan(padded), np.inf, padded).reshape(-1, size).min(axis=1)
+    return nearest

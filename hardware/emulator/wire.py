@@ -1,0 +1,88 @@
+"""What lies between an emulated device and its port: a bit rate, and damage."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from math import inf
+from random import Random
+from typing import Final
+
+_BITS_PER_BYTE: Final = 10
+"""8N1."""
+_CHUNK: Final = 16
+"""Bytes that arrive together, as from the buffer of a UART."""
+_LONGEST_QUEUE: Final = 16_384
+"""Bytes that wait to be sent; what a device says while so many wait is lost."""
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """What happens to bytes, each with this probability, in both directions."""
+
+    bit_errors: float = 0.0
+    """A bit turns over."""
+    dropped: float = 0.0
+    duplicated: float = 0.0
+
+    def damage(self, data: bytes, rng: Random) -> bytes:
+        """What arrives of these bytes."""
+        if self == _QUIET:
+            return data
+        arrived = bytearray()
+        for byte in data:
+            if rng.random() < self.dropped:
+                continue
+            if rng.random() < self.bit_errors:
+                byte ^= 1 << rng.randrange(8)
+            arrived += bytes([byte]) * (2 if rng.random() < self.duplicated else 1)
+        return bytes(arrived)
+
+
+_QUIET: Final = Noise()
+
+
+class Line:
+    """Bytes on their way, which take their time; ``None`` bits a second take none."""
+
+    def __init__(self) -> None:
+        self._waiting: deque[tuple[float, bytes, int | None]] = deque()
+        self._size = 0
+        self._free_at = -inf
+
+    def send(self, data: bytes, now: float, baud: int | None) -> None:
+        """Put bytes on the line, behind those that still wait."""
+        if self._size + len(data) > _LONGEST_QUEUE:
+            return
+        at = max(now, self._free_at)
+        for start in range(0, len(data), _CHUNK if baud else max(len(data), 1)):
+            chunk = data[start : start + _CHUNK] if baud else data
+            at += len(chunk) * _BITS_PER_BYTE / baud if baud else 0.0
+            self._waiting.append((at, chunk, baud))
+        self._size += len(data)
+        self._free_at = at
+
+    @property
+    def due(self) -> float:
+        """When the next bytes arrive."""
+        return self._waiting[0][0] if self._waiting else inf
+
+    def arrived(self, now: float) -> list[tuple[bytes, int | None]]:
+        """What has come through, and the bit rate that it was sent at."""
+        chunks = []
+        while self._waiting and self._waiting[0][0] <= now:
+            _, chunk, baud = self._waiting.popleft()
+            self._size -= len(chunk)
+            chunks.append((chunk, baud))
+        return chunks
+
+    def clear(self) -> None:
+        """Forget what is on its way."""
+        self._waiting.clear()
+        self._size = 0
+        self._free_at = -inf
+
+
+def misread(data: bytes, rng: Random) -> bytes:
+    """What bytes look like at another bit rate than they were sent with."""
+    return bytes(rng.randrange(0x80, 0x100) for _ in data[::2])

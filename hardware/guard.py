@@ -1,0 +1,63 @@
+"""What stops the robot when nothing else would: no command, no scan, no odometry."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections.abc import Callable
+from typing import Final
+
+_LOG: Final = logging.getLogger("hopslam.guard")
+_PERIOD: Final = 0.04
+"""Seconds between two looks ..."""
+_AGAIN: Final = 0.2
+"""... and more after a stop, which is repeated in case that it was lost."""
+
+
+class Guard:
+    """Looks at what must be fresh on a thread of its own; ``halt`` is called again and again while something is stale.
+
+    ``ages`` has, for each name, how old the newest of it is and how old it may be, seconds. Nothing is looked at while
+    the robot is not meant to move.
+    """
+
+    def __init__(self, ages: Callable[[], dict[str, tuple[float, float]]], halt: Callable[[], None]) -> None:
+        self._ages = ages
+        self._halt = halt
+        self._closing = threading.Event()
+        self.moving = False
+        self.reason: str | None = None
+        self._thread = threading.Thread(target=self._watch, name="guard", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Look no more; closing twice is allowed."""
+        self._closing.set()
+        self._thread.join()
+
+    def stale(self) -> str | None:
+        """What is too old, in words; None when all is fresh."""
+        for name, (age, limit) in self._ages().items():
+            if age > limit:
+                return f"no {name} for {age:.1f} s"
+        return None
+
+    def stop(self, reason: str) -> None:
+        """Stop the robot, and say why once."""
+        self._halt()
+        if self.reason is None:
+            _LOG.warning("the robot is stopped: %s", reason)
+        self.reason = reason
+
+    def _watch(self) -> None:
+        while not self._closing.wait(_PERIOD):
+            reason = self.stale() if self.moving else None
+            if reason is not None:
+                self.stop(reason)
+                self._closing.wait(_AGAIN)
+
+
+def age(stamp: float) -> float:
+    """Seconds since ``stamp`` of ``time.monotonic``."""
+    return time.monotonic() - stamp

@@ -1,0 +1,215 @@
+"""The Pioneer P3-DX on its serial line."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from contextlib import suppress
+from typing import Final
+
+from hardware.arcos.commands import Command, CommandId, decode_vel2, encode_vel2
+from hardware.arcos.config_packet import ArcosConfig
+from hardware.arcos.encoder_packet import ENCODER_PACKET, WheelTravel
+from hardware.arcos.identity import Identity
+from hardware.arcos.sip import Sip, is_sip
+from hardware.arcos.units import ArcosUnits, units_of
+from hardware.arcos_session import ArcosLine, Arrival, connect, disconnect, read_config, speed_up
+from hardware.backoff import Backoff
+from hardware.base_odometry import EncoderOdometry, PositionOdometry, sip_twist
+from hardware.damaged import Damaged
+from hardware.odometry_track import OdometryTrack
+from hardware.serial_port import PortLost, SerialPort
+from slam.errors import RobotError
+from slam.odometry import Twist2D
+from slam.run.scenario.hardware_config import HardwareConfig
+from slam.run.scenario.robot_config import Limits
+
+_LOG: Final = logging.getLogger("hopslam.p3dx")
+_POLL: Final = 0.1
+"""Seconds after which the thread looks whether it should end."""
+_FIRST_BAUD: Final = 9600
+
+
+class P3dx:
+    """Opened when made: the robot is found, asked for its settings, and reports from then on; its motors have no power.
+
+    A thread reads the reports, and opens the port again when it is lost. ``drive``, ``halt`` and ``pulse`` may be
+    called from any thread. RobotError when no robot answers, or its watchdog is off.
+    """
+
+    def __init__(self, config: HardwareConfig, limits: Limits) -> None:
+        self._config = config
+        self._limits = limits
+        self._lock = threading.RLock()
+        self._closing = threading.Event()
+        self.track = OdometryTrack()
+        self.identity, self.settings = Identity("", "", ""), ArcosConfig()
+        self.sip = Sip()
+        self.reported_at = self._sent_at = time.monotonic()
+        self.trouble: str | None = None
+        self._line = self._connect()
+        self.reported_at = time.monotonic()
+        self._thread = threading.Thread(target=self._serve, name="p3dx", daemon=True)
+        self._thread.start()
+
+    @property
+    def odometry_lock(self) -> threading.RLock:
+        """To be held while reading the track."""
+        return self._lock
+
+    @property
+    def armed(self) -> bool:
+        """Whether the motors have power, by the last report."""
+        return self.sip.motors_enabled
+
+    @property
+    def hindrance(self) -> str | None:
+        """What somebody did by hand that keeps the robot from moving; None when nothing."""
+        if self.sip.e_stop:
+            return "the emergency stop is pressed; release it, and the run goes on"
+        if self._was_armed and not self.armed:
+            return "the motors were switched off; press the robot's motor button, and the run goes on"
+        return None
+
+    def arm(self) -> None:
+        """Give the motors power."""
+        self._send(Command(CommandId.ENABLE, 1))
+
+    def drive(self, twist: Twist2D) -> Twist2D:
+        """Send a velocity within the limits, as near as the wire can say it; the one that was sent."""
+        limits = self._limits
+        linear = max(-limits.linear, min(limits.linear, twist.linear))
+        angular = max(-limits.angular, min(limits.angular, twist.angular))
+        return self._wheels(linear, angular) if self._config.drive_by == "wheels" else self._velocity(linear, angular)
+
+    def halt(self) -> None:
+        """Stop as hard as the robot can, and forget the velocity."""
+        self._send(Command(CommandId.E_STOP), Command(CommandId.VEL, 0), Command(CommandId.RVEL, 0))
+
+    def pulse(self) -> None:
+        """Tell the robot's watchdog that this program lives, if nothing else did for a quarter of its time."""
+        if time.monotonic() - self._sent_at > self.settings.watchdog / 4.0:
+            self._send(Command(CommandId.PULSE))
+
+    def close(self) -> None:
+        """Stop, take the power from the motors, and let go of the robot; closing twice is allowed."""
+        if self._closing.is_set():
+            return
+        self._closing.set()
+        with self._lock, suppress(PortLost):
+            disconnect(self._line)
+        self._thread.join()
+        self._line.port.close()
+
+    def _velocity(self, linear: float, angular: float) -> Twist2D:
+        commands = Command.of(CommandId.VEL, linear), Command.of(CommandId.RVEL, angular)
+        self._send(*commands)
+        return Twist2D(commands[0].quantity, commands[1].quantity)
+
+    def _wheels(self, linear: float, angular: float) -> Twist2D:
+        rim = angular * self._units.half_track
+        command = encode_vel2(linear - rim, linear + rim)
+        self._send(command)
+        assert isinstance(command.argument, int)
+        left, right = decode_vel2(command.argument)
+        return Twist2D((left + right) / 2.0, (right - left) / 2.0 / self._units.half_track)
+
+    def _send(self, *commands: Command) -> None:
+        """PortLost is left to the thread, which finds it too and says so in ``trouble``."""
+        with self._lock, suppress(PortLost):
+            for command in commands:
+                self._line.send(command)
+            self._sent_at = time.monotonic()
+
+    def _connect(self) -> ArcosLine:
+        line = ArcosLine(SerialPort(self._config.robot_port, _FIRST_BAUD), self._closing)
+        try:
+            self._prepare(line)
+        except BaseException:
+            line.port.close()
+            raise
+        return line
+
+    def _prepare(self, line: ArcosLine) -> None:
+        self._was_armed = False
+        self.identity = connect(line)
+        self._units = self._known_units(line)
+        self.settings = read_config(line)
+        self._check_watchdog(line)
+        speed_up(line, self.settings)
+        limits = self._limits
+        for command, quantity in (
+            (CommandId.SETV, limits.linear),
+            (CommandId.SETA, limits.acceleration),
+            (CommandId.SETA, -limits.deceleration),
+            (CommandId.SETRV, limits.angular),
+            (CommandId.SETRA, limits.angular_acceleration),
+            (CommandId.SETRA, -limits.angular_acceleration),
+        ):
+            line.send(Command.of(command, quantity))
+        line.send(Command(CommandId.ENABLE, 0))
+        self._start_odometry(line)
+
+    def _start_odometry(self, line: ArcosLine) -> None:
+        by_encoders = self._config.odometry == "encoders"
+        ticks = self.settings.ticks_per_metre
+        if by_encoders and not ticks:
+            raise RobotError(f"{line.port.url}: the robot does not say its ticks; set hardware.odometry=position")
+        line.send(Command(CommandId.ENCODER, 2 * by_encoders))
+        self._position = PositionOdometry(self._units, OdometryTrack() if by_encoders else self.track)
+        self._encoders = EncoderOdometry(ticks, self._units.half_track, self.track) if by_encoders else None
+
+    def _known_units(self, line: ArcosLine) -> ArcosUnits:
+        units = units_of(self.identity.subclass)
+        if units is None:
+            raise RobotError(
+                f"{line.port.url}: the robot is a {self.identity.subclass!r}; only p3dx and p3dx-sh are known here"
+            )
+        return units
+
+    def _check_watchdog(self, line: ArcosLine) -> None:
+        watchdog, longest = self.settings.watchdog, self._config.max_watchdog
+        if not 0.0 < watchdog <= longest:
+            raise RobotError(
+                f"{line.port.url}: the robot's watchdog is {f'{watchdog:g} s' if watchdog else 'off'}; "
+                f"set it to at most {longest:g} s in its FLASH (ARCOScf: watchdog), or raise hardware.max_watchdog"
+            )
+
+    def _serve(self) -> None:
+        while not self._closing.is_set():
+            try:
+                for arrival in self._line.receive(_POLL):
+                    self._take(arrival)
+            except PortLost as lost:
+                self._reconnect(str(lost))
+
+    def _take(self, arrival: Arrival) -> None:
+        """One packet; what is damaged behind a right checksum is dropped too."""
+        with suppress(Damaged), self._lock:
+            if is_sip(arrival.data):
+                self._take_sip(arrival.stamp, Sip.decode(arrival.data, self._units))
+            elif arrival.data[0] == ENCODER_PACKET and self._encoders is not None:
+                travel = WheelTravel.decode(arrival.data, self.settings.ticks_per_metre)
+                self._encoders.add(arrival.stamp, travel, sip_twist(self.sip, self._units))
+
+    def _take_sip(self, stamp: float, sip: Sip) -> None:
+        if self._position.add(stamp, sip):
+            self.sip, self.reported_at, self.trouble = sip, stamp, None
+            self._was_armed = (self._was_armed or sip.motors_enabled) and not sip.e_stop
+
+    def _reconnect(self, reason: str) -> None:
+        """Try again and again, and ever less often, until the robot answers or the driver is closed."""
+        self.trouble = reason
+        _LOG.warning("%s; the robot's own watchdog stops it", reason)
+        self._line.port.close()
+        for _ in Backoff(self._closing):
+            try:
+                line = self._connect()
+            except RobotError as error:
+                self.trouble = str(error)
+                continue
+            with self._lock:
+                self._line = line
+            _LOG.warning("%s: the robot is back", line.port.url)
+            return

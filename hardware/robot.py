@@ -1,0 +1,171 @@
+"""The real robot behind the ``Robot`` protocol."""
+
+from __future__ import annotations
+
+import atexit
+import time
+from contextlib import ExitStack
+from dataclasses import replace
+from math import isfinite
+from types import TracebackType
+from typing import Final, Self
+
+from hardware.consent import Consent
+from hardware.guard import Guard, age
+from hardware.p3dx import P3dx
+from hardware.termination import Termination
+from hardware.urg04lx import Reading, Urg04lx
+from slam.errors import RobotError, RobotTimeout, ScenarioError
+from slam.odometry import Odometry, Twist2D
+from slam.robot import Observation, Robot
+from slam.run.scenario.schema import Scenario
+
+_ODOMETRY_WAIT: Final = 0.02
+"""Seconds between two looks for odometry that is late."""
+
+
+class HardwareRobot:
+    """A P3-DX with a URG-04LX, at the ports that the scenario names; use it as a context manager.
+
+    It ends after the scenario's duration. It moves once somebody has agreed on the terminal, or at once with ``yes``;
+    with ``dry_run`` never. It stops when the block is left for whatever reason, when commands, scans or odometry stay
+    away, and by its own watchdog when this process is killed. Stamps are seconds since the first scan's beginning.
+    """
+
+    def __init__(self, scenario: Scenario, seed: int | None = None, yes: bool = False, dry_run: bool = False) -> None:
+        if scenario.lidar.model != "urg04lx":
+            raise ScenarioError(f"lidar.model: {scenario.lidar.model} is only simulated; set lidar.model=urg04lx")
+        self.T_base_laser = scenario.lidar.mount.pose
+        self._scenario = scenario
+        self._config = scenario.hardware
+        self._dry_run = dry_run
+        self._consent = Consent(yes)
+        self._termination = Termination()
+        self._devices: ExitStack | None = None
+        self._epoch: float | None = None
+        self._commanded_at = 0.0
+
+    def __enter__(self) -> Self:
+        """Open both devices; RobotError names the one that does not answer."""
+        with ExitStack() as devices:
+            self._lidar = Urg04lx(self._config, self._scenario.lidar.description.lidar.range_max)
+            devices.callback(self._lidar.close)
+            self._base = P3dx(self._config, self._scenario.robot.limits)
+            devices.callback(self._base.close)
+            self._guard = Guard(self._ages, self._base.halt)
+            devices.callback(self._guard.close)
+            self._devices = devices.pop_all()
+        self._termination.install()
+        atexit.register(self.close)
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Stop the robot, switch the laser off, and free both ports; closing twice is allowed."""
+        devices, self._devices = self._devices, None
+        if devices is not None:
+            devices.close()
+            self._termination.remove()
+            atexit.unregister(self.close)
+
+    @property
+    def trouble(self) -> str | None:
+        """Why the robot stands although it is told to drive, or has no data; None when all is well."""
+        return self._base.hindrance or self._base.trouble or self._lidar.trouble or self._guard.reason
+
+    def observe(self, timeout: float = 1.0) -> Observation | None:
+        """Wait for the next scan; None when the scenario's duration is over.
+
+        The odometry is that of the first beam, between two reports of the base or carried on from the last one.
+        RobotTimeout says why nothing came.
+        """
+        self._require_open()
+        self._base.pulse()
+        until = time.monotonic() + timeout
+        while (reading := self._lidar.take(max(0.0, until - time.monotonic()))) is not None:
+            odometry = self._odometry(reading, until)
+            if odometry is not None:
+                return self._observation(reading, odometry)
+        raise RobotTimeout(f"no scan with odometry for {timeout:g} s: {self.trouble or 'the lidar is silent'}")
+
+    def drive(self, command: Twist2D) -> Twist2D:
+        """Command a velocity; the one that was sent: zero in a dry run, and while anything makes driving unsafe."""
+        self._require_open()
+        if not (isfinite(command.linear) and isfinite(command.angular)):
+            raise RobotError(f"cannot drive at {command}: both speeds must be finite numbers")
+        if self._dry_run:
+            return Twist2D()
+        if command == Twist2D():
+            self._guard.moving = False
+            return self._base.drive(command)
+        self._consent.require()
+        self._commanded_at = time.monotonic()
+        return self._base.drive(command) if self._may_move() else Twist2D()
+
+    def _may_move(self) -> bool:
+        """Whether all is well; then the motors have power, or get it."""
+        by_hand = self._base.hindrance
+        reason = by_hand or self._guard.stale()
+        if by_hand:
+            self._consent.withdraw()
+        if reason is not None:
+            self._guard.stop(reason)
+            return False
+        if not self._base.armed:
+            self._base.arm()
+        self._guard.moving, self._guard.reason = True, None
+        return True
+
+    def _ages(self) -> dict[str, tuple[float, float]]:
+        config = self._config
+        return {
+            "command": (age(self._commanded_at), config.command_timeout),
+            "scan": (age(self._lidar.scanned_at), config.data_timeout),
+            "odometry": (age(self._base.reported_at), config.data_timeout),
+        }
+
+    def _odometry(self, reading: Reading, until: float) -> Odometry | None:
+        """At the first beam, with the mean speed over the beams; None when the base does not say until then."""
+        scan = reading.scan
+        last_beam = scan.stamp + (len(scan.ranges) - 1) * scan.time_increment
+        while True:
+            with self._base.odometry_lock:
+                if self._base.track.covers(scan.stamp) and self._base.track.covers(last_beam):
+                    return self._base.track.between(scan.stamp, last_beam)
+                known = self._base.track.last
+            if known is None or known[0] > last_beam or time.monotonic() >= until:
+                return None
+            time.sleep(_ODOMETRY_WAIT)
+
+    def _observation(self, reading: Reading, odometry: Odometry) -> Observation | None:
+        scan, base = reading.scan, self._base
+        if self._epoch is None:
+            self._epoch = scan.stamp
+        stamp = scan.stamp - self._epoch
+        if stamp > self._scenario.duration - scan.scan_time / 2.0:
+            return None
+        settings, sip = base.settings, base.sip
+        front = _bits(sip.front_bumpers, settings.front_bumpers)
+        rear = _bits(sip.rear_bumpers, settings.rear_bumpers)
+        return Observation(
+            replace(scan, stamp=stamp),
+            replace(odometry, stamp=stamp),
+            collided=any(front) or any(rear),
+            stalled=sip.stalled,
+            bumpers=front + rear,
+        )
+
+    def _require_open(self) -> None:
+        if self._devices is None:
+            raise RobotError("the robot is closed; use it as a context manager: with HardwareRobot(scenario) as robot")
+
+
+def _bits(mask: int, count: int) -> tuple[bool, ...]:
+    return tuple(bool(mask >> bit & 1) for bit in range(count))
+
+
+_: type[Robot] = HardwareRobot

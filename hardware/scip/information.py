@@ -1,0 +1,166 @@
+"""What the sensor says of itself: the answers to VV, PP and II, lines of ``KEY:value;``."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from math import pi
+from typing import Final, Self
+
+from hardware.damaged import Damaged
+from hardware.scip.reply import Reply
+from slam.scan import Lidar
+
+_LASER: Final = {True: "ON", False: "OFF"}
+_OLD_FIRMWARE: Final = re.compile(r"\((\d+)-(\d+)\[mm\],\d+\[deg\],(\d+)-(\d+)\[step\],(\d+)\[rpm\]\)")
+
+
+def entries(reply: Reply) -> dict[str, str]:
+    """The values by their keys; Damaged for a line of another form. SCIP 1.1 has them without semicolons."""
+    pairs = [line.decode("latin-1").removesuffix(";").partition(":") for line in reply.lines]
+    if not all(colon for _, colon, _ in pairs):
+        raise Damaged("a line that is no KEY:value")
+    return {key: value for key, _, value in pairs}
+
+
+def _reply(command: str, values: dict[str, object]) -> Reply:
+    return Reply(command, "00", tuple(f"{key}:{value};".encode("latin-1") for key, value in values.items()))
+
+
+def _whole(values: dict[str, str], key: str, base: int = 10) -> int:
+    try:
+        return int(values[key], base)
+    except (KeyError, ValueError):
+        raise Damaged(f"no number {key}") from None
+
+
+def _words(values: dict[str, str], *keys: str) -> list[str]:
+    try:
+        return [values[key] for key in keys]
+    except KeyError as missing:
+        raise Damaged(f"no {missing}") from None
+
+
+@dataclass(frozen=True, slots=True)
+class VersionInfo:
+    """Who the sensor is: VV, or V of SCIP 1.1."""
+
+    vendor: str
+    product: str
+    firmware: str
+    protocol: str
+    serial_number: str
+
+    @classmethod
+    def decode(cls, reply: Reply) -> Self:
+        """From the answer; Damaged when something is missing."""
+        return cls(*_words(entries(reply), "VEND", "PROD", "FIRM", "PROT", "SERI"))
+
+    def encode(self, command: str = "VV") -> Reply:
+        """The answer."""
+        values = (self.vendor, self.product, self.firmware, self.protocol, self.serial_number)
+        reply = _reply(command, dict(zip(("VEND", "PROD", "FIRM", "PROT", "SERI"), values, strict=True)))
+        old = command == "V"
+        return Reply(command, "0", tuple(line.removesuffix(b";") for line in reply.lines)) if old else reply
+
+
+@dataclass(frozen=True, slots=True)
+class Parameters:
+    """What the sensor can do: PP."""
+
+    model: str
+    range_min: float
+    """Metres."""
+    range_max: float
+    resolution: int
+    """Steps a turn."""
+    first: int
+    """The first step that can be measured ..."""
+    last: int
+    """... and the last."""
+    front: int
+    """The step that points forward."""
+    scan_time: float
+    """Seconds a turn."""
+
+    @property
+    def lidar(self) -> Lidar:
+        """The fan from the first step to the last."""
+        step = 2.0 * pi / self.resolution
+        first = (self.first - self.front) * step
+        return Lidar(first, step, self.last - self.first + 1, self.range_min, self.range_max, self.scan_time)
+
+    @property
+    def step_time(self) -> float:
+        """Seconds from one step to the next."""
+        return self.scan_time / self.resolution
+
+    @classmethod
+    def decode(cls, reply: Reply) -> Self:
+        """From the answer; Damaged when something is missing or cannot be."""
+        values = entries(reply)
+        near, far, turn, first, last, front, rpm = (
+            _whole(values, key) for key in ("DMIN", "DMAX", "ARES", "AMIN", "AMAX", "AFRT", "SCAN")
+        )
+        if not (0 < turn and 0 < rpm and 0 <= first < last <= turn and 0 <= near < far):
+            raise Damaged("parameters that cannot be")
+        return cls(_words(values, "MODL")[0], near / 1000.0, far / 1000.0, turn, first, last, front, 60.0 / rpm)
+
+    def encode(self) -> Reply:
+        """The answer."""
+        values = {
+            "MODL": self.model,
+            "DMIN": round(self.range_min * 1000.0),
+            "DMAX": round(self.range_max * 1000.0),
+            "ARES": self.resolution,
+            "AMIN": self.first,
+            "AMAX": self.last,
+            "AFRT": self.front,
+            "SCAN": round(60.0 / self.scan_time),
+        }
+        return _reply("PP", dict(values))
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """How the sensor is: II."""
+
+    model: str
+    laser: bool
+    motor: str
+    mode: str
+    bit_rate: str
+    time: float
+    """The sensor's clock, seconds."""
+    condition: str
+
+    @classmethod
+    def decode(cls, reply: Reply) -> Self:
+        """From the answer; Damaged when something is missing."""
+        values = entries(reply)
+        model, laser, motor, mode, rate, condition = _words(values, "MODL", "LASR", "SCSP", "MESM", "SBPS", "STAT")
+        return cls(model, laser == "ON", motor, mode, rate, _whole(values, "TIME", 16) / 1000.0, condition)
+
+    def encode(self) -> Reply:
+        """The answer."""
+        values = {
+            "MODL": self.model,
+            "LASR": _LASER[self.laser],
+            "SCSP": self.motor,
+            "MESM": self.mode,
+            "SBPS": self.bit_rate,
+            "TIME": f"{round(self.time * 1000.0) % 2**24:06X}",
+            "STAT": self.condition,
+        }
+        return _reply("II", dict(values))
+
+
+def old_fan(version: VersionInfo) -> tuple[float, float, int, int, float]:
+    """Of SCIP 1.1, where the firmware's name has what PP says in 2.0: reach (metres), steps, seconds a turn."""
+    found = _OLD_FIRMWARE.search(version.firmware)
+    if found is None:
+        raise Damaged(f"firmware {version.firmware!r} names no fan")
+    near, far, first, last, rpm = map(int, found.groups())
+    if rpm == 0:
+        raise Damaged("a motor that stands")
+    return near / 1000.0, far / 1000.0, first, last, 60.0 / rpm

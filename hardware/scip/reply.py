@@ -1,0 +1,77 @@
+"""One answer of the sensor: the echo of the command, a status, lines of data, and an empty line."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Final
+
+from hardware.damaged import Damaged
+from hardware.scip.commands import TO_SCIP2, echo_at_end
+from hardware.scip.line_sum import seal, unseal
+
+_DATA_LINE: Final = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """An answer whose sums are right, without them. A status of one character is SCIP 1.1's, which has no sums."""
+
+    echo: str
+    status: str
+    lines: tuple[bytes, ...] = ()
+
+    @property
+    def data(self) -> bytes:
+        """The lines joined: values straddle their ends."""
+        return b"".join(self.lines)
+
+    def encode(self) -> bytes:
+        """The bytes on the wire, the empty line at the end included."""
+        status = self.status.encode("latin-1")
+        summed = len(status) > 1
+        lines = [seal(line) if summed else line for line in (status, *self.lines)]
+        return b"\n".join([self.echo.encode("latin-1"), *lines, b"", b""])
+
+
+def data_lines(data: bytes) -> tuple[bytes, ...]:
+    """The data cut into lines."""
+    return tuple(data[i : i + _DATA_LINE] for i in range(0, len(data), _DATA_LINE))
+
+
+def decode_reply(lines: tuple[bytes, ...]) -> Reply:
+    """The answer of SCIP 2.0 in these lines; Damaged when it is none."""
+    if len(lines) < 2:
+        raise Damaged("no status")
+    echo = _text(lines[0])
+    if echo == TO_SCIP2 and len(lines) == 2 and len(lines[1]) == 1:
+        return Reply(echo, _text(lines[1]))
+    if len(lines[1]) != 3:
+        raise Damaged(f"status of {len(lines[1])} characters")
+    return Reply(echo, _text(unseal(lines[1])), tuple(unseal(line) for line in lines[2:]))
+
+
+def decode_old_reply(lines: tuple[bytes, ...]) -> Reply:
+    """The answer of SCIP 1.1 in these lines, which have no sums; Damaged when it is none."""
+    if len(lines) < 2 or len(lines[1]) != 1:
+        raise Damaged("no status of one character")
+    return Reply(_text(lines[0]), _text(lines[1]), lines[2:])
+
+
+def find_reply(lines: tuple[bytes, ...]) -> Reply | None:
+    """The answer of SCIP 2.0 in what stands between two empty lines, which damage may have run together with the
+    remains of others; None when there is none."""
+    with suppress(Damaged):
+        return decode_reply(lines)
+    for start, line in enumerate(lines):
+        echo = echo_at_end(line)
+        if echo is not None:
+            with suppress(Damaged):
+                return decode_reply((echo, *lines[start + 1 :]))
+    return None
+
+
+def _text(line: bytes) -> str:
+    if not (line.isascii() and line.decode("ascii").isprintable()):
+        raise Damaged("characters that are no text")
+    return line.decode("ascii")

@@ -1,0 +1,55 @@
+"""What the two characters of a status mean."""
+
+from __future__ import annotations
+
+from typing import Final
+
+_GENERAL: Final = {
+    "0A": "no such command",
+    "0B": "the same command twice, or its buffer is full",
+    "0C": "not a command",
+    "0D": "not a command",
+    "0E": "not a command now",
+    "0F": "not a command now",
+    "0G": "not a command now",
+    "0H": "not a command now",
+    "0I": "the sensor is in firmware update mode",
+}
+_SPECIAL: Final = {
+    ("BM", "01"): "the laser is faulty",
+    ("BM", "02"): "the laser was on already",
+    ("GD", "10"): "the laser is off",
+    ("GS", "10"): "the laser is off",
+    ("SS", "02"): "no such bit rate",
+    ("SS", "03"): "the bit rate was that already",
+    ("SS", "04"): "the bit rate is not supported",
+    ("CR", "03"): "the motor turned at that speed already",
+    ("CR", "04"): "the speed is not supported",
+    ("TM", "02"): "the clock could be read already",
+    ("TM", "03"): "the clock could not be read anyway",
+    ("TM", "04"): "the clock cannot be read before TM0",
+}
+_PARAMETERS: Final = {
+    "01": "the first step is no number",
+    "02": "the last step is no number",
+    "03": "the cluster is no number",
+    "04": "the last step is beyond the sensor's",
+    "05": "the last step comes before the first",
+    "06": "the interval is no number",
+    "07": "the number of scans is no number",
+}
+
+
+def is_fine(status: str) -> bool:
+    """Whether the command was obeyed: 00 or 99 (a scan that comes by itself), 0 in SCIP 1.1."""
+    return status in ("00", "99", "0")
+
+
+def meaning(command: str, status: str) -> str:
+    """In words."""
+    if is_fine(status):
+        return "done"
+    words = _SPECIAL.get((command[:2], status)) or _GENERAL.get(status)
+    if words is None and command[:2] in ("MD", "MS", "GD", "GS"):
+        words = _PARAMETERS.get(status) or ("the sensor has a hardware fault" if status.isdigit() else None)
+    return words or "no known meaning"

@@ -1,0 +1,177 @@
+"""Talking to a SCIP sensor: finding it on the line whatever state it is in, asking, starting and stopping scans."""
+
+from __future__ import annotations
+
+import threading
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from math import ceil
+from typing import Final
+
+from hardware.damaged import Damaged
+from hardware.scip.commands import TO_SCIP2, Measure, set_baud
+from hardware.scip.frames import FrameDecoder, Lines
+from hardware.scip.information import Parameters, VersionInfo
+from hardware.scip.reply import Reply, decode_old_reply, find_reply
+from hardware.scip.status import is_fine, meaning
+from hardware.serial_port import PortLost, SerialPort
+from slam.errors import RobotError
+
+_BAUD_SEARCH: Final = (19200, 115200, 57600, 38400, 500000, 750000, 250000)
+_ANSWER: Final = 0.5
+"""Seconds: an answer comes at the end of a turn, and may stand behind a scan at 115200 baud."""
+_SILENCE: Final = 0.03
+"""Seconds: within an answer bytes follow one another faster, by far."""
+_TRIES: Final = 3
+_SILENCES: Final = 2
+"""Questions without an answer after which a bit rate is given up."""
+_FILL: Final = 0.9
+"""Share of the line that scans may take."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """The lines of an answer, when its first byte was read, and when its last; seconds of ``time.monotonic``."""
+
+    lines: Lines
+    began: float
+    ended: float
+
+
+class ScipLine:
+    """Commands out, answers in, over a port; asking ends with PortLost once ``closing`` is set."""
+
+    def __init__(self, port: SerialPort, closing: threading.Event) -> None:
+        self.port = port
+        self._closing = closing
+        self._decoder = FrameDecoder()
+        self._began = 0.0
+
+    def send(self, command: str) -> None:
+        """Write one command."""
+        self.port.write(command.encode("ascii") + b"\n")
+
+    def receive(self, timeout: float) -> list[Frame]:
+        """The answers that are whole now; none when nothing comes within ``timeout`` seconds."""
+        pending = self._decoder.pending
+        data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
+        if not data:
+            self._decoder.flush()
+        now = time.monotonic()
+        if not pending:
+            self._began = now
+        frames = []
+        for lines in self._decoder.feed(data):
+            frames.append(Frame(lines, self._began, now))
+            self._began = now
+        return frames
+
+    def ask(self, command: str, timeout: float = _ANSWER) -> Reply | None:
+        """Send a command, and wait for the answer with its echo; other answers are dropped. None when none comes."""
+        if self._closing.is_set():
+            raise PortLost(f"{self.port.url}: given up")
+        self.send(command)
+        return self.wait_for(command, timeout)
+
+    def wait_for(self, command: str, timeout: float) -> Reply | None:
+        """The answer with this echo."""
+        until = time.monotonic() + timeout
+        while (left := until - time.monotonic()) > 0.0:
+            for frame in self.receive(left):
+                reply = find_reply(frame.lines) or _old(frame.lines)
+                if reply is not None and reply.echo == command:
+                    return reply
+        return None
+
+    def insist(self, command: str) -> Reply:
+        """As ``ask``, several times; RobotError when the sensor does not answer, or refuses."""
+        for _ in range(_TRIES):
+            reply = self.ask(command)
+            if reply is not None:
+                if not is_fine(reply.status):
+                    why = meaning(command, reply.status)
+                    raise RobotError(f"{self.port.url}: the lidar refuses {command}: status {reply.status}, {why}")
+                return reply
+        raise RobotError(f"{self.port.url}: the lidar does not answer {command}")
+
+
+def connect(line: ScipLine, baud: int) -> None:
+    """Find the sensor's bit rate, stop what it is doing, bring it to SCIP 2.0, and then to ``baud`` where that helps.
+
+    RobotError when no sensor answers.
+    """
+    others = [rate for rate in _BAUD_SEARCH if rate != baud]
+    bauds = [baud, *others] if line.port.has_baud else [line.port.baud]
+    for rate in bauds:
+        line.port.baud = rate
+        if _calm(line):
+            _change_baud(line, baud)
+            return
+    tried = f" at {', '.join(map(str, bauds))} baud" if line.port.has_baud else ""
+    raise RobotError(f"{line.port.url}: no SCIP sensor answers{tried}; is it powered, and this the right port?")
+
+
+def identify(line: ScipLine) -> tuple[VersionInfo, Parameters]:
+    """Who the sensor is and what it can do."""
+    try:
+        return VersionInfo.decode(line.insist("VV")), Parameters.decode(line.insist("PP"))
+    except Damaged as error:
+        raise RobotError(f"{line.port.url}: the lidar's description makes no sense: {error}") from error
+
+
+def choose_request(parameters: Parameters, baud: int | None) -> Measure:
+    """The fullest scans that a line of this bit rate has room for; None is a line without one."""
+    full = Measure("MD", parameters.first, parameters.last)
+    if baud is None or _fits(full, parameters, baud) <= 1:
+        return full
+    short = Measure("MS", parameters.first, parameters.last)
+    return Measure("MS", short.first, short.last, interval=min(9, _fits(short, parameters, baud) - 1))
+
+
+def stop(line: ScipLine) -> None:
+    """Laser off, no more scans."""
+    with suppress(PortLost):
+        line.send("QT")
+        line.wait_for("QT", 0.3)
+
+
+def _fits(request: Measure, parameters: Parameters, baud: int) -> int:
+    """Turns that the answer of one scan takes on the line."""
+    size = request.values * request.width
+    length = size + 2 * ceil(size / 64) + 30
+    return ceil(length * 10.0 / baud / (parameters.scan_time * _FILL))
+
+
+def _calm(line: ScipLine) -> bool:
+    """Whether a sensor at this bit rate is now silent, and talks SCIP 2.0."""
+    line.send("")  # ends what an earlier client may have left unfinished
+    silences = 0
+    while silences < _SILENCES:
+        reply = line.ask("QT")
+        if reply is None:
+            silences += 1
+        elif reply.status == "00":
+            return True
+        else:
+            silences += line.ask("TM2" if reply.status == "0E" else TO_SCIP2) is None
+    return False
+
+
+def _change_baud(line: ScipLine, baud: int) -> None:
+    """A sensor on USB takes the command, and nothing changes."""
+    if not line.port.has_baud or line.port.baud == baud:
+        return
+    before = line.port.baud
+    reply = line.ask(set_baud(baud))
+    if reply is None or reply.status not in ("00", "03"):
+        return
+    line.port.baud = baud
+    if line.ask("QT") is None:
+        line.port.baud = before
+
+
+def _old(lines: Lines) -> Reply | None:
+    with suppress(Damaged):
+        return decode_old_reply(lines)
+    return None

@@ -1,0 +1,166 @@
+"""The Hokuyo URG-04LX on its serial line."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import deque
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Final
+
+import numpy as np
+
+from hardware.backoff import Backoff
+from hardware.damaged import Damaged
+from hardware.scip.commands import Measure
+from hardware.scip.reply import Reply, find_reply
+from hardware.scip.scan_data import TIME_WRAP, ScanData, decode_scan
+from hardware.scip.status import is_fine, meaning
+from hardware.scip_session import Frame, ScipLine, choose_request, connect, identify, stop
+from hardware.sensor_clock import SensorClock
+from hardware.serial_port import SerialPort
+from slam.errors import RobotError
+from slam.run.scenario.hardware_config import HardwareConfig
+from slam.scan import LaserScan
+
+_LOG: Final = logging.getLogger("hopslam.urg04lx")
+_POLL: Final = 0.1
+"""Seconds after which the thread looks whether it should end."""
+_SILENCE: Final = 1.5
+"""Seconds without a scan after which the sensor is opened anew."""
+_KEPT: Final = 4
+"""Scans that wait for ``take``; older ones are dropped."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A scan, and when its last byte was read, seconds of ``time.monotonic``, as its stamp is."""
+
+    scan: LaserScan
+    arrived: float
+
+
+class Urg04lx:
+    """Opened when made: the sensor is found, and scans come from then on.
+
+    A thread reads them; it opens the port again when it is lost, and the sensor when it falls silent. ``range_max`` is
+    the reach that scans are cut to, metres. RobotError when no sensor answers.
+    """
+
+    def __init__(self, config: HardwareConfig, range_max: float) -> None:
+        self._config = config
+        self._range_max = range_max
+        self._closing = threading.Event()
+        self._news = threading.Condition()
+        self._readings: deque[Reading] = deque(maxlen=_KEPT)
+        self.scanned_at = time.monotonic()
+        self.damaged = 0
+        self.trouble: str | None = None
+        self._line = self._connect()
+        self._thread = threading.Thread(target=self._serve, name="urg04lx", daemon=True)
+        self._thread.start()
+
+    def take(self, timeout: float) -> Reading | None:
+        """The next scan, oldest first; None when none comes within ``timeout`` seconds."""
+        with self._news:
+            self._news.wait_for(lambda: self._readings, timeout)
+            return self._readings.popleft() if self._readings else None
+
+    def close(self) -> None:
+        """Laser off, and let go of the sensor; closing twice is allowed."""
+        if not self._closing.is_set():
+            self._closing.set()
+            self._thread.join()
+
+    def _connect(self) -> ScipLine:
+        """Scans come from the line that is returned."""
+        line = ScipLine(SerialPort(self._config.lidar_port, self._config.lidar_baud), self._closing)
+        try:
+            connect(line, self._config.lidar_baud)
+            self.version, self.parameters = identify(line)
+            self._request = choose_request(self.parameters, line.port.baud if line.port.has_baud else None)
+            line.insist(self._request.encode())
+        except BaseException:
+            line.port.close()
+            raise
+        self._clock = SensorClock(TIME_WRAP, self.parameters.step_time * (self.parameters.last + 1))
+        return line
+
+    def _serve(self) -> None:
+        while not self._closing.is_set():
+            try:
+                self._listen()
+            except RobotError as error:
+                self._reconnect(str(error))
+        stop(self._line)
+        self._line.port.close()
+
+    def _listen(self) -> None:
+        """Take scans until the driver is closed; RobotError when there are no more."""
+        heard = time.monotonic()
+        while not self._closing.is_set():
+            for frame in self._line.receive(_POLL):
+                if self._take(frame):
+                    heard = frame.ended
+            if time.monotonic() - heard > _SILENCE:
+                raise RobotError(f"{self._config.lidar_port}: the lidar sends no scans any more")
+
+    def _take(self, frame: Frame) -> bool:
+        """Whether the frame held a scan."""
+        reply = find_reply(frame.lines)
+        data = self._decode(reply) if reply else None
+        if data is None or data.time is None:
+            self.damaged += 1
+            return False
+        whole = reply is not None and len(reply.lines) + 2 == len(frame.lines)
+        if not whole and not self._clock.running:
+            return False
+        # Of an answer that stood behind the remains of another nobody knows when it began to come.
+        reading = Reading(self._scan(data, data.time, frame.began if whole else inf), frame.ended)
+        with self._news:
+            self._readings.append(reading)
+            self.scanned_at, self.trouble = frame.ended, None
+            self._news.notify_all()
+        return True
+
+    def _decode(self, reply: Reply) -> ScanData | None:
+        """The scan of our request in an answer; RobotError when the sensor says why there is none."""
+        with suppress(Damaged):
+            if replace(Measure.decode(reply.echo), scans=0) != self._request:
+                return None
+            if not is_fine(reply.status):
+                why = meaning(reply.echo, reply.status)
+                raise RobotError(f"{self._config.lidar_port}: the lidar stopped: status {reply.status}, {why}")
+            return decode_scan(reply)
+        return None
+
+    def _scan(self, data: ScanData, sensor_time: float, arrival: float) -> LaserScan:
+        """With the time of the first beam: the sensor tells that of step 0."""
+        lidar, step_time = self.parameters.lidar, self.parameters.step_time
+        return LaserScan(
+            stamp=self._clock.host_time(sensor_time, arrival) + self.parameters.first * step_time,
+            angle_min=lidar.angle_min,
+            angle_increment=lidar.angle_increment,
+            range_min=lidar.range_min,
+            range_max=self._range_max,
+            ranges=np.where(data.ranges > self._range_max, np.inf, data.ranges),
+            time_increment=step_time,
+            scan_time=lidar.scan_time * (1 + self._request.interval),
+        )
+
+    def _reconnect(self, reason: str) -> None:
+        """Try again and again, and ever less often, until the sensor answers or the driver is closed."""
+        self.trouble = reason
+        _LOG.warning("%s", reason)
+        self._line.port.close()
+        for _ in Backoff(self._closing):
+            try:
+                self._line = self._connect()
+            except RobotError as error:
+                self.trouble = str(error)
+                continue
+            _LOG.warning("%s: the lidar is back", self._config.lidar_port)
+            return

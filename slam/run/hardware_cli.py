@@ -1,0 +1,94 @@
+"""``hopslam emulate`` and ``hopslam doctor``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from slam.errors import InputError
+
+if TYPE_CHECKING:
+    from slam.scan import LaserScan
+
+Share = Annotated[float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="Of the bytes, in both directions.")]
+
+
+def emulate(
+    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")] = "corridor",
+    link_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="Links p3dx and urg04lx are made there.")] = None,
+    tcp: Annotated[bool, typer.Option("--tcp", help="TCP ports on the loopback interface instead.")] = False,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(metavar="DEVICE:KIND@AT+SECONDS", help="robot or lidar: unplug, stall, e-stop, motors-off, dead."),
+    ] = None,
+    bit_errors: Share = 0.0,
+    dropped: Share = 0.0,
+    duplicated: Share = 0.0,
+    drift: Annotated[float, typer.Option(metavar="SHARE", help="How much faster the lidar's clock runs.")] = 0.0,
+    rs232: Annotated[bool, typer.Option("--rs232", help="The lidar on RS-232: its bit rate limits it.")] = False,
+    plant: Annotated[str, typer.Option(metavar="NAME", help="What moves the robot. plan: no physics.")] = "plan",
+    seed: Annotated[int, typer.Option(min=0, help="Of the damage to bytes.")] = 0,
+) -> None:
+    """A P3-DX and a URG-04LX that are not there, for any ARCOS or SCIP software.
+
+    One line of JSON says where they are once they are ready; they run until Ctrl-C.
+
+    [bold]Examples[/bold]
+
+    hopslam emulate corridor --link-dir /tmp/bench
+
+    hopslam emulate corridor --tcp --fault lidar:unplug@10+5 --fault robot:e-stop@20+3
+
+    hopslam run corridor --backend hardware --yes --set hardware.robot_port=/tmp/bench/p3dx --set
+    hardware.lidar_port=/tmp/bench/urg04lx
+    """
+    from slam.run.backends import late, make_plant
+    from slam.run.scenario.file import load_scenario
+
+    noise = late("hardware.emulator.wire:Noise")(bit_errors, dropped, duplicated)
+    moved = make_plant(plant, load_scenario(scenario))
+    late("hardware.emulator.serve:serve")(moved, link_dir, tcp, fault or [], noise, drift, rs232, seed)
+
+
+def doctor(
+    ports: Annotated[list[str] | None, typer.Argument(help="Ports to look at; default: all that there are.")] = None,
+    lidar_baud: Annotated[int, typer.Option(metavar="RATE", help="Bit rate to try a lidar at first.")] = 500000,
+    png: Annotated[Path, typer.Option(metavar="FILE", help="Where a lidar's scan is drawn.")] = Path("scan.png"),
+) -> None:
+    """What answers on the serial ports, and what keeps them from answering. Nothing moves.
+
+    [bold]Examples[/bold]
+
+    hopslam doctor
+
+    hopslam doctor /dev/ttyACM0 --png scan.png
+
+    hopslam doctor socket://192.168.1.7:4001
+    """
+    from rich.console import Console
+
+    from slam.run.backends import late
+
+    console = Console()
+    named = ports or late("hardware.doctor:ports")()
+    if not named:
+        console.print("no serial ports; plug a device in, and look at the last lines of: sudo dmesg")
+    for port in named:
+        finding = late("hardware.doctor:examine")(port, lidar_baud)
+        console.print(f"{port}: {finding.words}", highlight=False, soft_wrap=True)
+        if finding.scan is not None:
+            _draw(png, finding.scan, port)
+            console.print(f"its scan is drawn in {png}", highlight=False, soft_wrap=True)
+
+
+def _draw(png: Path, scan: LaserScan, port: str) -> None:
+    from slam.config import ChiSquareConfig
+    from slam.lines.extraction import extract_segments
+    from slam.run.results.scan_picture import draw_scan
+
+    try:
+        draw_scan(png, scan.points(), extract_segments(scan, ChiSquareConfig(sensor="urg04lx")), port)
+    except OSError as error:
+        raise InputError(f"{png}: cannot be written: {error.strerror}") from error

@@ -1,0 +1,31 @@
+"""The devices of a real robot: where they are connected, and how they are used."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from slam.config import Section
+from slam.run.scenario.values import Positive
+
+
+class HardwareConfig(Section):
+    """What ``--backend hardware`` opens. A port is a device, ``socket://host:port`` or whatever else pyserial knows."""
+
+    robot_port: str = "/dev/ttyUSB0"
+    """Of the P3-DX."""
+    lidar_port: str = "/dev/ttyACM0"
+    """Of the URG-04LX."""
+    lidar_baud: Literal[19200, 38400, 57600, 115200, 250000, 500000, 750000] = 500000
+    """Bits a second; below 250000 an RS-232 line has no room for ten full scans a second. Over USB it means nothing."""
+    drive_by: Literal["velocity", "wheels"] = "velocity"
+    """Commands for the base in steps of 1 mm/s and 1 deg/s, or for each wheel in steps of 20 mm/s."""
+    odometry: Literal["position", "encoders"] = "position"
+    """From the position that the robot's firmware reckons, or from the ticks of its wheels."""
+    command_timeout: float = Field(0.5, gt=0, le=2)
+    """The robot stops when no new command came for so long, seconds."""
+    data_timeout: float = Field(0.3, gt=0.15, le=2)
+    """It also stops when the lidar or the odometry is silent for so long, seconds."""
+    max_watchdog: Positive = 2.0
+    """The robot's own watchdog must stop it after this time at the latest, seconds; it is set in its FLASH."""

@@ -1,0 +1,294 @@
+"""The emulated devices in a time of their own: bytes in, bytes out, nothing waits."""
+
+from dataclasses import replace
+from random import Random
+
+import numpy as np
+import pytest
+
+from hardware.arcos.commands import Command, CommandId, encode_vel2
+from hardware.arcos.config_packet import CONFIG_PACKET, ArcosConfig
+from hardware.arcos.encoder_packet import WheelTravel
+from hardware.arcos.identity import Identity
+from hardware.arcos.packet import PacketDecoder, encode_packet
+from hardware.arcos.sip import Sip
+from hardware.arcos.units import P3DX_SH
+from hardware.emulator.device import Device
+from hardware.emulator.kinematic_plant import KinematicPlant
+from hardware.emulator.motion import FACTORY
+from hardware.emulator.p3dx import EmulatedP3dx
+from hardware.emulator.urg04lx import EmulatedUrg04lx
+from hardware.emulator.wire import Line, Noise
+from hardware.scip.frames import FrameDecoder
+from hardware.scip.reply import Reply, decode_old_reply, find_reply
+from hardware.scip.scan_data import ScanData, decode_scan
+from slam.odometry import Twist2D
+from slam.pose import Pose2D
+
+ROOM = np.array([[-2.0, -2.0], [3.0, -2.0], [3.0, 2.0], [-2.0, 2.0]])
+
+
+def plant() -> KinematicPlant:
+    return KinematicPlant([ROOM], Pose2D(), Pose2D())
+
+
+def run(device: Device, seconds: float) -> bytes:
+    """What the device says in this time; it begins where the last call ended."""
+    said, until = b"", device.due + seconds - 1e-9
+    while device.due < until:
+        said += device.step()
+    return said
+
+
+def say(robot: EmulatedP3dx, *commands: Command) -> list[bytes]:
+    wire = b"".join(encode_packet(command.encode()) for command in commands)
+    return PacketDecoder().feed(robot.receive(wire, robot.due))
+
+
+def opened(config: ArcosConfig = FACTORY) -> EmulatedP3dx:
+    robot = EmulatedP3dx(plant(), config=config)
+    for number in (0, 1, 2):
+        assert say(robot, Command(number))[0][0] == number
+    assert say(robot, Command(CommandId.OPEN)) == []  # without an argument, as Player sends it
+    return robot
+
+
+def sips(robot: EmulatedP3dx, seconds: float) -> list[Sip]:
+    packets = PacketDecoder().feed(run(robot, seconds))
+    return [Sip.decode(packet, P3DX_SH) for packet in packets if packet[0] in (0x32, 0x33)]
+
+
+def test_nothing_but_the_handshake_before_open() -> None:
+    robot = EmulatedP3dx(plant())
+    assert run(robot, 1.0) == b""
+    assert robot.receive(b"WMS2\r", robot.due) == b""
+    assert say(robot, Command(0)) == [b"\x00"]
+    assert say(robot, Command(1)) == [b"\x01"]
+    (answer,) = say(robot, Command(2))
+    assert Identity.decode(answer).subclass == "p3dx-sh"
+    assert run(robot, 1.0) == b""
+
+
+def test_a_robot_left_open_takes_sync_for_other_commands() -> None:
+    robot = opened()
+    assert len(sips(robot, 1.0)) == 10
+    assert say(robot, Command(0)) == []
+    assert robot.open
+    say(robot, Command(2))
+    assert not robot.open
+    assert say(robot, Command(0)) == [b"\x00"]
+
+
+def test_motors_obey_within_limits_and_ramps_once_enabled() -> None:
+    robot = opened()
+    say(robot, Command.of(CommandId.VEL, 0.3))
+    assert not sips(robot, 0.5)[-1].moving
+    say(robot, Command(CommandId.ENABLE, 1), Command.of(CommandId.VEL, 0.3), Command.of(CommandId.RVEL, 0.5))
+    assert sips(robot, 0.5)[-1].left < 0.16
+    (last,) = sips(robot, 1.0)[-1:]
+    assert (last.left + last.right) / 2.0 == pytest.approx(0.3, abs=1e-3)
+    assert (last.right - last.left) / 2.0 / P3DX_SH.half_track == pytest.approx(0.5, abs=0.02)
+    assert last.motors_enabled
+    say(robot, Command.of(CommandId.SETV, 0.1), Command.of(CommandId.VEL, 0.3))
+    assert sips(robot, 1.5)[-1].left + sips(robot, 0.1)[-1].right == pytest.approx(0.2, abs=0.1)
+
+
+@pytest.mark.parametrize("argument", [encode_vel2(-0.2, 0.2).argument, 0xF60A])
+def test_both_encodings_of_wheel_speeds(argument: int) -> None:
+    robot = opened()
+    say(robot, Command(CommandId.ENABLE, 1), Command(CommandId.VEL2, argument))
+    (last,) = sips(robot, 1.5)[-1:]
+    assert (last.left, last.right) == (pytest.approx(-0.2, abs=0.002), pytest.approx(0.2, abs=0.002))
+
+
+def test_the_watchdog_stops_it_and_any_command_keeps_it_going() -> None:
+    robot = opened()
+    say(robot, Command(CommandId.ENABLE, 1), Command.of(CommandId.VEL, 0.3))
+    assert sips(robot, 1.9)[-1].moving
+    say(robot, Command(CommandId.PULSE))
+    assert sips(robot, 1.9)[-1].moving
+    assert not sips(robot, 1.0)[-1].moving
+
+
+def test_emergency_stop() -> None:
+    robot = opened()
+    say(robot, Command(CommandId.ENABLE, 1), Command.of(CommandId.VEL, 1.0))
+    run(robot, 4.0)
+    say(robot, Command.of(CommandId.VEL, 1.0))
+    run(robot, 2.0)
+    robot.motion.press(True)
+    (last,) = sips(robot, 0.3)[-1:]
+    assert (last.moving, last.e_stop, last.motors_enabled) == (False, True, False)
+    say(robot, Command(CommandId.ENABLE, 1))
+    assert not sips(robot, 0.2)[-1].motors_enabled
+    robot.motion.press(False)
+    say(robot, Command(CommandId.ENABLE, 1))
+    assert sips(robot, 0.2)[-1].motors_enabled
+
+
+def test_settings_encoders_origin_and_bit_rate() -> None:
+    robot = opened(replace(FACTORY, watchdog=1.5))
+    (answer,) = say(robot, Command(CommandId.CONFIG, 1))
+    assert answer[0] == CONFIG_PACKET
+    assert ArcosConfig.decode(answer).watchdog == 1.5
+    commands = Command(CommandId.ENCODER, 2), Command(CommandId.ENABLE, 1), Command.of(CommandId.VEL, 0.3)
+    say(robot, *commands)
+    packets = PacketDecoder().feed(run(robot, 1.0))
+    travel = [WheelTravel.decode(p, FACTORY.ticks_per_metre) for p in packets if p[0] == 0x90]
+    assert len(travel) == 10
+    assert travel[-1].left == pytest.approx(0.15, abs=0.01)
+    assert sips(robot, 0.1)[-1].x > 0.1
+    say(robot, Command(CommandId.SETO), Command(CommandId.STOP))
+    assert sips(robot, 0.1)[-1].x < 0.05
+    say(robot, Command(CommandId.HOSTBAUD, 2))
+    assert robot.baud == 38400
+    say(robot, Command(CommandId.CLOSE, 1))
+    assert robot.baud == 9600
+
+
+def answers(lidar: EmulatedUrg04lx, command: str, seconds: float = 0.1) -> list[Reply]:
+    said = lidar.receive(command.encode() + b"\n", lidar.due) + run(lidar, seconds)
+    return [reply for lines in FrameDecoder().feed(said) if (reply := find_reply(lines))]
+
+
+def awake() -> EmulatedUrg04lx:
+    lidar = EmulatedUrg04lx(plant())
+    assert answers(lidar, "SCIP2.0") == [Reply("SCIP2.0", "0")]
+    return lidar
+
+
+def test_it_wakes_up_in_scip_1_1_with_its_laser_off() -> None:
+    lidar = EmulatedUrg04lx(plant())
+    assert lidar.receive(b"QT\n", 0.0) == b""
+    (lines,) = FrameDecoder().feed(run(lidar, 0.1))
+    assert decode_old_reply(lines).status == "E"
+    lidar.receive(b"V\n", 0.0)
+    (lines,) = FrameDecoder().feed(run(lidar, 0.1))
+    assert decode_old_reply(lines).status == "0"
+    lidar.receive(b"G04472501\n", 0.0)
+    (lines,) = FrameDecoder().feed(run(lidar, 0.4))
+    assert len(decode_scan(decode_old_reply(lines)).ranges) == 682
+    assert awake().laser is False
+
+
+def statuses(lidar: EmulatedUrg04lx, *commands: str) -> list[str]:
+    return [answers(lidar, command)[0].status for command in commands]
+
+
+def test_statuses() -> None:
+    lidar = awake()
+    assert statuses(lidar, "GD0044072501", "BM", "BM", "XX", "SCIP2.0") == ["10", "00", "02", "0E", "0E"]
+    assert statuses(lidar, "MD0044080001000", "MD0100004401000", "MDxx") == ["04", "05", "01"]
+    assert statuses(lidar, "SS115200", "SS115200", "SS000001", "CR00", "HS0") == ["00", "03", "02", "03", "00"]
+    assert lidar.baud == 115200
+    assert statuses(lidar, "TM1", "TM0", "QT", "TM1", "TM2", "TM2") == ["04", "00", "0E", "00", "00", "03"]
+    assert statuses(lidar, "RS", "VV", "PP", "II") == ["00"] * 4
+    assert lidar.baud == 19200
+
+
+def scans(lidar: EmulatedUrg04lx, command: str, seconds: float) -> list[ScanData]:
+    return [decode_scan(reply) for reply in answers(lidar, command, seconds) if reply.lines]
+
+
+def test_one_answer_a_turn() -> None:
+    lidar = awake()
+    lidar.receive(b"VV\nPP\nII\n", 0.0)
+    assert [len(FrameDecoder().feed(run(lidar, 0.1))) for _ in range(4)] == [1, 1, 1, 0]
+
+
+def test_scans_stream_until_told_to_quit() -> None:
+    lidar = awake()
+    found = scans(lidar, "MD0044072501000", 1.05)
+    assert len(found) >= 8
+    assert np.diff([scan.time for scan in found]) == pytest.approx(0.1, abs=0.0011)
+    bearings = (np.arange(44, 726) - 384) * 2 * np.pi / 1024
+    assert found[0].ranges == pytest.approx(np.round(plant().ranges(bearings), 3), abs=6e-4)
+    assert answers(lidar, "QT", 0.3)[-1] == Reply("QT", "00")
+    assert not lidar.laser
+    assert run(lidar, 0.5) == b""
+
+
+def test_a_counted_number_of_scans_and_an_interval() -> None:
+    lidar = awake()
+    assert [scan.request.scans for scan in scans(lidar, "MS0044072501003", 1.0)] == [2, 1, 0]
+    assert not lidar.laser
+    assert len(scans(lidar, "MD0044072501100", 1.05)) in (4, 5)
+
+
+def test_clusters_give_the_least_range() -> None:
+    lidar = awake()
+    answers(lidar, "BM", 0.3)
+    single, triple = scans(lidar, "GD0044072501", 0.1)[0], scans(lidar, "GD0044072503", 0.1)[0]
+    assert triple.ranges[:227] == pytest.approx(single.ranges[:681].reshape(-1, 3).min(axis=1))
+
+
+def test_beams_see_what_is_there_when_they_fire() -> None:
+    moving = KinematicPlant([ROOM * [0.5, 2.0]], Pose2D(), Pose2D())
+    lidar = EmulatedUrg04lx(moving)
+    answers(lidar, "SCIP2.0")
+    said = lidar.receive(b"MD0044072501000\n", 0.0)
+    for _ in range(60):
+        before = lidar.due
+        said += lidar.step()
+        moving.advance(lidar.due - before, Twist2D(0.5, 0.0))
+    last = [decode_scan(r) for lines in FrameDecoder().feed(said) if (r := find_reply(lines)) and r.lines][-1]
+    bearings = (np.array([46, 723]) - 384) * 2 * np.pi / 1024
+    left_behind = last.ranges[[2, 679]] * np.cos(bearings)  # the wall behind, seen first and last
+    assert left_behind[0] - left_behind[1] == pytest.approx(0.5 * 0.058, abs=0.003)
+
+
+def test_a_line_takes_its_time() -> None:
+    line = Line()
+    line.send(bytes(96), 0.0, 9600)
+    arrived = [b"".join(chunk for chunk, _ in line.arrived(now)) for now in (0.05, 0.1001)]
+    assert [len(data) for data in arrived] == [48, 48]
+    line.send(bytes(96), 1.0, None)
+    assert line.arrived(1.0) == [(bytes(96), None)]
+    for _ in range(1000):
+        line.send(bytes(1000), 2.0, 9600)
+    assert sum(len(chunk) for chunk, _ in line.arrived(1e9)) <= 16_384
+
+
+def test_noise_damages_about_as_many_bytes_as_it_says() -> None:
+    clean = bytes(10_000)
+    damaged = Noise(bit_errors=0.01).damage(clean, Random(1))
+    assert 50 < sum(map(bool, damaged)) < 200
+    assert 9800 < len(Noise(dropped=0.01).damage(clean, Random(1))) < 9950
+    assert 10_050 < len(Noise(duplicated=0.01).damage(clean, Random(1))) < 10_200
+    assert Noise().damage(clean, Random(1)) is clean
+
+
+@pytest.mark.parametrize(
+    "commands",
+    [
+        ["", "QT", "SCIP2.0", "QT", "PP", "SS115200", "MD0044072501000"],  # urg_library, which reads E as SCIP 1.1
+        ["QT", "QT", "SS115200", "SCIP2.0", "SCIP2.0", "BM", "CR00", "HS0", "PP", "VV", "MD0044072501000"],  # MRPT
+        ["RS", "SCIP2.0", "VV", "PP", "MD0044072503000"],  # AriaCoda
+        ["SCIP2.0", "VV", "VV", "PP", "II", "TM0", "TM1", "TM1", "TM2", "BM", "CR00", "VV", "MS0044072501000"],
+        ["SCIP2.0", "TM2", "RS", "RS", "VV", "MD0044072501000"],  # hokuyo_node
+    ],
+)
+def test_the_ways_in_which_other_software_begins(commands: list[str]) -> None:
+    lidar = EmulatedUrg04lx(plant())
+    for command in commands:
+        said = lidar.receive(command.encode() + b"\n", lidar.due) + run(lidar, 0.1)
+        assert bool(said) == bool(command), "every command is answered within a turn"
+        if command:
+            assert said.startswith(command.encode() + b"\n")
+    frames = FrameDecoder().feed(run(lidar, 1.0))
+    found = [decode_scan(reply) for lines in frames if (reply := find_reply(lines))]
+    assert len(found) >= 8
+    assert {scan.request.encode() for scan in found} == {commands[-1]}
+
+
+def test_the_way_in_which_aria_begins() -> None:
+    robot = EmulatedP3dx(plant())
+    robot.receive(b"WMS2\r", robot.due)
+    for wire in ("FAFB03000000", "FAFB03010001"):
+        assert robot.receive(bytes.fromhex(wire), robot.due) == bytes.fromhex(wire)
+    assert b"Pioneer" in robot.receive(bytes.fromhex("FAFB03020002"), robot.due)
+    robot.receive(bytes.fromhex("FAFB06013B0100023B"), robot.due)
+    assert say(robot, Command(CommandId.CONFIG, 1))[0][0] == CONFIG_PACKET
+    say(robot, Command(CommandId.BATTERYINFO, 1), Command(CommandId.HOSTBAUD, 2), Command(CommandId.PULSE))
+    assert robot.baud == 38400
+    assert len(sips(robot, 0.9)) == 9

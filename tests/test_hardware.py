@@ -1,0 +1,309 @@
+"""The drivers against emulated devices, in real time: what goes wrong on a bench, and what must not."""
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hardware.arcos.sip import Sip
+from hardware.arcos.units import P3DX_SH
+from hardware.base_odometry import PositionOdometry
+from hardware.emulator.emulator import Emulator
+from hardware.emulator.kinematic_plant import KinematicPlant
+from hardware.emulator.motion import FACTORY
+from hardware.emulator.ports import PtyPort, TcpPort
+from hardware.emulator.wire import Noise
+from hardware.odometry_track import OdometryTrack, mean_twist, moved
+from hardware.robot import HardwareRobot
+from hardware.sensor_clock import SensorClock
+from hardware.serial_port import PortLost, SerialPort
+from slam.errors import RobotError, RobotTimeout, ScenarioError
+from slam.odometry import Twist2D
+from slam.pose import Pose2D
+from slam.robot import Observation
+from slam.run.scenario.file import load_scenario
+from slam.run.scenario.schema import Scenario
+
+ROOM = np.array([[-2.0, -2.0], [3.5, -2.0], [3.5, 2.0], [-2.0, 2.0]])
+FORWARD = Twist2D(0.3, 0.0)
+PATIENCE = 20.0
+"""Seconds until a condition that will come true has to: generous, for a busy machine."""
+
+
+def plant() -> KinematicPlant:
+    return KinematicPlant([ROOM], Pose2D(), Pose2D(0.16))
+
+
+def scenario(emulator: Emulator, *settings: str) -> Scenario:
+    ports = f"hardware.robot_port={emulator.robot.port.address}", f"hardware.lidar_port={emulator.lidar.port.address}"
+    return load_scenario("corridor", [*ports, *settings])
+
+
+def wait_until(condition: Callable[[], object]) -> None:
+    until = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < until, "it never came true"
+        time.sleep(0.01)
+
+
+def drive_until(robot: HardwareRobot, condition: Callable[[Observation | None], object]) -> None:
+    """Observe and drive, as a run does, until the condition is true; a time-out is not the end."""
+    until = time.monotonic() + PATIENCE
+    while True:
+        try:
+            observation = robot.observe(0.5)
+        except RobotTimeout:
+            observation = None
+        robot.drive(FORWARD)
+        if condition(observation):
+            return
+        assert time.monotonic() < until, "it never came true"
+
+
+@contextmanager
+def bench(*settings: str, **options: bool) -> Iterator[tuple[Emulator, HardwareRobot]]:
+    with (
+        Emulator(plant(), paced=False) as emulator,
+        HardwareRobot(scenario(emulator, *settings), **({"yes": True} | options)) as robot,
+    ):
+        yield emulator, robot
+
+
+def still(emulator: Emulator) -> bool:
+    return not emulator.p3dx.motion.moving
+
+
+@pytest.fixture(autouse=True)
+def quiet(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.WARNING)
+
+
+def test_faults_one_after_another(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Each stops the robot and names its reason; after each cure the run goes on."""
+    links = PtyPort(tmp_path / "p3dx"), PtyPort(tmp_path / "urg04lx")
+    with (
+        Emulator(plant(), *links, robot_config=replace(FACTORY, watchdog=0.8)) as emulator,
+        HardwareRobot(scenario(emulator), yes=True) as robot,
+    ):
+
+        def goes() -> None:
+            drive_until(robot, lambda observation: observation is not None and not still(emulator))
+
+        goes()
+        wait_until(lambda: still(emulator))  # nobody commands
+        assert "no command" in str(robot.trouble)
+        goes()
+        emulator.do(lambda: emulator.p3dx.motion.press(True))
+        drive_until(robot, lambda _: "emergency stop" in str(robot.trouble) and still(emulator))
+        assert robot.drive(FORWARD) == Twist2D()
+        emulator.do(lambda: emulator.p3dx.motion.press(False))
+        goes()
+        emulator.do(lambda: emulator.p3dx.motion.enable(False))
+        drive_until(robot, lambda _: "switched off" in str(robot.trouble) and still(emulator))
+        emulator.do(lambda: emulator.p3dx.motion.enable(True))
+        goes()
+        emulator.do(emulator.lidar.unplug)
+        drive_until(robot, lambda seen: seen is None and still(emulator))
+        assert "urg04lx" in str(robot.trouble)
+        emulator.do(emulator.lidar.port.open)
+        goes()
+        emulator.do(lambda: emulator.lidar.stall(emulator.now + 0.8))
+        drive_until(robot, lambda _: still(emulator))
+        goes()
+        emulator.do(emulator.robot.unplug)
+        drive_until(robot, lambda _: "p3dx" in str(robot.trouble) and robot.drive(FORWARD) == Twist2D())
+        wait_until(lambda: still(emulator))  # its own watchdog
+        emulator.do(emulator.robot.port.open)
+        goes()
+    assert still(emulator)
+    assert not emulator.urg04lx.laser
+    assert not emulator.p3dx.open
+    assert any("no command" in record.getMessage() for record in caplog.records)
+
+
+def test_a_killed_program_leaves_the_robot_to_its_watchdog_and_the_next_one_finds_both_devices() -> None:
+    script = """
+import sys
+from hardware.robot import HardwareRobot
+from slam.odometry import Twist2D
+from slam.run.scenario.file import load_scenario
+with HardwareRobot(load_scenario("corridor", sys.argv[1:]), yes=True) as robot:
+    while True:
+        robot.observe()
+        robot.drive(Twist2D(0.3, 0.0))
+        print("driving", flush=True)
+"""
+    with Emulator(plant(), robot_config=replace(FACTORY, watchdog=0.8)) as emulator:
+        config = scenario(emulator).hardware
+        ports = f"hardware.robot_port={config.robot_port}", f"hardware.lidar_port={config.lidar_port}"
+
+        def start() -> subprocess.Popen[str]:
+            command = [sys.executable, "-c", script, *ports]
+            program = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": "."})
+            wait_until(lambda: not still(emulator))
+            return program
+
+        with start() as program:
+            program.kill()
+        assert emulator.p3dx.open
+        assert emulator.urg04lx.laser
+        wait_until(lambda: still(emulator))
+        with start() as program:  # finds a robot left open, at another bit rate, and a stream left running
+            program.send_signal(signal.SIGTERM)
+            assert program.wait(PATIENCE) == 128 + signal.SIGTERM
+        assert still(emulator) or not emulator.p3dx.motion.enabled
+        assert not emulator.p3dx.open
+        assert not emulator.urg04lx.laser
+
+
+def test_over_tcp_by_wheels_and_encoders() -> None:
+    with (
+        Emulator(plant(), TcpPort(), TcpPort(), paced=False) as emulator,
+        HardwareRobot(scenario(emulator, "hardware.drive_by=wheels", "hardware.odometry=encoders"), yes=True) as robot,
+    ):
+        sent = robot.drive(Twist2D(0.31, 0.2))
+        assert sent != Twist2D(0.31, 0.2)
+        assert sent.linear == pytest.approx(0.31, abs=0.01)
+        drive_until(robot, lambda seen: seen and seen.odometry.T_odom_base.x > 0.05)
+
+
+def test_a_dry_run_and_a_refusal_never_move() -> None:
+    with bench(dry_run=True) as (emulator, robot):
+        for _ in range(3):
+            assert robot.observe() is not None
+            assert robot.drive(FORWARD) == Twist2D()
+        assert not emulator.p3dx.motion.enabled
+    with bench(yes=False) as (emulator, robot):
+        assert robot.drive(Twist2D()) == Twist2D()
+        with pytest.raises(RobotError, match="nobody can be asked"):
+            robot.drive(FORWARD)
+        assert not emulator.p3dx.motion.enabled
+
+
+def test_on_a_noisy_line_nothing_hangs_and_no_range_is_wrong() -> None:
+    noise = Noise(bit_errors=1e-4, dropped=2e-5, duplicated=2e-5)
+    truth = plant().ranges((np.arange(44, 726) - 384) * 2 * pi / 1024)
+    with (
+        Emulator(plant(), noise=noise, seed=3, paced=False) as emulator,
+        HardwareRobot(scenario(emulator), yes=True) as robot,
+    ):
+        for _ in range(5):
+            observation = robot.observe(PATIENCE)
+            assert observation is not None
+            assert observation.scan.ranges == pytest.approx(truth, abs=6e-4)
+            assert observation.odometry.T_odom_base == Pose2D()
+
+
+def test_a_rs_232_lidar_is_found_at_its_own_bit_rate() -> None:
+    with (
+        Emulator(plant(), lidar_on_usb=False) as emulator,
+        HardwareRobot(scenario(emulator), dry_run=True) as robot,
+    ):
+        assert robot.observe(PATIENCE) is not None
+        assert emulator.urg04lx.baud == 500_000
+
+
+def test_the_scenario_must_fit() -> None:
+    with pytest.raises(ScenarioError, match=r"set lidar\.model=urg04lx"):
+        HardwareRobot(load_scenario("paper_simulation"))
+    with pytest.raises(PortLost, match="no such port"):
+        SerialPort("/dev/there-is-none", 9600)
+    with pytest.raises(RobotError, match="/dev/there-is-none"):
+        HardwareRobot(load_scenario("corridor", ["hardware.lidar_port=/dev/there-is-none"])).__enter__()
+
+
+def test_a_port_says_when_it_is_lost_and_is_nobody_elses() -> None:
+    far = PtyPort()
+    port = SerialPort(far.address, 9600)
+    with pytest.raises(PortLost, match="another program"):
+        SerialPort(far.address, 9600)
+    far.write(b"hello")
+    assert port.read(PATIENCE) == b"hello"
+    assert port.read(0.0) == b""
+    far.close()
+    with pytest.raises(PortLost, match="unplugged"):
+        port.read(PATIENCE)
+    port.close()
+    port.close()
+    loop = SerialPort("loop://", 9600)
+    loop.write(b"hello")
+    assert loop.read(PATIENCE) == b"hello"
+
+
+def test_an_emulator_that_is_not_a_robot_is_named(tmp_path: Path) -> None:
+    """Two ports mixed up: the lidar's driver finds no lidar, and says where."""
+    with Emulator(plant(), TcpPort(), TcpPort(), paced=False) as emulator:
+        wrong = load_scenario("corridor", [f"hardware.lidar_port={emulator.robot.port.address}"])
+        with pytest.raises(RobotError, match="no SCIP sensor answers"):
+            HardwareRobot(wrong).__enter__()
+
+
+@given(st.floats(-300e-6, 300e-6), st.integers(0, 2**32))
+def test_the_clock_of_a_sensor_is_followed_through_drift_delay_and_wrap(drift: float, seed: int) -> None:
+    wrap, start, delay = 100.0, 97.0, 0.07
+    rng = np.random.default_rng(seed)
+    clock = SensorClock(wrap, delay)
+    errors = []
+    for k in range(3000):
+        at = 1000.0 + 0.1 * k
+        sensor_time = round(start + (at - 1000.0) * (1.0 + drift), 3) % wrap
+        arrival = at + delay + rng.exponential(0.002)
+        errors.append(clock.host_time(sensor_time, arrival) - at)
+    assert np.abs(errors[50:]).max() < 0.004
+
+
+@given(st.floats(-2, 2), st.floats(-5, 5), st.floats(0.01, 0.5))
+def test_a_mean_speed_makes_the_motion_that_it_is_the_mean_of(linear: float, angular: float, seconds: float) -> None:
+    twist = mean_twist(moved(Twist2D(linear, angular), seconds), seconds)
+    assert (twist.linear, twist.angular) == (pytest.approx(linear, abs=1e-6), pytest.approx(angular, abs=1e-6))
+
+
+def test_a_track_interpolates_and_carries_on() -> None:
+    track, twist = OdometryTrack(), Twist2D(0.5, 0.2)
+    for k in range(200):
+        track.add(0.1 * k, moved(twist, 0.1 * k), twist)
+    for stamp in (18.0, 18.03, 19.99):
+        assert track.covers(stamp)
+        assert track.pose_at(stamp).distance(moved(twist, stamp)) < 1e-9
+    assert not track.covers(1.0)
+    assert not track.covers(20.5)
+    odometry = track.between(18.02, 18.08)
+    assert odometry.twist.linear == pytest.approx(0.5)
+    assert odometry.twist.angular == pytest.approx(0.2)
+
+
+def test_a_step_that_cannot_be_is_left_out() -> None:
+    track = OdometryTrack()
+    odometry = PositionOdometry(P3DX_SH, track)
+    places = [0.0, 0.03, 0.30, 0.09, 0.12]
+    taken = [odometry.add(0.1 * k, Sip(x=x, left=0.3, right=0.3)) for k, x in enumerate(places)]
+    assert taken == [True, True, False, True, True]
+    assert track.last is not None
+    assert track.last[1].x == pytest.approx(0.12)
+    for k in range(5, 15):  # the robot began anew elsewhere
+        odometry.add(0.1 * k, Sip(x=20.0, left=0.0, right=0.0))
+    assert track.last[1].x == pytest.approx(0.12)
+    assert track.last[0] == pytest.approx(1.4)
+
+
+def test_closing_while_the_devices_are_gone_does_not_hang() -> None:
+    with bench() as (emulator, robot):
+        emulator.do(emulator.lidar.unplug)
+        emulator.do(emulator.robot.unplug)
+        wait_until(lambda: robot.trouble)
+    assert threading.active_count() < 20
+    with pytest.raises(RobotError, match="closed"):
+        robot.observe()

@@ -1,0 +1,119 @@
+"""The commands for the bench: emulate, doctor, and run on the hardware back end."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from hardware.doctor import examine
+from hardware.emulator.emulator import Emulator
+from hardware.emulator.faults import Fault
+from hardware.emulator.kinematic_plant import scenario_plant
+from hardware.emulator.ports import TcpPort
+from slam.errors import InputError
+from slam.run.backends import late, make_plant
+from slam.run.cli import main
+from slam.run.scenario.file import load_scenario
+
+
+def command(*words: str) -> list[str]:
+    return [sys.executable, "-c", "from slam.run.cli import main; main()", *words]
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[dict[str, str]]:
+    """Where the devices of a running ``hopslam emulate`` are."""
+    words = command("emulate", "corridor", "--link-dir", str(tmp_path / "bench"), "--fault", "robot:stall@60+1")
+    environment = os.environ | {"PYTHONPATH": "."}
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment) as program:
+        assert program.stdout is not None
+        yield json.loads(program.stdout.readline())
+        program.send_signal(signal.SIGINT)
+        assert program.wait(20) == 0
+    assert not list((tmp_path / "bench").iterdir())
+
+
+def test_a_run_on_emulated_devices(bench: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = tmp_path / "run"
+    settings = [f"hardware.robot_port={bench['p3dx']}", f"hardware.lidar_port={bench['urg04lx']}", "duration=1.5"]
+    words = [word for setting in settings for word in ("--set", setting)]
+    monkeypatch.setattr(
+        sys, "argv", ["hopslam", "run", "corridor", "--backend", "hardware", "--yes", "--out", str(out), *words]
+    )
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0
+    metrics = json.loads((out / "metrics.json").read_text())
+    assert metrics["ending"] == "no more scans"
+    assert metrics["scans"] >= 10
+
+
+def test_doctor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    with Emulator(scenario_plant(load_scenario("corridor")), TcpPort(), paced=False) as emulator:
+        assert "robot emulated, class Pioneer, subclass p3dx-sh" in examine(emulator.robot.port.address, 19200).words
+        picture = tmp_path / "scan.png"
+        monkeypatch.setattr(sys, "argv", ["hopslam", "doctor", emulator.lidar.port.address, "--png", str(picture)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert ended.value.code == 0
+        said = capsys.readouterr().out
+        assert "URG-04LX" in said
+        assert "10 scans a second of 682 beams" in said
+        assert picture.stat().st_size > 10_000
+        assert not emulator.urg04lx.laser
+    assert "no such port" in examine("/dev/there-is-none", 19200).words
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["--dry-run"], "add --backend hardware"),
+        (["--backend", "replay"], "run: hopslam replay LOG"),
+        (["--backend", "hardwear"], "did you mean hardware?"),
+        (["--backend", "hardware", "--set", "lidar.model=table1"], "set lidar.model=urg04lx"),
+    ],
+)
+def test_what_does_not_fit_is_refused(
+    words: list[str],
+    complaint: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["hopslam", "run", "corridor", "--out", str(tmp_path / "run"), *words])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    assert complaint in capsys.readouterr().err
+
+
+def test_faults_are_read() -> None:
+    assert Fault.parse("lidar:unplug@10+5") == Fault("lidar", "unplug", 10.0, 5.0)
+    assert Fault.parse("robot:e-stop@3") == Fault("robot", "e-stop", 3.0, None)
+    for text in ("lidar:e-stop@3", "lidar:unplug", "robot:stall@x"):
+        with pytest.raises(InputError, match="expected for example"):
+            Fault.parse(text)
+
+
+def test_planned_faults_happen() -> None:
+    emulator = Emulator(scenario_plant(load_scenario("corridor")))
+    for text in ("robot:e-stop@0.05+600", "lidar:dead@0", "lidar:unplug@0.05+0.05", "robot:motors-off@0+0"):
+        Fault.parse(text).plan(emulator)
+    with emulator:
+        late("time:sleep")(0.3)
+        emulator.do(lambda: None)
+        assert emulator.p3dx.motion.e_stop
+        assert emulator.urg04lx.dead
+        assert emulator.lidar.port.filenos()
+
+
+def test_an_empty_world_has_nothing_to_emulate() -> None:
+    with pytest.raises(InputError, match="nothing to see"):
+        make_plant("plan", load_scenario("replay"))
+    with pytest.raises(InputError, match="no plant named 'pan'; did you mean plan"):
+        make_plant("pan")

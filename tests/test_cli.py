@@ -173,7 +173,7 @@ def test_ctrl_c_leaves_a_complete_folder_and_exit_code_130(tmp_path: Path) -> No
     out, err = running.communicate(timeout=60)
     assert running.returncode == 130, err
     assert "interrupted; results in" in out
-    assert {path.name for path in (tmp_path / "run").iterdir()} == ALL_FILES | {"groundtruth.tum"}
+    assert {path.name for path in (tmp_path / "run").iterdir()} == ALL_FILES | {"groundtruth.tum", "map.json"}
 
 
 @pytest.mark.parametrize("words", [["--help"], ["run", "--help"], ["replay", "--help"]])

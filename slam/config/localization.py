@@ -23,11 +23,11 @@ class LocalizationConfig(Section):
     """Pieces of evidence, at least, before the robot is sure ..."""
     sure_by: float = Field(0.6, gt=0)
     """... that the best hypothesis leads by so much in the sum of agreements ..."""
-    sure_above: float = Field(0.5, ge=0, le=1)
+    sure_above: float = Field(0.6, ge=0, le=1)
     """... and that its agreement, averaged over the last pieces of evidence, is above this."""
     dropped_by: float = Field(1.5, gt=0)
     """A hypothesis that is behind by this much is given up."""
-    doubt_below: float = Field(0.4, ge=0, le=1)
+    doubt_below: float = Field(0.5, ge=0, le=1)
     """With an average agreement below this the robot is lost, and the whole map is searched again."""
     memory: float = Field(0.7, ge=0, lt=1)
     """Share of the average that is kept at the next piece of evidence."""

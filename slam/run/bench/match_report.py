@@ -13,7 +13,7 @@ from rich.console import Console
 
 from slam.pose import FloatArray
 from slam.run.bench.match_scenes import ScannedWorld
-from slam.run.bench.match_score import BEAMS, NEAR, SHIFTS, TURNS, Runs, basin, runs, starts
+from slam.run.bench.match_score import BEAMS, NEAR, SHIFTS, TURNS, Runs, basin, race, starts
 from slam.run.bench.matchers import Icp, Matcher, Ours, Paper
 from slam.run.bench.tables import ResultTable
 from slam.run.optional import optional
@@ -46,10 +46,12 @@ def compare(scenario: Scenario, places: int, seed: int, console: Console) -> Com
     kinds = "PLANE_ICP", "GICP", "ICP"
     matchers: list[Matcher] = [Ours(made_from), Ours(made_from, search=False), Paper(made_from)]
     matchers += [Icp(made_from, small_gicp, kind) for kind in kinds]
-    near, basins = {}, {}
+    with console.status("timing"):
+        races = {beams: race(matchers, scans[beams], starts(*NEAR)) for beams in BEAMS}
+    near = {matcher.name: {beams: of[matcher.name] for beams, of in races.items()} for matcher in matchers}
+    basins = {}
     for matcher in matchers:
-        with console.status(matcher.name):
-            near[matcher.name] = {beams: runs(matcher, scans[beams], starts(*NEAR)) for beams in BEAMS}
+        with console.status(f"basin of {matcher.name}"):
             few = scans[682][::FEW] if isinstance(matcher, Paper) else scans[682]
             basins[matcher.name] = basin(matcher, few)
     return Comparison(near, basins, places)

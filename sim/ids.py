@@ -13,6 +13,7 @@ SCENARIO_IDS: Final = {
     "hopslam/CrowdedCorridor-v0": "crowded_corridor",
     "hopslam/FeaturelessCorridor-v0": "featureless_corridor",
     "hopslam/OfficeLoop-v0": "office_loop",
+    "hopslam/PaperCorridor-v0": "paper_corridor",
     "hopslam/PaperSimulation-v0": "paper_simulation",
     "hopslam/RandomOffice-v0": "random_office",
 }

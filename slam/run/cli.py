@@ -83,7 +83,7 @@ def run(
 
     hopslam run paper_simulation --seed 3 --out /tmp/paper
 
-    hopslam run corridor --set slam.lines.psi=0 --set robot.odometry.track=0.33 --rerun corridor.rrd
+    hopslam run paper_corridor --set slam.lines.psi=0 --set robot.odometry.track=0.33 --rerun corridor.rrd
 
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
     """

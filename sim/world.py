@@ -25,6 +25,9 @@ RAYS_PER_CALL: Final = 8192
 TOUCH: Final = 1e-3
 """Two bodies touch when closer than this, metres; PyBullet lists contacts from 20 mm on."""
 
+YIELDING: Final = {"contactStiffness": 1000.0, "contactDamping": 1000.0}
+"""Of a pillar, N/m and N s/m: one that is put down inside the robot pushes it gently aside; a hard one flings it."""
+
 OUT_OF_REACH: Final = (0.0, 0.0, -10.0)
 """Under the floor, where nothing meets anything; metres."""
 
@@ -95,6 +98,7 @@ class World:
     def add_pillar(self, radius: float, height: float) -> int:
         """A cylinder that ``move`` sets down and the robot runs into; rays pass through it. It starts out of reach."""
         pillar = self._add_static(PEOPLE, 0.5, shapeType=pybullet.GEOM_CYLINDER, radius=radius, height=height)
+        self.bullet.call(pybullet.changeDynamics, pillar, -1, **YIELDING)
         self.move(pillar, *OUT_OF_REACH)
         return pillar
 

@@ -10,7 +10,7 @@ from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.run.scenario.robot_config import RobotConfig
-from slam.run.scenario.world_plan import Box
+from slam.run.scenario.world_plan import Box, Prism, rectangle
 from slam.run.scenario.world_plan import World as Plan
 
 

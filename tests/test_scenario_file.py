@@ -84,6 +84,7 @@ def test_the_name_comes_from_the_file(tmp_path: Path) -> None:
         ),
         ("0.3", "-1", "small.yaml:6: route.speed: Input should be greater than 0 (got -1)"),
         ("0.3", "fast", "small.yaml:6: route.speed: Input should be a valid number"),
+        ("[1, 2]", "[1, 2.0e+9]", "small.yaml:4: world.boxes.0.center.1: Input should be less than or equal to 5000"),
         ("[1, 2]", "[1]", "small.yaml:4: world.boxes.0.center.1: Field required"),
         ("  speed: 0.3", "  speed: 0.3\n  speed: 0.4", "small.yaml:7: speed: this key stands here for the second time"),
         ("  speed: 0.3", "  speed: [", "small.yaml:7: not valid YAML"),

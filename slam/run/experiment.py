@@ -19,6 +19,7 @@ from slam.line_slam import LineSlam
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.run.backends import make_robot
+from slam.run.interruption import Interruption
 from slam.run.logs import read_log
 from slam.run.loop import Ending, Watcher, run_loop
 from slam.run.pilot import Passenger, Pilot, WaypointPilot
@@ -105,6 +106,7 @@ class Experiment:
                 watchers.append(stack.enter_context(RerunLog(files, self.slam.T_base_laser, self.outlines)))
             stack.callback(self.env.close)
             watchers.append(stack.enter_context(RunProgress(console, self.scenario.name)))
+            watchers.append(stack.enter_context(Interruption()))
             try:
                 return run_loop(self.env, self.slam, self.pilot, watchers, self.seed), None
             except KeyboardInterrupt:

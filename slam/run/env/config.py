@@ -35,7 +35,7 @@ class EnvConfig(Section):
     """How the next way-point is told."""
     map_cells: int = Field(64, ge=8, le=512)
     """Cells along a side of the map crop."""
-    cell: Positive = 0.1
+    cell: float = Field(0.1, ge=0.01)
     """Side of a cell of the map and of the seen area, metres."""
 
     @property

@@ -229,8 +229,6 @@ def test_a_lost_robot_leaves_the_map_alone() -> None:
     """With settings under which every scan that is matched counts as lost, the map stays that of the first."""
     slam = LineSlam(SlamConfig.model_validate({"matching": {"lost_below": 1.0, "lost_after": 1}}), Pose2D())
     path = [Pose2D(0.1 * k) for k in range(10)]
-    found = [
-        slam.update(scan_of(ROOM, pose, 0.01, k, 0.1 * k), Odometry(0.1 * k, pose)) for k, pose in enumerate(path)
-    ]
+    found = [slam.update(scan_of(ROOM, pose, 0.01, k, 0.1 * k), Odometry(0.1 * k, pose)) for k, pose in enumerate(path)]
     assert [estimate.lost for estimate in found] == [False] + 9 * [True]
     assert len({estimate.map_points for estimate in found}) == 1

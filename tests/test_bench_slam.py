@@ -11,6 +11,8 @@ from rich.console import Console
 
 from slam.config import SlamConfig
 from slam.pose import FloatArray
+from slam.run.bench.sim_report import tables as sim_tables
+from slam.run.bench.sim_runs import run_scenario
 from slam.run.bench.slam_metrics import absolute_error, crispness, poses_at, relation_errors, relative_error
 from slam.run.bench.slam_report import tables
 from slam.run.bench.slam_runs import doubled_noise, run_log
@@ -76,3 +78,20 @@ def test_logs_that_are_not_there_are_skipped_and_named(tmp_path: Path) -> None:
     console = Console(record=True, width=200, quiet=False, force_terminal=False)
     assert tables(["fr079"], tmp_path, SlamConfig(), console) == []
     assert "fr079.log.gz; skipped" in console.export_text()
+
+
+def test_a_run_in_the_simulator_is_measured_against_the_truth() -> None:
+    run = run_scenario("cluttered_room", 0, ("duration=2",))
+    count = len(run.poses)
+    assert run.covariances.shape == (count, 3, 3)
+    assert run.normalised_errors.shape == (count - 1,)
+    assert len(run.times) == count
+    assert np.abs(run.offsets).max() < 0.05
+    np.testing.assert_allclose(run.odometry_offsets[0], 0.0, atol=1e-9)
+
+
+def test_the_tables_of_the_simulator() -> None:
+    each, together = sim_tables(["cluttered_room"], 1, False, ("duration=1",), Console(quiet=True))
+    assert each.rows[0][0] == "cluttered_room, 0"
+    assert together.rows[0][:2] == ("cluttered_room", "1")
+    assert {len(row) for row in each.rows} == {len(each.columns)}

@@ -17,6 +17,9 @@ the normal (m^2), points, and 1 where the facet before is of the same segment.""
 RANGE_FLOOR = 0.003  # metres: a range is never surer than this
 CLUSTER_GAP = 0.10  # metres between neighbouring points of a cluster, at most
 CLUSTER_SIZE = 0.15  # metres from its first point to its last
+TRUNCATED = (
+    2.5  # standard deviations from the end of the reach: nearer to it, only the readings that came short are seen
+)
 
 
 def facets_of(scan: LaserScan, segments: Segments, length: float) -> FloatArray:
@@ -44,7 +47,27 @@ def _facets(
         count = _cut(points, first[m], last[m] + 1, theta[m], noise, length, facets, count)
         begin = max(begin, last[m] + 1)
     count = _clusters(points, begin, n, noise, facets, count)
-    return facets[:count]
+    return facets[: _drop_truncated(facets, count, reach[1], noise)]
+
+
+@compiled
+def _drop_truncated(facets: FloatArray, count: int, range_max: float, noise: tuple[float, float, float, float]) -> int:
+    """Leave out what is so near to the end of the reach that half of its echoes were too far: the rest is too short.
+
+    A far wall would be mapped too near, and the robot held back by it as it comes closer.
+    """
+    kept, unbroken = 0, True
+    for k in range(count):
+        r = np.hypot(facets[k, X], facets[k, Y])
+        if r + TRUNCATED * np.sqrt(_variance(r, noise)) > range_max:
+            unbroken = False
+            continue
+        if kept != k:
+            facets[kept] = facets[k]
+        if not unbroken:
+            facets[kept, LINKED] = 0.0
+        kept, unbroken = kept + 1, True
+    return kept
 
 
 @compiled

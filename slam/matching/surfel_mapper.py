@@ -80,7 +80,12 @@ class SurfelMapper:
         )
 
     def add(self, scan: LaserScan, segments: Segments, T_map_laser: Pose2D) -> None:
-        """Add the facets of the scan located last, where it was taken far enough from the last that was added."""
+        """Add the facets of the scan located last, where it was taken far enough from the last that was added.
+
+        While lost nothing is added: what is put in the wrong place would stay there.
+        """
+        if self._misfits >= self.config.lost_after:
+            return
         config, added = self.map.config, self._added
         if added is None or (
             added.distance(T_map_laser) >= config.update_distance

@@ -128,3 +128,36 @@ def slam(
         console.print(table.rich())
     if out is not None:
         write_tables(out, made, "SLAM on recorded logs")
+
+
+@app.command("slam-sim")
+def slam_sim(
+    scenarios: Annotated[
+        list[str] | None, typer.Argument(metavar="[SCENARIO]...", help="Names such as corridor; six without one.")
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, max=100, help="Runs of each scenario, with seeds from 0 on.")] = 10,
+    hour: Annotated[bool, typer.Option("--hour", help="Also one simulated hour around office_loop: minutes.")] = False,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the tables to a Markdown file.")] = None,
+) -> None:
+    """Measure the whole method in the simulator, against the truth: errors, covariances, costs.
+
+    [bold]Examples[/bold]
+
+    hopslam bench slam-sim
+
+    hopslam bench slam-sim corridor office_loop --seeds 3 --hour
+
+    hopslam bench slam-sim crowded_corridor --set slam.map.free_margin=0.1 --out /tmp/crowd.md
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from slam.run.bench.lines_report import write_tables
+    from slam.run.bench.sim_report import tables
+
+    made = tables(scenarios or [], seeds, hour, tuple(settings or ()), console)
+    for table in made:
+        console.print(table.rich())
+    if out is not None:
+        write_tables(out, made, "SLAM in the simulator")

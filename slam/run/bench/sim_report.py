@@ -1,0 +1,96 @@
+"""``hopslam bench slam-sim``: the tables of the runs in the simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from typing import Final
+
+import numpy as np
+from rich.console import Console
+
+from slam.run.bench.sim_runs import SimRun, run_scenario
+from slam.run.bench.tables import ResultTable
+
+WORKERS: Final = 2
+SCENARIOS: Final = (
+    "crowded_corridor", "featureless_corridor", "corridor", "office_loop", "cluttered_room", "random_office"
+)  # fmt: skip
+BOUND: Final = 7.815
+"""95 % of chi-square with three degrees of freedom."""
+BLOCK: Final = 1000
+"""Scans at the beginning and at the end of the hour that are compared."""
+
+
+def tables(
+    names: Sequence[str], seeds: int, hour: bool, settings: tuple[str, ...], console: Console
+) -> list[ResultTable]:
+    """Errors of every scenario for so many seeds, all scenarios without a name; with ``hour`` also the long run."""
+    jobs = [(name, seed) for name in (names or SCENARIOS) for seed in range(seeds)]
+    with ProcessPoolExecutor(WORKERS) as pool, console.status("driving in the simulator"):
+        futures = [(name, seed, pool.submit(run_scenario, name, seed, settings)) for name, seed in jobs]
+        long = pool.submit(run_scenario, "office_loop", 0, settings, True) if hour else None
+        runs = [(name, seed, future.result()) for name, seed, future in futures]
+        made = [_each(runs), _together(runs)]
+        return [*made, _hour(long.result())] if long is not None else made
+
+
+def _each(runs: Sequence[tuple[str, int, SimRun]]) -> ResultTable:
+    columns = (
+        "scenario, seed", "ending", "scans", "final\ncm", "ATE\ncm", "most\ncm", "most x\ncm", "odometry\nmost x, cm",
+        "most y\ncm", "open", "in bound", "lost", "ms", "p99 ms",
+    )  # fmt: skip
+    notes = (
+        "Against the truth, without alignment. Open: scans that left a direction to odometry. In bound: normalised "
+        "squared error within 95 % of chi-square. Milliseconds of processor time an update, extraction included."
+    )
+    return ResultTable("In the simulator", columns, [_row(*run) for run in runs], notes)
+
+
+def _row(name: str, seed: int, run: SimRun) -> tuple[str, ...]:
+    offsets, wheels = 100.0 * np.abs(run.offsets), 100.0 * np.abs(run.odometry_offsets)
+    distance = np.hypot(offsets[:, 0], offsets[:, 1])
+    return (
+        f"{name}, {seed}", run.ending, str(len(run.poses)), f"{distance[-1]:.1f}",
+        f"{np.sqrt(np.mean(distance**2)):.1f}", f"{distance.max():.1f}", f"{offsets[:, 0].max():.1f}",
+        f"{wheels[:, 0].max():.1f}", f"{offsets[:, 1].max():.1f}", f"{100 * run.open[1:].mean():.0f} %",
+        f"{100 * np.mean(run.normalised_errors < BOUND):.0f} %", str(run.lost), f"{1e3 * np.median(run.times):.3f}",
+        f"{1e3 * np.percentile(run.times, 99):.2f}",
+    )  # fmt: skip
+
+
+def _together(runs: Sequence[tuple[str, int, SimRun]]) -> ResultTable:
+    groups = {name: [run for other, _, run in runs if other == name] for name, *_ in runs}
+    rows = [_sum(name, group) for name, group in groups.items()]
+    if len(groups) > 1:
+        rows.append(_sum("all", [run for *_, run in runs]))
+    columns = ("scenario", "runs", "worst final\ncm", "lost", "in bound")
+    return ResultTable("All seeds together", columns, rows)
+
+
+def _sum(name: str, runs: Sequence[SimRun]) -> tuple[str, ...]:
+    final = max(float(np.hypot(*run.offsets[-1, :2])) for run in runs)
+    errors = np.concatenate([run.normalised_errors for run in runs])
+    lost = sum(run.lost > 0 or run.ending != "arrived" for run in runs)
+    return name, str(len(runs)), f"{100 * final:.1f}", str(lost), f"{100 * np.mean(errors < BOUND):.1f} %"
+
+
+def _hour(run: SimRun) -> ResultTable:
+    columns = (
+        "scans",
+        "first 1,000\nms",
+        "last 1,000\nms",
+        "ratio",
+        "surfels after\na tenth",
+        "half",
+        "all",
+        "end\ncm",
+    )
+    first, last = np.median(run.times[:BLOCK]), np.median(run.times[-BLOCK:])
+    size, count = run.map_points, len(run.times)
+    row = (
+        str(count), f"{1e3 * first:.3f}", f"{1e3 * last:.3f}", f"{last / first:.2f}", f"{size[count // 10]:.0f}",
+        f"{size[count // 2]:.0f}", f"{size[-1]:.0f}", f"{100 * float(np.hypot(*run.offsets[-1, :2])):.1f}",
+    )  # fmt: skip
+    notes = "Around office_loop, seed 0. The first scan of all is among the first 1,000."
+    return ResultTable("One hour", columns, [row], notes)

@@ -46,6 +46,7 @@ class P3dx:
         self.track = OdometryTrack()
         self.identity, self.settings = Identity("", "", ""), ArcosConfig()
         self.sip = Sip()
+        self.sonar: dict[int, float] = {}
         self.reported_at = self._sent_at = time.monotonic()
         self.trouble: str | None = None
         self._line = self._connect()
@@ -196,6 +197,7 @@ class P3dx:
     def _take_sip(self, stamp: float, sip: Sip) -> None:
         if self._position.add(stamp, sip):
             self.sip, self.reported_at, self.trouble = sip, stamp, None
+            self.sonar = self.sonar | dict(sip.sonar)
             self._was_armed = (self._was_armed or sip.motors_enabled) and not sip.e_stop
 
     def _reconnect(self, reason: str) -> None:

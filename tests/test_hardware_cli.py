@@ -90,6 +90,7 @@ def test_what_does_not_fit_is_refused(
         main()
     assert ended.value.code == 2
     assert complaint in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
 
 
 def test_faults_are_read() -> None:

@@ -27,5 +27,7 @@ class HardwareConfig(Section):
     """The robot stops when no new command came for so long, seconds."""
     data_timeout: float = Field(0.3, gt=0.15, le=2)
     """It also stops when the lidar or the odometry is silent for so long, seconds."""
+    patience: float = Field(30.0, ge=0)
+    """How long a run waits, standing, for a lidar or a base that fell silent, before it ends, seconds."""
     max_watchdog: Positive = 2.0
     """The robot's own watchdog must stop it after this time at the latest, seconds; it is set in its FLASH."""

@@ -20,6 +20,7 @@ from hardware.base_odometry import EncoderOdometry, PositionOdometry, sip_twist
 from hardware.damaged import Damaged
 from hardware.odometry_track import OdometryTrack
 from hardware.serial_port import PortLost, SerialPort
+from hardware.wheel_scales import WheelScales
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.run.scenario.hardware_config import HardwareConfig
@@ -158,8 +159,10 @@ class P3dx:
         if by_encoders and not ticks:
             raise RobotError(f"{line.port.url}: the robot does not say its ticks; set hardware.odometry=position")
         line.send(Command(CommandId.ENCODER, 2 * by_encoders))
-        self._position = PositionOdometry(self._units, OdometryTrack() if by_encoders else self.track)
-        self._encoders = EncoderOdometry(ticks, self._units.half_track, self.track) if by_encoders else None
+        config = self._config
+        scales = WheelScales(self._units.half_track, config.left_scale, config.right_scale, config.track_scale)
+        self._position = PositionOdometry(self._units, scales, OdometryTrack() if by_encoders else self.track)
+        self._encoders = EncoderOdometry(ticks, scales, self.track) if by_encoders else None
 
     def _known_units(self, line: ArcosLine) -> ArcosUnits:
         units = units_of(self.identity.subclass)

@@ -15,5 +15,6 @@ SCENARIO_IDS: Final = {
     "hopslam/OfficeLoop-v0": "office_loop",
     "hopslam/PaperSimulation-v0": "paper_simulation",
     "hopslam/RandomOffice-v0": "random_office",
+    "hopslam/UmbmarkRoom-v0": "umbmark_room",
 }
 """One for each shipped scenario that has a world to drive in."""

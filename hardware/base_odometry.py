@@ -59,8 +59,7 @@ class PositionOdometry:
             return True
         step = self._step(self._last.sip, sip)
         if self._plausible(step, self._last, reading):
-            way = self._scales.corrected(mean_twist(step, 1.0))
-            self._accept(reading, (self._track.last[1] if self._track.last else Pose2D()) @ moved(way, 1.0))
+            self._accept(reading, (self._track.last[1] if self._track.last else Pose2D()) @ self._corrected(step))
             return True
         self.refused += 1
         self._first_refused = self._first_refused or stamp
@@ -77,6 +76,12 @@ class PositionOdometry:
         moved = Pose2D(unwrapped_step(before.x, after.x, wrap), unwrapped_step(before.y, after.y, wrap))
         turned = Pose2D(0.0, 0.0, before.theta).inverse() @ moved
         return Pose2D(turned.x, turned.y, wrap_angle(after.theta - before.theta))
+
+    def _corrected(self, step: Pose2D) -> Pose2D:
+        """By the wheels' scales; what is no motion of wheels, such as the rounding of reports, stays as it is."""
+        rolled = mean_twist(step, 1.0)
+        rest = moved(rolled, 1.0).between(step)
+        return moved(self._scales.corrected(rolled), 1.0) @ rest
 
     def _plausible(self, step: Pose2D, before: _Reading, after: _Reading) -> bool:
         seconds = after.stamp - before.stamp + _SLACK_TIME

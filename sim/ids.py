@@ -16,5 +16,6 @@ SCENARIO_IDS: Final = {
     "hopslam/PaperCorridor-v0": "paper_corridor",
     "hopslam/PaperSimulation-v0": "paper_simulation",
     "hopslam/RandomOffice-v0": "random_office",
+    "hopslam/UmbmarkRoom-v0": "umbmark_room",
 }
 """One for each shipped scenario that has a world to drive in."""

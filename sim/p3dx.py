@@ -100,6 +100,12 @@ class P3dx:
             self.setpoint = self._ramped_setpoint()
             self._run_motors()
 
+    def turn(self, setpoint: Twist2D) -> None:
+        """Turn the wheels at this speed from now on: for a firmware with limits, ramps and a watchdog of its own."""
+        if setpoint != self.setpoint:
+            self.setpoint = setpoint
+            self._run_motors()
+
     @property
     def place(self) -> tuple[float, float, float]:
         """The truth, ``T_map_base``, as x, y, theta; theta in [-pi, pi]."""

@@ -70,6 +70,7 @@ class Experiment:
         console = console or Console(quiet=True)
         if rerun is not None:
             check_recording(rerun)
+        self.env.prepare(self.seed)
         warm_up(console, self.scenario.slam)
         folder = make_run_folder(self.scenario.name, out)
         try:
@@ -108,7 +109,8 @@ class Experiment:
             watchers.append(stack.enter_context(RunProgress(console, self.scenario.name)))
             watchers.append(stack.enter_context(Interruption()))
             try:
-                return run_loop(self.env, self.slam, self.pilot, watchers, self.seed), None
+                patience = self.scenario.hardware.patience
+                return run_loop(self.env, self.slam, self.pilot, watchers, self.seed, patience), None
             except KeyboardInterrupt:
                 return "interrupted", None
             except RobotError as error:

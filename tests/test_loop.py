@@ -73,7 +73,7 @@ class Notes:
     def see(self, step: Step) -> None:
         self.steps.append(step)
 
-    def command(self, T_map_base: Pose2D) -> Twist2D:
+    def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D:
         self.poses.append(T_map_base)
         return Twist2D(0.5, -0.25)
 

@@ -4,6 +4,7 @@ The defaults of the paper's parts are those of its section 5.1.
 """
 
 from slam.config.lines import ChiSquareConfig, HoppingConfig, LineConfig
+from slam.config.localization import LocalizationConfig
 from slam.config.mapping import MapConfig, PointMapConfig, SurfelMapConfig
 from slam.config.matching import ForceFieldConfig, LeastSquaresConfig, MatchConfig, MotionConfig, SearchConfig
 from slam.config.section import Section
@@ -15,6 +16,7 @@ __all__ = [
     "HoppingConfig",
     "LeastSquaresConfig",
     "LineConfig",
+    "LocalizationConfig",
     "MapConfig",
     "MatchConfig",
     "MotionConfig",

@@ -7,6 +7,7 @@ from typing import Any, Final, Literal, Self
 from pydantic import Field, model_validator
 
 from slam.config.lines import ChiSquareConfig, LineConfig
+from slam.config.localization import LocalizationConfig
 from slam.config.mapping import MapConfig, SurfelMapConfig
 from slam.config.matching import LeastSquaresConfig, MatchConfig
 from slam.config.section import Section
@@ -28,6 +29,7 @@ class SlamConfig(Section):
     lines: LineConfig = ChiSquareConfig.model_validate(_FINE_LINES)
     map: MapConfig = SurfelMapConfig()
     matching: MatchConfig = LeastSquaresConfig()
+    localization: LocalizationConfig = LocalizationConfig()
     deskew: bool = True
     """Undo the motion of the robot while the beams were taken, where they carry time; off in paper mode."""
     odometry: bool = True

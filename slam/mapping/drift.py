@@ -16,6 +16,10 @@ GROWTH: Final = 0.15
 """Share of the variance of a match that a new tile adds: its map is made by many scans, whose errors average out."""
 
 
+Tiles = dict[tuple[int, int], tuple[Pose2D, FloatArray]]
+"""By column and row: the pose at which each was first entered, and the covariance (3, 3) that the map had there."""
+
+
 class Drift:
     """The covariance that the map had where and when each of its tiles was first entered.
 
@@ -24,17 +28,21 @@ class Drift:
     of the match. A robot that comes back to an old tile has no more error than it had there at first.
     """
 
-    def __init__(self) -> None:
-        self._tiles: dict[tuple[int, int], tuple[Pose2D, FloatArray]] = {}
-        self._here = (Pose2D(), np.zeros((3, 3)))
+    def __init__(self, tiles: Tiles | None = None, here: tuple[int, int] | None = None) -> None:
+        self.tiles: Tiles = dict(tiles or {})
+        self.here = here
+
+    def nearest(self, pose: Pose2D) -> tuple[int, int] | None:
+        """The tile that was entered nearest to a pose; None where there is none."""
+        return min(self.tiles, key=lambda tile: self.tiles[tile][0].distance(pose), default=None)
 
     def covariance(self, pose: Pose2D, of_match: FloatArray) -> FloatArray:
         """Of x, y, theta (3, 3) in the frame of the first pose, for a pose whose match has the covariance ``of_match``;
         enters the tile."""
         tile = floor(pose.x / TILE), floor(pose.y / TILE)
-        if tile not in self._tiles:
-            entered, covariance = self._here
-            self._tiles[tile] = pose, moved(covariance, entered, pose) + (GROWTH * of_match if self._tiles else 0.0)
-        self._here = self._tiles[tile]
-        entered, covariance = self._here
+        if tile not in self.tiles:
+            entered, covariance = self.tiles[self.here] if self.here else (Pose2D(), np.zeros((3, 3)))
+            self.tiles[tile] = pose, moved(covariance, entered, pose) + (GROWTH * of_match if self.tiles else 0.0)
+        self.here = tile
+        entered, covariance = self.tiles[tile]
         return moved(covariance, entered, pose) + of_match

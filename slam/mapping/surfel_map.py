@@ -22,9 +22,9 @@ MARGIN: Final = 64
 class SurfelMap:
     """Surfels in a grid; the walls that they make are at ``ends``."""
 
-    def __init__(self, config: SurfelMapConfig) -> None:
+    def __init__(self, config: SurfelMapConfig, grid: Grid | None = None) -> None:
         self.config = config
-        self.grid = Grid(
+        self.grid = grid or Grid(
             head=np.full((2 * MARGIN, 2 * MARGIN), -1, np.int32),
             next=np.full(1024, -1, np.int32),
             surfels=np.zeros((1024, 7)),
@@ -65,7 +65,7 @@ class SurfelMap:
         if len(facets):
             self._cover(T_map_laser.transform(facets[:, :2]))
             put(self.grid, facets, pose, config.gate, float(config.max_hits), config.pose_sigma)
-        free = _free_ranges(scan, config.no_echo_reach)
+        free = free_ranges(scan, config.no_echo_reach)
         carve(
             self.grid, free, scan.angle_min, scan.angle_increment, pose, config.carve_reach, config.free_margin,
             config.miss_ratio,
@@ -91,7 +91,7 @@ class SurfelMap:
         self.grid = grid
 
 
-def _free_ranges(scan: LaserScan, no_echo_reach: float) -> FloatArray:
+def free_ranges(scan: LaserScan, no_echo_reach: float) -> FloatArray:
     """How far each beam was certainly free, metres, shape (N,): 0 for an error or a reading that is too near."""
     ranges = np.where(scan.echoes, scan.ranges, 0.0)
     ranges[np.isposinf(scan.ranges)] = min(no_echo_reach, scan.range_max)

@@ -150,6 +150,26 @@ def carve(
 
 
 @compiled
+def count_seen_through(
+    grid: Grid, ranges: FloatArray, angle_min: float, increment: float, pose: FloatArray, reach: float, margin: float
+) -> int:
+    """How many surfels that were seen twice or more the beams passed, as in ``carve``, which would count a miss."""
+    count, cell = 0, grid.cell
+    rows, columns = grid.head.shape
+    first_row = max(int(np.floor((pose[1] - reach) / cell)) - grid.corner[0], 0)
+    first_column = max(int(np.floor((pose[0] - reach) / cell)) - grid.corner[1], 0)
+    for row in range(first_row, min(int(np.floor((pose[1] + reach) / cell)) - grid.corner[0] + 1, rows)):
+        for column in range(first_column, min(int(np.floor((pose[0] + reach) / cell)) - grid.corner[1] + 1, columns)):
+            k = grid.head[row, column]
+            while k >= 0:
+                s = grid.surfels[k]
+                if s[HITS] >= 2.0 and _seen_through(s, ranges, angle_min, increment, pose, reach, margin):
+                    count += 1
+                k = grid.next[k]
+    return count
+
+
+@compiled
 def _seen_through(
     s: FloatArray, ranges: FloatArray, angle_min: float, increment: float, pose: FloatArray, reach: float, margin: float
 ) -> bool:

@@ -34,7 +34,7 @@ def best_of_window(
     n, m = int(np.ceil(half_width / PIXEL)), int(np.ceil(half_angle / TURN))
     size = 2 * (int(reach / PIXEL) + n + 2)
     x0, y0 = prior[0] - 0.5 * size * PIXEL, prior[1] - 0.5 * size * PIXEL
-    pictures = _draw(grid, x0, y0, size)
+    pictures = draw(grid, x0, y0, size)
     best, scores = np.empty((2 * m + 1, 4)), np.empty((2 * n + 1, 2 * n + 1), np.uint16)
     half = 0.5 * information
     xx, xy, yy, xt = half[0, 0], half[0, 1], half[1, 1], 2.0 * half[0, 2] * TURN
@@ -55,7 +55,7 @@ def best_of_window(
 
 
 @compiled
-def _draw(grid: Grid, x0: float, y0: float, size: int) -> NDArray[np.uint8]:
+def draw(grid: Grid, x0: float, y0: float, size: int) -> NDArray[np.uint8]:
     """The pictures (9, size, size) of the map, their lower left corner at (x0, y0), one pixel PIXEL wide."""
     pictures = np.zeros((SIDES + 1, size, size), np.uint8)
     rows, columns = grid.head.shape

@@ -9,6 +9,7 @@ from slam.lines.segments import Segments
 from slam.matching.match import Match
 from slam.matching.paper_mapper import PaperMapper
 from slam.matching.surfel_mapper import SurfelMapper
+from slam.matching.surfel_memory import SurfelMemory
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
@@ -56,4 +57,4 @@ def make_mapper(config: SlamConfig, T_base_laser: Pose2D, seed: int) -> Mapper:
         return PaperMapper(config.map, config.matching, T_base_laser, seed)
     assert isinstance(config.matching, LeastSquaresConfig)
     assert isinstance(config.map, SurfelMapConfig)
-    return SurfelMapper(config.map, config.matching, T_base_laser, config.odometry)
+    return SurfelMapper(SurfelMemory.empty(config.map), config.matching, T_base_laser, config.odometry)

@@ -7,14 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.config import LeastSquaresConfig, SurfelMapConfig
+from slam.config import LeastSquaresConfig
 from slam.lines.facets import facets_of
 from slam.lines.segments import Segments
-from slam.mapping.drift import Drift
-from slam.mapping.surfel_map import SurfelMap
 from slam.matching.coarse_search import best_of_window
 from slam.matching.least_squares import Settings, fuse, solve
 from slam.matching.match import Match
+from slam.matching.surfel_memory import SurfelMemory
 from slam.motion_model import motion_covariance, moved
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import LaserScan
@@ -39,18 +38,22 @@ class SurfelMapper:
     """Robust least squares on the facets of a scan and the surfels of the map."""
 
     def __init__(
-        self, map_config: SurfelMapConfig, config: LeastSquaresConfig, T_base_laser: Pose2D, odometry: bool
+        self, memory: SurfelMemory, config: LeastSquaresConfig, T_base_laser: Pose2D, odometry: bool = True
     ) -> None:
-        self.points = self.lines = self.map = SurfelMap(map_config)
+        self.points = self.lines = self.map = memory.map
         self.config, self.T_base_laser, self._odometry = config, T_base_laser, odometry
         self._settings = Settings(**{name: getattr(config, name) for name in Settings._fields})
-        self._drift = Drift()
+        self._drift, self._growth, self._misfits = memory.drift, memory.growth, memory.misfits
+        self._last, self._added = memory.T_map_base, memory.T_map_added
+        self._covariance = memory.covariance  # of the base at _last, against the map
         self._facets = np.empty((0, 7))
-        self._last: Pose2D | None = None
-        self._added: Pose2D | None = None
-        self._covariance = np.zeros((3, 3))  # of the base at _last, against the map
-        self._growth = 1.0
-        self._misfits = 0
+
+    @property
+    def memory(self) -> SurfelMemory:
+        """What a mapper is made from that goes on where this one stands; the map and its drift are shared."""
+        return SurfelMemory(
+            self.map, self._drift, self._last, self._added, self._covariance, self._growth, self._misfits
+        )
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
         """The pose of the sensor after the scan, given the pose of the base that odometry predicts."""

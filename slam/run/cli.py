@@ -6,7 +6,7 @@ import signal
 import sys
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from typing import Annotated, Any, Literal, NoReturn
 
 import typer
 from rich.console import Console
@@ -17,10 +17,8 @@ from slam.run.calibrate_cli import app as calibrate
 from slam.run.env_cli import env
 from slam.run.hardware_cli import doctor, emulate
 from slam.run.lines_cli import lines
+from slam.run.localize_cli import localize
 from slam.run.world_cli import world
-
-if TYPE_CHECKING:
-    from slam.run.experiment import Outcome
 
 app = typer.Typer(
     help="A robot testbed for line-based SLAM with a cheap 2-D lidar.",
@@ -30,6 +28,7 @@ app = typer.Typer(
     add_completion=False,
 )
 app.command()(lines)
+app.command()(localize)
 app.command()(env)
 app.command()(world)
 app.command()(emulate)
@@ -48,6 +47,10 @@ Out = Annotated[
 Rerun = Annotated[
     Path | None,
     typer.Option(metavar="FILE", help="Record for the rerun viewer: into this .rrd file, and the results' run.rrd."),
+]
+
+SavedMap = Annotated[
+    Path | None, typer.Option("--map", metavar="FILE", help="Go on mapping in this map.json of another run.")
 ]
 
 
@@ -74,6 +77,10 @@ def run(
     backend: Annotated[str, typer.Option(metavar="NAME", help="sim, or hardware: the real robot.")] = "sim",
     yes: Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="The real robot's sensors only: it never moves.")] = False,
+    saved_map: SavedMap = None,
+    start: Annotated[
+        Literal["given", "search"], typer.Option(help="Where in that map: the scenario's start, or to be found.")
+    ] = "given",
 ) -> None:
     """Drive a robot through a scenario, and map it.
 
@@ -87,9 +94,12 @@ def run(
 
     hopslam run paper_corridor --set slam.lines.psi=0 --set robot.odometry.track=0.33 --rerun corridor.rrd
 
+    hopslam run office_loop --map runs/latest/map.json --start search
+
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
     """
     from slam.run.experiment import scenario_experiment
+    from slam.run.finish import finish
     from slam.run.scenario.file import load_scenario
 
     if backend == "replay":
@@ -99,7 +109,11 @@ def run(
     by_seed = [] if seed is None else [f"seed={seed}"]
     options = {"yes": yes, "dry_run": dry_run} if backend == "hardware" else {}
     experiment = scenario_experiment(load_scenario(scenario, [*(settings or []), *by_seed]), backend, **options)
-    _finish(experiment.run(out, rerun, console))
+    if saved_map is not None:
+        from slam.run.localization import continued
+
+        experiment = continued(experiment, saved_map, start)
+    finish(experiment.run(out, rerun, console))
 
 
 @app.command()
@@ -109,6 +123,10 @@ def replay(
     out: Out = None,
     settings: Settings = None,
     rerun: Rerun = None,
+    saved_map: SavedMap = None,
+    start: Annotated[
+        Literal["search", "saved"], typer.Option(help="Where in that map: to be found, or where the other run ended.")
+    ] = "search",
 ) -> None:
     """Map a recorded log of a real robot.
 
@@ -117,25 +135,20 @@ def replay(
     hopslam replay fr079.log.gz
 
     hopslam replay mines1.dat.gz --out /tmp/mines --set slam.update_distance=0.1
+
+    hopslam replay second_half.log --map runs/latest/map.json --start saved
     """
     from slam.run.experiment import replay_experiment
+    from slam.run.finish import finish
     from slam.run.scenario.file import load_scenario
 
     experiment = replay_experiment(log, load_scenario(scenario, settings or []))
     console.print(experiment.notes["log_report"], highlight=False)
-    _finish(experiment.run(out, rerun, console))
+    if saved_map is not None:
+        from slam.run.localization import continued
 
-
-def _finish(outcome: Outcome) -> None:
-    """Show what came out, and leave with the exit code that fits."""
-    from slam.run.results.summary import summary_table
-
-    console.print(summary_table(outcome.metrics))
-    console.print(f"{outcome.ending}; results in {outcome.folder}", highlight=False)
-    if outcome.error is not None:
-        _fail(outcome.error)
-    if outcome.ending == "interrupted":
-        raise typer.Exit(130)
+        experiment = continued(experiment, saved_map, start)
+    finish(experiment.run(out, rerun, console))
 
 
 def _fail(error: HopslamError) -> NoReturn:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -19,9 +19,11 @@ from slam.line_slam import LineSlam
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.run.backends import make_robot
+from slam.run.estimator import Estimator, map_made_by
 from slam.run.interruption import Interruption
 from slam.run.logs import read_log
 from slam.run.loop import Ending, Watcher, run_loop
+from slam.run.maps.file import write_map
 from slam.run.pilot import Passenger, Pilot, WaypointPilot
 from slam.run.results.error_picture import draw_errors
 from slam.run.results.files import write_whole
@@ -54,13 +56,17 @@ class Experiment:
 
     scenario: Scenario
     env: RobotEnv
-    slam: LineSlam
+    slam: Estimator
     pilot: Pilot
     seed: int
     outlines: Sequence[FloatArray] = ()
     """What of the world the lidar could see, for the picture."""
     notes: dict[str, Any] = field(default_factory=dict)
     """More for ``metrics.json``."""
+    T_map_odom: Pose2D | None = None
+    """Where dead reckoning begins; None: at the robot's first estimate."""
+    measures: Callable[[Path], dict[str, Any]] = measure
+    """The metrics of the folder."""
 
     def run(self, out: Path | None = None, rerun: Path | None = None, console: Console | None = None) -> Outcome:
         """Run to the end, or to Ctrl-C, or to the failure of the robot; what was done is in the folder in every case.
@@ -71,7 +77,7 @@ class Experiment:
         if rerun is not None:
             check_recording(rerun)
         self.env.prepare(self.seed)
-        warm_up(console, self.scenario.slam)
+        warm_up(console, self.scenario.slam, search=not isinstance(self.slam, LineSlam))
         folder = make_run_folder(self.scenario.name, out)
         try:
             return self._run_in(folder, rerun, console)
@@ -83,6 +89,8 @@ class Experiment:
         began = perf_counter()
         ending, error = self._drive(folder, rerun, console)
         metrics = self._measure(folder, ending, perf_counter() - began)
+        if (made := map_made_by(self.slam)) is not None and metrics["scans"]:
+            write_map(folder / "map.json", made)
         write_whole(folder / "metrics.json", json.dumps(metrics, indent=2) + "\n")
         if metrics["scans"]:
             try:
@@ -99,7 +107,7 @@ class Experiment:
     def _drive(self, folder: Path, rerun: Path | None, console: Console) -> tuple[Ending, RobotError | None]:
         """The loop, with its watchers; whatever ends it, files are closed and the robot is stopped."""
         with ExitStack() as stack:
-            recorder = Recorder(folder, self.slam.T_map_base, self.slam.T_base_laser)
+            recorder = Recorder(folder, self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser)
             stack.callback(recorder.close)
             watchers: list[Watcher] = [recorder]
             if rerun is not None:
@@ -117,7 +125,7 @@ class Experiment:
                 return "failed", error
 
     def _measure(self, folder: Path, ending: Ending, wall_time: float) -> dict[str, Any]:
-        metrics = measure(folder) | self.notes
+        metrics = self.measures(folder) | self.notes
         metrics["ending"] = ending
         metrics["real_time_factor"] = round(metrics.get("duration_s", 0.0) / wall_time, 3)
         return metrics | {"seed": self.seed, "version": version("hopslam")}

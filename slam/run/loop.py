@@ -10,9 +10,10 @@ from typing import Any, Literal, Protocol
 import numpy as np
 
 from slam.errors import RobotTimeout
-from slam.line_slam import Estimate, LineSlam
+from slam.line_slam import Estimate
 from slam.odometry import Twist2D
 from slam.robot import Observation
+from slam.run.estimator import Estimator
 from slam.run.pilot import Pilot
 from slam.run.robot_env import RobotEnv
 
@@ -42,7 +43,7 @@ class Watcher(Protocol):
 
 def run_loop(
     env: RobotEnv,
-    slam: LineSlam,
+    slam: Estimator,
     pilot: Pilot,
     watchers: Iterable[Watcher],
     seed: int | None,
@@ -57,7 +58,7 @@ def run_loop(
     while True:
         observation: Observation = info["observation"]
         estimate = slam.update(observation.scan, observation.odometry)
-        command = pilot.command(estimate.T_map_base)
+        command = pilot.command(estimate.T_map_base, observation.scan)
         for watcher in watchers:
             watcher.see(Step(index, observation, estimate, applied, pilot.progress))
         if observation.collided:

@@ -9,6 +9,7 @@ from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.run.course import Course
 from slam.run.scenario.schema import Route
+from slam.scan import LaserScan
 
 _TURN_GAIN = 1.5
 """Turning speed for each radian that the way-point lies off the heading, 1/s."""
@@ -19,8 +20,8 @@ _TURN_FIRST = 0.6
 class Pilot(Protocol):
     """Decides the next command."""
 
-    def command(self, T_map_base: Pose2D) -> Twist2D | None:
-        """What to drive from this estimated pose; None when the route is done."""
+    def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D | None:
+        """What to drive from this estimated pose and this scan; None when the route is done."""
         ...
 
     @property
@@ -36,7 +37,7 @@ class WaypointPilot:
         self._route = route
         self._course = Course(start, route.waypoints, route.arrival)
 
-    def command(self, T_map_base: Pose2D) -> Twist2D | None:
+    def command(self, T_map_base: Pose2D, scan: LaserScan | None = None) -> Twist2D | None:
         """What to drive from this estimated pose; None when the last way-point is reached."""
         if not self._route.waypoints:
             return Twist2D()
@@ -68,7 +69,7 @@ class Passenger:
         """Share of the log's scans that were seen, 0 to 1."""
         return self._seen / self._scans
 
-    def command(self, T_map_base: Pose2D) -> Twist2D | None:
+    def command(self, T_map_base: Pose2D, scan: LaserScan | None = None) -> Twist2D | None:
         """No motion, and never done: the log's end ends the run."""
         self._seen += 1
         return Twist2D()

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 app = typer.Typer(
-    help="Measure: the paper's figures, line extractors, simulator, hardware drivers, and SLAM on recorded logs.",
+    help="Measure: the paper's figures, extractors, matchers, localisation, SLAM, the simulator, the drivers.",
     no_args_is_help=True,
 )
 console = Console()
@@ -148,6 +148,70 @@ def slam(
         console.print(table.rich())
     if out is not None:
         write_tables(out, made, "SLAM on recorded logs")
+
+
+@app.command()
+def localize(
+    scenarios: Annotated[
+        list[str] | None, typer.Argument(metavar="[SCENARIO]...", help="By name or file; two offices without one.")
+    ] = None,
+    trials: Annotated[int, typer.Option(min=1, help="Robots that are set down, and then moved, in each.")] = 100,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Simulated time of each stay.")] = 10.0,
+    seed: Annotated[int, typer.Option(help="Of the places, and of the trials' noise.")] = 1,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
+    ] = None,
+) -> None:
+    """Measure localisation in a saved map: from a random place, and after the robot was moved without being told.
+
+    One run maps the world of the scenario; the robots wander on their scans alone.
+
+    [bold]Examples[/bold]
+
+    hopslam bench localize
+
+    hopslam bench localize random_office --trials 20 --seed 5 --set seed=3
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from slam.run.bench.localize_report import localization_table
+    from slam.run.scenario.file import load_scenario
+
+    for name in scenarios or ["office_loop", "random_office"]:
+        scenario = load_scenario(name, ["lidar.caster=exact", *(settings or [])])
+        console.print(localization_table(scenario, trials, seconds, seed, console).rich())
+
+
+@app.command()
+def match(
+    scenario: Annotated[str, typer.Argument(help="Whose world is scanned: by name or file.")] = "random_office",
+    places: Annotated[int, typer.Option(min=1, help="Where a scan is matched.")] = 40,
+    seed: Annotated[int, typer.Option(help="Of the places and the noise.")] = 1,
+    png: Annotated[Path | None, typer.Option(metavar="FILE", help="Also draw it.")] = None,
+    out: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the tables to a Markdown file.")] = None,
+) -> None:
+    """Compare matchers on the same scans: ours, the paper's, and the ICPs of small_gicp (pip install 'hopslam\\[bench]').
+
+    Time by the number of points, accuracy, and from how far away a start still converges.
+
+    [bold]Examples[/bold]
+
+    hopslam bench match
+
+    hopslam bench match office_loop --places 100 --png match.png --out match.md
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    from slam.run.bench.lines_report import write_tables
+    from slam.run.bench.match_report import compare, draw_comparison, match_tables
+    from slam.run.scenario.file import load_scenario
+
+    found = compare(load_scenario(scenario), places, seed, console)
+    tables = match_tables(found)
+    for table in tables:
+        console.print(table.rich())
+    if png is not None:
+        draw_comparison(png, found)
+    if out is not None:
+        write_tables(out, tables, "Matchers on the same scans")
 
 
 @app.command("slam-sim")

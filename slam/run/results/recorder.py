@@ -12,6 +12,7 @@ from slam.run.results.files import GrowingGeoJson, GrowingText
 
 STEP_COLUMNS: Final = (
     "stamp", "mapped", "iterations", "converged", "map_points", "segments", "extraction_ms", "slam_ms", "v", "omega",
+    "lost",
 )  # fmt: skip
 
 
@@ -53,6 +54,7 @@ class Recorder:
             f"{estimate.stamp:.6f}", int(estimate.mapped), match.iterations, int(match.converged), estimate.map_points,
             len(estimate.segments) if estimate.segments is not None else 0, f"{1e3 * estimate.extraction_time:.4f}",
             f"{1e3 * estimate.total_time:.4f}", f"{step.applied.linear:.6f}", f"{step.applied.angular:.6f}",
+            int(estimate.lost),
         )  # fmt: skip
         return ",".join(map(str, values)) + "\n"
 

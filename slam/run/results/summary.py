@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from rich.table import Table
@@ -15,6 +16,7 @@ _ERRORS = (
     ("heading (rmse)", "heading_rmse_deg", "deg"),
     ("|heading| at most", "heading_max_abs_deg", "deg"),
 )
+_AFTER = ("sure_after_s", "right_after_s")
 _FACTS = (
     ("scans (mapped)", "{scans} ({updates})"),
     ("path, time", "{path_m:.1f} m, {duration_s:.1f} s ({real_time_factor:.1f} x real time)"),
@@ -33,7 +35,21 @@ def summary_table(metrics: dict[str, Any]) -> Table:
     if known:
         for label, key, unit in _ERRORS:
             table.add_row(f"{label} [{unit}]", f"{metrics[key]:.3f}", f"{metrics['odometry_' + key]:.3f}", style="bold")
+    if "lost_scans" in metrics:
+        for row in _localization(metrics):
+            table.add_row(*row, style="bold")
     if metrics["scans"]:
         for label, text in _FACTS:
             table.add_row(label, text.format(**metrics))
     return table
+
+
+def _localization(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """What a run in a saved map has beside the others."""
+    after = {key: "never" if metrics.get(key) is None else f"{metrics[key]:.1f} s" for key in _AFTER}
+    yield "sure after", f"{after['sure_after_s']}, lost in {metrics['lost_scans']} scans"
+    if "right_after_s" in metrics:
+        yield "right after", f"{after['right_after_s']}, sure but wrong in {metrics['wrong_scans']} scans"
+    if "tracking_rmse_m" in metrics:
+        rest = f"max {metrics['tracking_max_m']:.3f} m, {metrics['tracking_rmse_deg']:.2f} deg"
+        yield "tracking", f"{metrics['tracking_rmse_m']:.3f} m rmse, {rest}"

@@ -1,0 +1,40 @@
+"""What a run asks of whoever estimates the pose: LineSlam, LineLocalizer and LineContinuation are such."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from slam.line_continuation import LineContinuation
+from slam.line_localizer import LineLocalizer
+from slam.line_slam import Estimate, LineSlam
+from slam.matching.mapper import Lines, Points
+from slam.odometry import Odometry
+from slam.pose import Pose2D
+from slam.saved_slam import SavedSlam, put_aside
+from slam.scan import LaserScan
+
+
+class Estimator(Protocol):
+    """Takes scans and odometry, and says where the robot is."""
+
+    T_base_laser: Pose2D
+
+    @property
+    def T_map_base(self) -> Pose2D: ...
+    @property
+    def points(self) -> Points: ...
+    @property
+    def lines(self) -> Lines: ...
+
+    def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
+        """Take the next scan and the odometry at its stamp; return the pose estimate."""
+        ...
+
+
+def map_made_by(estimator: Estimator) -> SavedSlam | None:
+    """What is worth saving after a run: None where the map was not changed, or is the paper's."""
+    slam = estimator.slam if isinstance(estimator, LineContinuation) else estimator
+    return put_aside(slam) if isinstance(slam, LineSlam) else None
+
+
+_: tuple[type[Estimator], ...] = (LineLocalizer, LineContinuation)

@@ -1,0 +1,63 @@
+"""``hopslam localize``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+if TYPE_CHECKING:
+    from slam.run.experiment import Experiment
+
+
+def localize(
+    source: Annotated[
+        str, typer.Argument(metavar="LOG|SCENARIO", help="A recorded log, or a scenario by name or YAML file.")
+    ],
+    saved_map: Annotated[Path, typer.Option("--map", metavar="FILE", help="The map.json of another run.")],
+    seed: Annotated[int | None, typer.Option(help="Of a scenario: of all that is random; default: its own.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder for the results; default runs/<name>-<time>, and runs/latest."),
+    ] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
+    ] = None,
+    rerun: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Record for the rerun viewer: into this .rrd file.")
+    ] = None,
+) -> None:
+    """Find the robot in a saved map, from nothing, and track it. The map stays as it is.
+
+    A simulated robot wanders until it is sure of its place, and then drives the scenario's route.
+
+    [bold]Examples[/bold]
+
+    hopslam run office_loop --out /tmp/office
+
+    hopslam localize office_loop --map /tmp/office/map.json --seed 7 --set robot.start.x=3 --set robot.start.theta=2
+
+    hopslam localize fr079.log.gz --map runs/latest/map.json --set slam.localization.hypotheses=100
+    """
+    from slam.run.finish import finish
+    from slam.run.localization import localized
+
+    console = Console()
+    experiment = localized(_experiment(source, settings or [], seed, console), saved_map)
+    finish(experiment.run(out, rerun, console))
+
+
+def _experiment(source: str, settings: list[str], seed: int | None, console: Console) -> Experiment:
+    """Of a scenario where the source is one, of a log where it is another file."""
+    from slam.run.experiment import replay_experiment, scenario_experiment
+    from slam.run.scenario.file import load_scenario
+
+    path = Path(source)
+    if path.is_file() and path.suffix not in {".yaml", ".yml"}:
+        experiment = replay_experiment(path, load_scenario("replay", settings))
+        console.print(experiment.notes["log_report"], highlight=False)
+        return experiment
+    by_seed = [] if seed is None else [f"seed={seed}"]
+    return scenario_experiment(load_scenario(source, [*settings, *by_seed]))

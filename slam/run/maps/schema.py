@@ -1,0 +1,129 @@
+"""``map.json``, version 1: see docs/localization.md."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from slam.config import Section
+
+VERSION = 1
+MOST_CELLS = 50_000_000
+"""Of the grid: 200 MB."""
+PoseRow = tuple[float, float, float]
+CovarianceRows = tuple[PoseRow, PoseRow, PoseRow]
+SurfelRow = tuple[float, float, float, float, float, float, float, Annotated[int, Field(ge=-1)]]
+CellRow = tuple[int, int, Annotated[int, Field(ge=0)]]
+Size = Annotated[int, Field(gt=0)]
+
+
+class SavedGrid(Section):
+    """Of the map: surfels in lists, one list for each cell, and one of the places that are free."""
+
+    cell: Annotated[float, Field(gt=0)]
+    corner: tuple[int, int]
+    shape: tuple[Size, Size]
+    free: Annotated[int, Field(ge=-1)]
+    cells: tuple[CellRow, ...]
+    surfels: tuple[SurfelRow, ...]
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        rows, columns = self.shape
+        if rows * columns > MOST_CELLS:
+            raise ValueError(f"shape is {rows} x {columns} cells; {MOST_CELLS} cells are the most")
+        seen = np.zeros(len(self.surfels), np.bool_)
+        for row, column, first in self.cells:
+            if not (0 <= row - self.corner[0] < rows and 0 <= column - self.corner[1] < columns):
+                raise ValueError(f"cell ({row}, {column}) lies outside of the grid")
+            self._walk(first, seen, (row, column))
+        self._walk(self.free, seen, None)
+        if not seen.all():
+            raise ValueError(f"surfels[{int(np.argmin(seen))}] is in no list")
+        return self
+
+    def _walk(self, k: int, seen: NDArray[np.bool_], place: tuple[int, int] | None) -> None:
+        """Mark a list; ValueError where it is not one, or holds what does not belong there."""
+        while k >= 0:
+            if k >= len(seen) or seen[k]:
+                raise ValueError(f"the list of {place or 'free places'} leads to surfel {k}, which is not its own")
+            seen[k] = True
+            if problem := _problem(self.surfels[k], place, self.cell):
+                raise ValueError(f"surfels[{k}] {problem}")
+            k = self.surfels[k][7]
+
+
+def _problem(surfel: SurfelRow, place: tuple[int, int] | None, cell: float) -> str:
+    """What is wrong with a surfel in the list of a cell, or in that of the free places (None); or nothing."""
+    x, y, nx, ny, information, hits, misses, _ = surfel
+    if place is None:
+        return "is free but has hits" if hits != 0.0 else ""
+    if hits < 1.0 or misses < 0.0 or information <= 0.0:
+        return "needs hits of 1 or more, misses of 0 or more, and information above 0"
+    if (nx, ny) != (0.0, 0.0) and abs(np.hypot(nx, ny) - 1.0) > 1e-6:
+        return "has a normal whose length is not 1, or 0"
+    if max(abs(y / cell - place[0] - 0.5), abs(x / cell - place[1] - 0.5)) > 0.5 + 1e-6:
+        return f"at ({x:g}, {y:g}) does not lie in its cell {place}"
+    return ""
+
+
+class SavedTile(Section):
+    """How wrong the map may be in one tile: see slam/mapping/drift.py."""
+
+    tile: tuple[int, int]
+    entered: PoseRow
+    covariance: CovarianceRows
+
+    @model_validator(mode="after")
+    def _is_a_covariance(self) -> Self:
+        check_covariance(self.covariance)
+        return self
+
+
+class SavedRobot(Section):
+    """Where the robot was at the end."""
+
+    T_map_base: PoseRow
+    T_odom_base: PoseRow | None
+    T_map_mapped: PoseRow | None
+    T_map_matched: PoseRow | None
+    T_map_added: PoseRow | None
+    covariance: CovarianceRows
+    growth: Annotated[float, Field(ge=1)]
+    misfits: Annotated[int, Field(ge=0)]
+    tile: tuple[int, int] | None
+
+    @model_validator(mode="after")
+    def _is_a_covariance(self) -> Self:
+        check_covariance(self.covariance)
+        return self
+
+
+class MapDocument(Section):
+    """The whole file."""
+
+    format: Literal["hopslam map"]
+    version: Literal[1]
+    grid: SavedGrid
+    tiles: tuple[SavedTile, ...]
+    robot: SavedRobot
+
+    @model_validator(mode="after")
+    def _the_robot_is_in_a_tile(self) -> Self:
+        tiles = [saved.tile for saved in self.tiles]
+        if len(set(tiles)) < len(tiles):
+            raise ValueError("tiles: one is there twice")
+        if self.robot.tile is not None and self.robot.tile not in tiles:
+            raise ValueError(f"robot.tile {self.robot.tile} is none of the tiles")
+        return self
+
+
+def check_covariance(rows: CovarianceRows) -> None:
+    """ValueError for what is no covariance matrix."""
+    matrix = np.array(rows)
+    scale = max(float(np.abs(matrix).max()), 1e-300)
+    if np.abs(matrix - matrix.T).max() > 1e-6 * scale or np.linalg.eigvalsh(matrix).min() < -1e-6 * scale:
+        raise ValueError("covariance is not symmetric with eigenvalues of 0 and more")

@@ -1,0 +1,160 @@
+"""Finding the robot in a saved map."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from slam.config import SlamConfig
+from slam.line_continuation import LineContinuation
+from slam.line_localizer import LineLocalizer
+from slam.line_slam import LineSlam
+from slam.mapping.surfel_map import SurfelMap
+from slam.matching.global_search import _bounds, _pooled
+from slam.matching.surfel_mapper import SurfelMapper
+from slam.odometry import Odometry
+from slam.pose import FloatArray, Pose2D
+from slam.run.cli import app
+from slam.run.wanderer import Wanderer
+from slam.saved_slam import SavedSlam, put_aside
+from slam.scan import LaserScan
+
+MOUNT = Pose2D(0.1, 0.0, 0.0)
+Look = Callable[[Pose2D, int], LaserScan]
+
+
+@pytest.fixture(scope="module")
+def look(scan_of: Callable[..., LaserScan], room: FloatArray) -> Look:
+    """The scan of that number in the room, from a pose of the base."""
+    return lambda pose, k: scan_of(room, pose @ MOUNT, k)
+
+
+@pytest.fixture(scope="module")
+def saved(look: Look) -> SavedSlam:
+    """A map of the room, seen from a loop through it."""
+    slam = LineSlam(SlamConfig(), MOUNT)
+    for k, pose in enumerate(loop(Pose2D(), 63)):
+        slam.update(look(pose, k), Odometry(0.1 * k, pose))
+    made = put_aside(slam)
+    assert made is not None
+    return made
+
+
+def loop(start: Pose2D, steps: int) -> list[Pose2D]:
+    """Circles of 0.5 m."""
+    return [start @ Pose2D(0.5 * np.sin(0.1 * k), 0.5 - 0.5 * np.cos(0.1 * k), 0.1 * k) for k in range(steps)]
+
+
+def drive(look: Look, localizer: LineLocalizer | LineContinuation, path: list[Pose2D], begun: Pose2D) -> Pose2D:
+    """Along a path, the odometry going on from ``begun``; returns the odometry at the end."""
+    for k, pose in enumerate(path):
+        odometry = begun @ path[0].between(pose)
+        localizer.update(look(pose, k), Odometry(0.1 * k, odometry))
+    return odometry
+
+
+@settings(max_examples=4)
+@given(st.floats(-1.5, 2.5), st.floats(-0.7, 1.0), st.floats(-3.1, 3.1))
+def test_it_finds_itself_anywhere_and_leaves_the_map(
+    saved: SavedSlam, look: Look, x: float, y: float, theta: float
+) -> None:
+    path = loop(Pose2D(x, y, theta), 15)
+    before = saved.memory.map.surfels.copy()
+    localizer = LineLocalizer(SlamConfig(), MOUNT, saved.memory.map)
+    drive(look, localizer, path, Pose2D())
+    assert localizer.sure
+    assert localizer.T_map_base.distance(path[-1]) < 0.03
+    assert abs(localizer.T_map_base.between(path[-1]).theta) < np.radians(1.0)
+    assert np.array_equal(saved.memory.map.surfels, before)
+
+
+def test_moved_without_being_told_it_is_lost_and_finds_itself_again(saved: SavedSlam, look: Look) -> None:
+    localizer = LineLocalizer(SlamConfig(), MOUNT, saved.memory.map, Pose2D())
+    wheels = drive(look, localizer, loop(Pose2D(), 10), Pose2D())
+    assert localizer.sure
+    path, lost = loop(Pose2D(2.5, 0.8, 2.0), 40), False
+    for k, pose in enumerate(path):
+        odometry = Odometry(0.1 * k, wheels @ path[0].between(pose))
+        lost |= localizer.update(look(pose, k), odometry).lost
+    assert lost
+    assert localizer.sure
+    assert localizer.T_map_base.distance(path[-1]) < 0.03
+
+
+def test_in_another_building_it_is_never_sure(saved: SavedSlam, scan_of: Callable[..., LaserScan]) -> None:
+    hall = np.array([[-1, -1.3], [1.2, -1.0], [1.6, 1.4], [0.3, 2.0], [-1.4, 1.1], [-1, -1.3]], float)
+    localizer = LineLocalizer(SlamConfig(), MOUNT, saved.memory.map)
+    for k, pose in enumerate(loop(Pose2D(0.0, -0.3, 0.0), 30)):
+        assert localizer.update(scan_of(hall, pose @ MOUNT, k), Odometry(0.1 * k, pose)).lost
+
+
+def test_an_empty_map_and_an_empty_scan_are_borne(look: Look) -> None:
+    config = SlamConfig()
+    localizer = LineLocalizer(config, MOUNT, SurfelMap(config.map))  # type: ignore[arg-type]
+    blind = LaserScan(0.0, -2.0, 0.01, 0.05, 8.0, np.full(401, np.inf))
+    assert localizer.update(blind, Odometry(0.0, Pose2D())).lost
+    assert localizer.update(look(Pose2D(), 0), Odometry(0.1, Pose2D(0.1))).lost
+
+
+def test_mapping_goes_on_once_the_place_is_found(saved: SavedSlam, look: Look) -> None:
+    continuation = LineContinuation(SlamConfig(), MOUNT, saved)
+    path = loop(Pose2D(1.0, 0.5, 1.0), 40)
+    drive(look, continuation, path, Pose2D())
+    assert continuation.slam is not None
+    assert isinstance(continuation.slam.mapper, SurfelMapper)
+    assert continuation.T_map_base.distance(path[-1]) < 0.03
+
+
+def test_bounds_are_never_below_any_score_of_their_block() -> None:
+    random = np.random.default_rng(0)
+    pictures = random.integers(0, 64, (9, 60, 60), np.uint8)
+    facets = np.zeros((5, 7))
+    facets[:, :2] = random.uniform(-1, 1, (5, 2))
+    first = np.array([20, 20])
+    bounds = _bounds(facets, first, 4, 4, 6, _pooled(pictures))
+    for a in range(6):
+        places = Pose2D(theta=a * np.pi / 3).transform(facets[:, :2]) / 0.1
+        shifts = np.floor(places + 0.5).astype(int)
+        for i in range(16):
+            for j in range(16):
+                score = sum(int(pictures[8, 20 + i + dy, 20 + j + dx]) for dx, dy in shifts)
+                assert score <= bounds[a, i // 4, j // 4]
+
+
+def test_a_wanderer_turns_before_a_wall_and_drives_where_it_is_free() -> None:
+    angles = np.linspace(-2.0, 2.0, 401)
+
+    def seen(ahead: float) -> LaserScan:
+        with np.errstate(divide="ignore"):
+            ranges = np.minimum(2.0 / np.abs(np.sin(angles)), np.where(np.cos(angles) > 0, ahead / np.cos(angles), 9.0))
+        return LaserScan(0.0, -2.0, 0.01, 0.05, 8.0, ranges)
+
+    wanderer = Wanderer()
+    free = wanderer.command(Pose2D(), seen(3.0))
+    assert free.linear > 0.3
+    assert abs(free.angular) < 0.05
+    blocked = wanderer.command(Pose2D(), seen(0.4))
+    assert blocked.linear == 0.0
+    assert abs(blocked.angular) > 0.5
+    assert wanderer.command(Pose2D(), seen(0.7)) == blocked
+    assert wanderer.command(Pose2D(), seen(1.0)).linear > 0.0
+
+
+def test_the_commands(small_log: Path, tmp_path: Path) -> None:
+    run = CliRunner()
+    made = run.invoke(app, ["replay", str(small_log), "--out", str(tmp_path / "a")])
+    assert made.exit_code == 0, made.output
+    saved_map = tmp_path / "a" / "map.json"
+    again = ["--map", str(saved_map), "--out"]
+    for number, arguments in enumerate((["localize"], ["replay"], ["replay", "--start", "saved"])):
+        folder = tmp_path / f"b{number}"
+        result = run.invoke(app, [arguments[0], str(small_log), *arguments[1:], *again, str(folder)])
+        assert result.exit_code == 0, result.output
+        assert (folder / "map.png").is_file()
+    assert not (tmp_path / "b0" / "map.json").exists()
+    assert "sure_after_s" in (tmp_path / "b0" / "metrics.json").read_text()
+    assert (tmp_path / "b2" / "map.json").is_file()

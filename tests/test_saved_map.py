@@ -1,0 +1,128 @@
+"""Maps that are saved and continued."""
+
+import json
+from collections.abc import Callable
+from math import sin
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from slam.config import SlamConfig
+from slam.errors import InputError
+from slam.line_slam import Estimate, LineSlam
+from slam.odometry import Odometry
+from slam.pose import FloatArray, Pose2D
+from slam.run.maps.file import read_map, write_map
+from slam.saved_slam import go_on, put_aside, set_down
+from slam.scan import LaserScan
+
+PATH = [Pose2D(0.05 * k, 0.3 * sin(0.1 * k), 0.02 * k) for k in range(60)]
+MOUNT = Pose2D(0.1, 0.0, 0.02)
+Update = Callable[[LineSlam, int], Estimate]
+
+
+@pytest.fixture(scope="module")
+def update(scan_of: Callable[..., LaserScan], room: FloatArray) -> Update:
+    """One update with the scan of that number; the odometry is 5 % long."""
+
+    def updated(slam: LineSlam, k: int) -> Estimate:
+        wheels = Pose2D(1.05 * PATH[k].x, 1.05 * PATH[k].y, PATH[k].theta)
+        return slam.update(scan_of(room, PATH[k] @ MOUNT, k), Odometry(0.1 * k, wheels))
+
+    return updated
+
+
+def save(slam: LineSlam, path: Path) -> Path:
+    saved = put_aside(slam)
+    assert saved is not None
+    write_map(path, saved)
+    return path
+
+
+@pytest.fixture
+def half(update: Update, tmp_path: Path) -> tuple[LineSlam, Path]:
+    """A run half done, and its map."""
+    slam = LineSlam(SlamConfig(), MOUNT)
+    for k in range(30):
+        update(slam, k)
+    return slam, save(slam, tmp_path / "map.json")
+
+
+def test_a_run_goes_on_to_the_last_bit(half: tuple[LineSlam, Path], update: Update) -> None:
+    slam, path = half
+    again = go_on(SlamConfig(), MOUNT, read_map(path, SlamConfig()))
+    for k in range(30, 60):
+        one, other = update(slam, k), update(again, k)
+        assert one.T_map_base == other.T_map_base
+        assert np.array_equal(one.covariance, other.covariance)  # type: ignore[arg-type]
+    assert save(slam, path.with_name("a")).read_text() == save(again, path.with_name("b")).read_text()
+    assert np.array_equal(slam.lines.ends, again.lines.ends)
+
+
+def test_what_is_read_is_what_was_written(half: tuple[LineSlam, Path]) -> None:
+    _, path = half
+    write_map(path.with_name("again"), read_map(path, SlamConfig()))
+    assert path.with_name("again").read_text() == path.read_text()
+
+
+def test_mapping_goes_on_from_another_place(half: tuple[LineSlam, Path], update: Update) -> None:
+    _, path = half
+    slam = set_down(SlamConfig(), MOUNT, read_map(path, SlamConfig()), PATH[40] @ Pose2D(0.05, 0.05, 0.03))
+    before = len(slam.points)
+    estimates = [update(slam, k) for k in range(40, 60)]
+    assert estimates[-1].T_map_base.distance(PATH[59]) < 0.03
+    assert len(slam.points) < 1.2 * before
+
+
+def test_the_papers_map_is_not_saved() -> None:
+    assert put_aside(LineSlam(SlamConfig(mode="paper"), Pose2D())) is None
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "complaint"),
+    [
+        ("version", 2, "version: this hopslam reads version 1, and not 2"),
+        ("format", "pgm", "format: "),
+        ("grid.cell", 0.1, "grid.cell|lies? in its cell"),
+        ("grid.free", 5, "grid: the list of free places leads to surfel 5"),
+        ("grid.shape", [3, 3], r"grid: cell \(.*\) lies outside"),
+        ("grid.shape", [100000, 100000], "are the most"),
+        ("grid.surfels.0.7", 0, "which is not its own"),
+        ("grid.surfels.0.7", 10**6, "which is not its own"),
+        ("grid.surfels.0.2", 3.0, "has a normal whose length is not 1"),
+        ("grid.surfels.0.0", float("inf"), "grid.surfels.0.0: "),
+        ("grid.surfels.0.4", -1.0, "information above 0"),
+        ("grid.cells", [], "is in no list"),
+        ("robot.covariance.0.0", -1.0, "robot: covariance"),
+        ("robot.tile", [99, 99], "is none of the tiles"),
+        ("robot.wheels", 2, "robot.wheels: "),
+    ],
+)
+def test_a_damaged_map_is_refused(half: tuple[LineSlam, Path], key: str, value: Any, complaint: str) -> None:
+    _, path = half
+    document = json.loads(path.read_text())
+    *way, last = (int(step) if step.isdigit() else step for step in key.split("."))
+    at = document
+    for step in way:
+        at = at[step]
+    at[last] = value
+    path.write_text(json.dumps(document))
+    with pytest.raises(InputError, match=complaint) as error:
+        read_map(path, SlamConfig())
+    assert str(path) in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_what_is_no_map_is_refused(half: tuple[LineSlam, Path], tmp_path: Path) -> None:
+    _, path = half
+    cut = tmp_path / "cut.json"
+    cut.write_text(path.read_text()[:1000])
+    for wrong in (cut, tmp_path / "none.json", tmp_path):
+        with pytest.raises(InputError, match=str(wrong)):
+            read_map(wrong, SlamConfig())
+    with pytest.raises(InputError, match=r"mode=hopslam"):
+        read_map(path, SlamConfig(mode="paper"))
+    with pytest.raises(InputError, match=r"--set slam.map.cell=0.2"):
+        read_map(path, SlamConfig.model_validate({"map": {"cell": 0.3}}))

@@ -189,7 +189,7 @@ def match(
     png: Annotated[Path | None, typer.Option(metavar="FILE", help="Also draw it.")] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the tables to a Markdown file.")] = None,
 ) -> None:
-    """Compare matchers on the same scans: ours, the paper's, and the ICPs of small_gicp (pip install 'hopslam\\[bench]').
+    """Compare matchers on the same scans: ours, the paper's, and small_gicp's (pip install 'hopslam\\[bench]').
 
     Time by the number of points, accuracy, and from how far away a start still converges.
 

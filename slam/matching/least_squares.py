@@ -90,7 +90,7 @@ def _constrained(A: FloatArray, weak: float) -> FloatArray:
     free = 0
     while free < 3 and (values[free] < weak * values[2] or values[free] < LEAST_INFORMATION):
         free += 1
-    return np.ascontiguousarray(vectors[:, free:])  # type: ignore[return-value]  # of float64
+    return np.ascontiguousarray(vectors[:, free:])
 
 
 @compiled

@@ -10,8 +10,9 @@ from hardware.arcos.encoder_packet import WheelTravel, travel_wrap
 from hardware.arcos.sip import Sip
 from hardware.arcos.units import ArcosUnits
 from hardware.arcos.wrapping import unwrapped_step
-from hardware.odometry_track import OdometryTrack
-from slam.odometry import Twist2D, wheel_motion
+from hardware.odometry_track import OdometryTrack, mean_twist, moved
+from hardware.wheel_scales import WheelScales
+from slam.odometry import Twist2D
 from slam.pose import Pose2D, wrap_angle
 
 _SLACK: Final = Twist2D(0.05, 0.1)
@@ -42,8 +43,9 @@ class PositionOdometry:
     left out. ``refused`` counts them.
     """
 
-    def __init__(self, units: ArcosUnits, track: OdometryTrack) -> None:
+    def __init__(self, units: ArcosUnits, scales: WheelScales, track: OdometryTrack) -> None:
         self._units = units
+        self._scales = scales
         self._track = track
         self._last: _Reading | None = None
         self._first_refused: float | None = None
@@ -57,7 +59,7 @@ class PositionOdometry:
             return True
         step = self._step(self._last.sip, sip)
         if self._plausible(step, self._last, reading):
-            self._accept(reading, (self._track.last[1] if self._track.last else Pose2D()) @ step)
+            self._accept(reading, (self._track.last[1] if self._track.last else Pose2D()) @ self._corrected(step))
             return True
         self.refused += 1
         self._first_refused = self._first_refused or stamp
@@ -67,13 +69,19 @@ class PositionOdometry:
 
     def _accept(self, reading: _Reading, pose: Pose2D) -> None:
         self._last, self._first_refused = reading, None
-        self._track.add(reading.stamp, pose, reading.twist)
+        self._track.add(reading.stamp, pose, self._scales.corrected(reading.twist))
 
     def _step(self, before: Sip, after: Sip) -> Pose2D:
         wrap = self._units.wrap
         moved = Pose2D(unwrapped_step(before.x, after.x, wrap), unwrapped_step(before.y, after.y, wrap))
         turned = Pose2D(0.0, 0.0, before.theta).inverse() @ moved
         return Pose2D(turned.x, turned.y, wrap_angle(after.theta - before.theta))
+
+    def _corrected(self, step: Pose2D) -> Pose2D:
+        """By the wheels' scales; what is no motion of wheels, such as the rounding of reports, stays as it is."""
+        rolled = mean_twist(step, 1.0)
+        rest = moved(rolled, 1.0).between(step)
+        return moved(self._scales.corrected(rolled), 1.0) @ rest
 
     def _plausible(self, step: Pose2D, before: _Reading, after: _Reading) -> bool:
         seconds = after.stamp - before.stamp + _SLACK_TIME
@@ -86,9 +94,9 @@ class PositionOdometry:
 class EncoderOdometry:
     """Integrates the wheels' ticks, which come with each SIP and are finer than its position."""
 
-    def __init__(self, ticks_per_metre: float, half_track: float, track: OdometryTrack) -> None:
+    def __init__(self, ticks_per_metre: float, scales: WheelScales, track: OdometryTrack) -> None:
         self._wrap = travel_wrap(ticks_per_metre)
-        self._half_track = half_track
+        self._scales = scales
         self._track = track
         self._last: WheelTravel | None = None
 
@@ -98,6 +106,7 @@ class EncoderOdometry:
         if self._last is not None:
             left = unwrapped_step(self._last.left, travel.left, self._wrap)
             right = unwrapped_step(self._last.right, travel.right, self._wrap)
-            pose = pose @ wheel_motion(left, right, 2.0 * self._half_track)
+            way = Twist2D((left + right) / 2.0, (right - left) / (2.0 * self._scales.half_track))
+            pose = pose @ moved(self._scales.corrected(way), 1.0)
         self._last = travel
-        self._track.add(stamp, pose, twist)
+        self._track.add(stamp, pose, self._scales.corrected(twist))

@@ -11,15 +11,15 @@ from typing import Final
 from hardware.arcos.commands import Command, CommandId, decode_vel2, encode_vel2
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.encoder_packet import ENCODER_PACKET, WheelTravel
-from hardware.arcos.identity import Identity
 from hardware.arcos.sip import Sip, is_sip
-from hardware.arcos.units import ArcosUnits, units_of
-from hardware.arcos_session import ArcosLine, Arrival, connect, disconnect, read_config, speed_up
+from hardware.arcos_session import ArcosLine, Arrival, disconnect
 from hardware.backoff import Backoff
 from hardware.base_odometry import EncoderOdometry, PositionOdometry, sip_twist
 from hardware.damaged import Damaged
 from hardware.odometry_track import OdometryTrack
-from hardware.serial_port import PortLost, SerialPort
+from hardware.opened_p3dx import open_p3dx
+from hardware.serial_port import PortLost
+from hardware.wheel_scales import WheelScales
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.run.scenario.hardware_config import HardwareConfig
@@ -28,7 +28,6 @@ from slam.run.scenario.robot_config import Limits
 _LOG: Final = logging.getLogger("hopslam.p3dx")
 _POLL: Final = 0.1
 """Seconds after which the thread looks whether it should end."""
-_FIRST_BAUD: Final = 9600
 
 
 class P3dx:
@@ -44,8 +43,9 @@ class P3dx:
         self._lock = threading.RLock()
         self._closing = threading.Event()
         self.track = OdometryTrack()
-        self.identity, self.settings = Identity("", "", ""), ArcosConfig()
+        self.settings = ArcosConfig()
         self.sip = Sip()
+        self.sonar: dict[int, float] = {}
         self.reported_at = self._sent_at = time.monotonic()
         self.trouble: str | None = None
         self._line = self._connect()
@@ -123,58 +123,17 @@ class P3dx:
             self._sent_at = time.monotonic()
 
     def _connect(self) -> ArcosLine:
-        line = ArcosLine(SerialPort(self._config.robot_port, _FIRST_BAUD), self._closing)
-        try:
-            self._prepare(line)
-        except BaseException:
-            line.port.close()
-            raise
-        return line
-
-    def _prepare(self, line: ArcosLine) -> None:
-        self._was_armed = False
-        self.identity = connect(line)
-        self._units = self._known_units(line)
-        self.settings = read_config(line)
-        self._check_watchdog(line)
-        speed_up(line, self.settings)
-        limits = self._limits
-        for command, quantity in (
-            (CommandId.SETV, limits.linear),
-            (CommandId.SETA, limits.acceleration),
-            (CommandId.SETA, -limits.deceleration),
-            (CommandId.SETRV, limits.angular),
-            (CommandId.SETRA, limits.angular_acceleration),
-            (CommandId.SETRA, -limits.angular_acceleration),
-        ):
-            line.send(Command.of(command, quantity))
-        line.send(Command(CommandId.ENABLE, 0))
-        self._start_odometry(line)
-
-    def _start_odometry(self, line: ArcosLine) -> None:
-        by_encoders = self._config.odometry == "encoders"
-        ticks = self.settings.ticks_per_metre
-        if by_encoders and not ticks:
-            raise RobotError(f"{line.port.url}: the robot does not say its ticks; set hardware.odometry=position")
-        line.send(Command(CommandId.ENCODER, 2 * by_encoders))
-        self._position = PositionOdometry(self._units, OdometryTrack() if by_encoders else self.track)
-        self._encoders = EncoderOdometry(ticks, self._units.half_track, self.track) if by_encoders else None
-
-    def _known_units(self, line: ArcosLine) -> ArcosUnits:
-        units = units_of(self.identity.subclass)
-        if units is None:
-            raise RobotError(
-                f"{line.port.url}: the robot is a {self.identity.subclass!r}; only p3dx and p3dx-sh are known here"
-            )
-        return units
-
-    def _check_watchdog(self, line: ArcosLine) -> None:
-        watchdog, longest = self.settings.watchdog, self._config.max_watchdog
-        if not 0.0 < watchdog <= longest:
-            raise RobotError(
-                f"{line.port.url}: the robot's watchdog is {f'{watchdog:g} s' if watchdog else 'off'}; "
-                f"set it to at most {longest:g} s in its FLASH (ARCOScf: watchdog), or raise hardware.max_watchdog"
-            )
+        opened = open_p3dx(self._config, self._limits, self._closing)
+        config, half_track = self._config, opened.units.half_track
+        scales = WheelScales(half_track, config.left_scale, config.right_scale, config.track_scale)
+        by_encoders = config.odometry == "encoders"
+        with self._lock:
+            self._was_armed = False
+            self._units, self.settings = opened.units, opened.settings
+            self._position = PositionOdometry(opened.units, scales, OdometryTrack() if by_encoders else self.track)
+            ticks = opened.settings.ticks_per_metre
+            self._encoders = EncoderOdometry(ticks, scales, self.track) if by_encoders else None
+        return opened.line
 
     def _serve(self) -> None:
         while not self._closing.is_set():
@@ -196,6 +155,7 @@ class P3dx:
     def _take_sip(self, stamp: float, sip: Sip) -> None:
         if self._position.add(stamp, sip):
             self.sip, self.reported_at, self.trouble = sip, stamp, None
+            self.sonar = self.sonar | dict(sip.sonar)
             self._was_armed = (self._was_armed or sip.motors_enabled) and not sip.e_stop
 
     def _reconnect(self, reason: str) -> None:

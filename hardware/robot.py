@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import atexit
+import logging
 import time
 from contextlib import ExitStack
 from dataclasses import replace
-from math import isfinite
+from math import inf, isfinite
 from types import TracebackType
 from typing import Final, Self
 
+from hardware.arcos.units import SONAR_REACH
 from hardware.consent import Consent
 from hardware.guard import Guard, age
 from hardware.p3dx import P3dx
@@ -20,6 +22,7 @@ from slam.odometry import Odometry, Twist2D
 from slam.robot import Observation, Robot
 from slam.run.scenario.schema import Scenario
 
+_LOG: Final = logging.getLogger("hopslam.robot")
 _ODOMETRY_WAIT: Final = 0.02
 """Seconds between two looks for odometry that is late."""
 
@@ -42,7 +45,8 @@ class HardwareRobot:
         self._consent = Consent(yes)
         self._termination = Termination()
         self._devices: ExitStack | None = None
-        self._epoch: float | None = None
+        self.epoch: float | None = None
+        """What stamp 0 is on the host's monotonic clock, seconds; None before the first scan."""
         self._commanded_at = 0.0
 
     def __enter__(self) -> Self:
@@ -143,9 +147,10 @@ class HardwareRobot:
 
     def _observation(self, reading: Reading, odometry: Odometry) -> Observation | None:
         scan, base = reading.scan, self._base
-        if self._epoch is None:
-            self._epoch = scan.stamp
-        stamp = scan.stamp - self._epoch
+        if self.epoch is None:
+            self.epoch = scan.stamp
+            _LOG.info("stamp 0 is %.6f s of the host's monotonic clock", self.epoch)
+        stamp = scan.stamp - self.epoch
         if stamp > self._scenario.duration - scan.scan_time / 2.0:
             return None
         settings, sip = base.settings, base.sip
@@ -157,6 +162,7 @@ class HardwareRobot:
             collided=any(front) or any(rear),
             stalled=sip.stalled,
             bumpers=front + rear,
+            sonar=tuple(echo if echo < SONAR_REACH else inf for _, echo in sorted(base.sonar.items())),
         )
 
     def _require_open(self) -> None:

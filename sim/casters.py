@@ -9,6 +9,7 @@ import numpy as np
 
 from sim.plan_grid import cast_in_plan, plan_grid
 from sim.world import World
+from slam.compiled import compiled
 from slam.pose import FloatArray
 
 
@@ -27,10 +28,7 @@ class BulletCaster:
         self._world, self._height, self._reach = world, height, reach
 
     def cast(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
-        starts, ends = np.full((2, len(origins), 3), self._height)
-        starts[:, :2] = origins
-        ends[:, :2] = origins + self._reach * directions
-        return self._reach * self._world.cast(starts, ends)
+        return self._reach * self._world.cast(*_both_ends(origins, directions, self._height, self._reach))
 
 
 class ExactCaster:
@@ -42,6 +40,19 @@ class ExactCaster:
 
     def cast(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
         return cast_in_plan(origins, directions, self._reach, *self._grid)
+
+
+@compiled
+def _both_ends(
+    origins: FloatArray, directions: FloatArray, height: float, reach: float
+) -> tuple[FloatArray, FloatArray]:
+    """Of rays of this length at this height, (N, 3) each."""
+    starts, ends = np.full((len(origins), 3), height), np.full((len(origins), 3), height)
+    for j in range(len(origins)):
+        for axis in range(2):
+            starts[j, axis] = origins[j, axis]
+            ends[j, axis] = origins[j, axis] + reach * directions[j, axis]
+    return starts, ends
 
 
 CASTERS: Final[dict[str, Callable[[World, float, float], Caster]]] = {"bullet": BulletCaster, "exact": ExactCaster}

@@ -83,7 +83,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
 
     - `collision`: the robot touched anything but the floor;
     - `goal`: the last way-point is within the route's `arrival`;
-    - `lost`: SLAM's pose is farther than `lost_beyond` from the true one.
+    - `lost`: SLAM says so itself, or its pose is farther than `lost_beyond` from the true one.
 
     Truncated with the last scan within `max_seconds` and the scenario's `duration`.
 
@@ -115,10 +115,13 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     | `reward` | dict | the parts whose sum is the reward: under the name of `reward`, and `collision` |
     | `ending` | str | `collision`, `goal`, `lost` or `time`; empty until then |
     | `slam_pose` | (3,) | where SLAM runs: x, y (m), theta (rad), map frame |
+    | `slam_covariance` | (3, 3) | where SLAM runs: of `slam_pose`, map frame; nan in paper mode, which has none |
+    | `slam_lost` | bool | where SLAM runs: it says that it is lost |
     | `slam_error` | float | where SLAM runs: from the true position to the estimated one, m |
     | `observation` | `Observation` | what the robot said, whole: scan, odometry, truth, bumpers, sonar |
 
-    Times are simulated ones, so the same seed gives the same `info`.
+    Times are simulated ones, so the same seed gives the same `info`. How long SLAM took on the wall's clock is
+    ``env.unwrapped.episode.moment.estimate.total_time``, seconds.
 
     ## Version History
     v0: the first.

@@ -13,7 +13,9 @@ SCENARIO_IDS: Final = {
     "hopslam/CrowdedCorridor-v0": "crowded_corridor",
     "hopslam/FeaturelessCorridor-v0": "featureless_corridor",
     "hopslam/OfficeLoop-v0": "office_loop",
+    "hopslam/PaperCorridor-v0": "paper_corridor",
     "hopslam/PaperSimulation-v0": "paper_simulation",
     "hopslam/RandomOffice-v0": "random_office",
+    "hopslam/UmbmarkRoom-v0": "umbmark_room",
 }
 """One for each shipped scenario that has a world to drive in."""

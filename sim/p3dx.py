@@ -56,6 +56,15 @@ class P3dx:
         self._find_contacts = world.bullet.prepared(pybullet.getContactPoints, self._body, linkIndexA=-1)
         self._find_joints = world.bullet.prepared(pybullet.getJointStates, self._body, self._wheels)
         self._find_base = world.bullet.prepared(pybullet.getBasePositionAndOrientation, self._body)
+        self._rolling = [0.0, 0.0]  # rad/s, of the simulated wheels
+        self._set_motors = world.bullet.prepared(
+            pybullet.setJointMotorControlArray,
+            self._body,
+            self._wheels,
+            pybullet.VELOCITY_CONTROL,
+            targetVelocities=self._rolling,
+            forces=[MOTOR_TORQUE, MOTOR_TORQUE],
+        )
         self._com_x, _, self._com_z = world.bullet.call(pybullet.getDynamicsInfo, self._body, -1)[3]
         world.bullet.call(pybullet.changeDynamics, self._body, -1, linearDamping=0.0, angularDamping=0.0)
         self.restart()
@@ -91,6 +100,12 @@ class P3dx:
             self.setpoint = self._ramped_setpoint()
             self._run_motors()
 
+    def turn(self, setpoint: Twist2D) -> None:
+        """Turn the wheels at this speed from now on: for a firmware with limits, ramps and a watchdog of its own."""
+        if setpoint != self.setpoint:
+            self.setpoint = setpoint
+            self._run_motors()
+
     @property
     def place(self) -> tuple[float, float, float]:
         """The truth, ``T_map_base``, as x, y, theta; theta in [-pi, pi]."""
@@ -121,7 +136,8 @@ class P3dx:
 
     def contacts(self) -> list[Contact]:
         """Where the body touched anything but the floor in the last physics step."""
-        return [c[5][:2] for c in self._find_contacts() if c[2] != self._world.floor and c[8] < TOUCH]
+        found = self._find_contacts()
+        return [c[5][:2] for c in found if c[2] != self._world.floor and c[8] < TOUCH] if found else []
 
     def _ramped_setpoint(self) -> Twist2D:
         limits, rate = self._config.limits, self._config.control_rate
@@ -135,15 +151,8 @@ class P3dx:
         """Turn the wheels as the firmware believes that the setpoint needs."""
         believed = self._config.odometry
         v, rim = self.setpoint.linear, self.setpoint.angular * believed.track / 2.0
-        rolling = self._grip.rolled((v - rim) / believed.left_radius, (v + rim) / believed.right_radius)
-        self._world.bullet.call(
-            pybullet.setJointMotorControlArray,
-            self._body,
-            self._wheels,
-            pybullet.VELOCITY_CONTROL,
-            targetVelocities=rolling,
-            forces=[MOTOR_TORQUE, MOTOR_TORQUE],
-        )
+        self._rolling[:] = self._grip.rolled((v - rim) / believed.left_radius, (v + rim) / believed.right_radius)
+        self._set_motors()
 
     def _load(self, start: Pose2D) -> int:
         body: int = self._world.bullet.call(

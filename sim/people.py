@@ -36,6 +36,10 @@ class People:
         self._pillars = [world.add_pillar(radius, LEG_HEIGHT) for radius in self.leg_radii]
         self.restart()
 
+    def __len__(self) -> int:
+        """How many they are."""
+        return len(self._persons)
+
     def restart(self) -> None:
         """To where each of them starts."""
         self._state = np.array([[p.start, 0.0] for p in self._persons]).reshape(-1, 2)
@@ -48,9 +52,8 @@ class People:
 
     def step(self, robot: tuple[float, float], seconds: float) -> None:
         """Let ``seconds`` pass, with the robot at x and y, metres."""
-        if self._pillars:
-            self._walk(robot, seconds)
-            self._place_legs(robot)
+        self._walk(robot, seconds)
+        self._place_legs(robot)
 
     @property
     def legs(self) -> FloatArray:

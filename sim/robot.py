@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from types import TracebackType
 from typing import Self
 
@@ -17,7 +16,7 @@ from sim.urg04lx import Urg04lx
 from sim.wheel_odometry import WheelOdometry
 from sim.world import World
 from slam.errors import RobotError
-from slam.odometry import Twist2D
+from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray
 from slam.robot import Observation, Robot
 from slam.run.scenario.schema import Scenario
@@ -79,14 +78,17 @@ class SimRobot:
         clock = self._clock
         if self._world.steps + clock.steps_per_scan > self._last_step:
             return None
-        self._advance(clock.controls_per_scan - clock.controls_per_sweep)
-        stamp, T_map_base, odometry = self._world.time, self._base.pose, self._odometry.read(self._world.time)
+        for _ in range(clock.controls_per_scan - clock.controls_per_sweep):
+            self._control_step()
+        stamp, T_map_base, T_odom_base = self._world.time, self._base.pose, self._odometry.pose
+        twist = self._odometry.mean_twist(stamp)
         sonar = self._sonar.read(T_map_base, self._people.legs, self._people.leg_radii) if self._sonar else ()
-        sweep = self._advance(clock.controls_per_sweep)
+        sweep = self._sweep()
         if clock.controls_per_sweep:
-            odometry = replace(odometry, twist=self._odometry.read(self._world.time).twist)
+            twist = self._odometry.mean_twist(self._world.time)
         scan = self._lidar.scan(sweep, stamp, self._lidar_rng)
         collided, bumpers = self._bumpers.read()
+        odometry = Odometry(stamp, T_odom_base, twist)
         return Observation(scan, odometry, T_map_base, collided, self._base.stalled, bumpers, sonar)
 
     def drive(self, command: Twist2D) -> Twist2D:
@@ -94,17 +96,16 @@ class SimRobot:
         self._require_open()
         return self._base.command(command)
 
-    def _advance(self, controls: int) -> Sweep:
-        """Let so many control steps pass; what moved meanwhile, one row for each.
+    def _sweep(self) -> Sweep:
+        """Let the time of the beams pass; what moved meanwhile, one row for each control step.
 
         Between two rows the beams' poses are interpolated: at the default limits and rate that straightens the way by
         0.02 mm and 0.06 mrad.
         """
         path, legs = [self._base.place], [self._people.legs]
-        for _ in range(controls):
+        for _ in range(self._clock.controls_per_sweep):
             self._control_step()
             path.append(self._base.place)
-            self._people.step(path[-1][:2], self._clock.control_period)
             legs.append(self._people.legs)
         return Sweep(np.array(path), np.array(legs), self._clock.control_period)
 
@@ -116,6 +117,8 @@ class SimRobot:
             if contacts := base.contacts():
                 self._bumpers.add(contacts, base.place)
         self._odometry.add(base.read_encoders())
+        if self._people:
+            self._people.step(base.place[:2], self._clock.control_period)
 
     def _require_open(self) -> None:
         if self._world.closed:

@@ -25,8 +25,7 @@ class Urg04lx:
         self._config = config
         self._lidar = lidar
         self._mount = config.mount.pose.translation
-        bearings = config.mount.theta + lidar.angles
-        self._beams = np.column_stack([np.cos(bearings), np.sin(bearings)])
+        self._beams = _directions(config.mount.theta + lidar.angles)
         self._leg_radii = np.empty(0) if leg_radii is None else leg_radii
         reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
         self._reach = reach
@@ -46,12 +45,30 @@ class Urg04lx:
             scan_time=lidar.scan_time,
         )
 
+    def glance(
+        self, bearings: FloatArray, place: FloatArray, legs: FloatArray, time: float, rng: np.random.Generator
+    ) -> FloatArray:
+        """What the lidar reports of some beams at ``bearings`` (N,) of its own frame, all taken at once.
+
+        The base is at ``place`` (3,), people's legs are at ``legs`` (L, 2), and ``time`` seconds have passed.
+        """
+        beams = _directions(self._config.mount.theta + bearings)
+        ranges = self._cast(Sweep(place[None], legs[None], 1.0), beams, 0.0)
+        return measure(ranges, time, self._config, rng)
+
     def true_ranges(self, sweep: Sweep) -> FloatArray:
         """Distance along each beam to what stands there, metres, shape (beams,); inf where nothing is in reach."""
-        increment = self._config.time_increment
-        origins, directions = rays_of(sweep.path, sweep.step, self._mount, self._beams, increment)
+        return self._cast(sweep, self._beams, self._config.time_increment)
+
+    def _cast(self, sweep: Sweep, beams: FloatArray, increment: float) -> FloatArray:
+        origins, directions = rays_of(sweep.path, sweep.step, self._mount, beams, increment)
         ranges = self.caster.cast(origins, directions)
         if len(self._leg_radii):
             stop_at_legs(origins, directions, ranges, sweep.legs, self._leg_radii, increment / sweep.step)
             ranges[ranges > self._reach] = np.inf
         return ranges
+
+
+def _directions(bearings: FloatArray) -> FloatArray:
+    """Unit vectors (N, 2)."""
+    return np.column_stack([np.cos(bearings), np.sin(bearings)])

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from sim.p3dx import TICKS_PER_TURN, Ticks
-from slam.odometry import Odometry, Twist2D, wheel_motion
+from slam.odometry import Twist2D, wheel_motion
 from slam.pose import Pose2D
 from slam.run.scenario.robot_config import WheelErrors
 
@@ -26,8 +26,8 @@ class WheelOdometry:
         self._rng = rng
         self._ticks = ticks
         self._T_odom_base = Pose2D()
-        self._left = self._right = 0.0  # metres rolled since ``read``
-        self._stamp = 0.0
+        self._left = self._right = 0.0  # metres rolled since ``mean_twist``
+        self._time = 0.0
 
     def add(self, ticks: Ticks) -> None:
         """Account for the motion since the last ticks."""
@@ -39,17 +39,23 @@ class WheelOdometry:
         self._right += right
         self._ticks = ticks
 
-    def read(self, stamp: float) -> Odometry:
-        """The odometry at ``stamp`` seconds; its twist is the mean since the last reading, 0 where no time passed."""
-        rate = 1.0 / (stamp - self._stamp) if stamp > self._stamp else 0.0
-        left, right, pose = self._left * rate, self._right * rate, self._T_odom_base
+    @property
+    def pose(self) -> Pose2D:
+        """``T_odom_base`` as it is reported."""
+        pose = self._T_odom_base
+        if not self._errors.firmware_units:
+            return pose
+        return Pose2D(rounded(pose.x, MILLIMETRE), rounded(pose.y, MILLIMETRE), rounded(pose.theta, ANGLE_UNIT))
+
+    def mean_twist(self, time: float) -> Twist2D:
+        """Since this was last asked, as it is reported at ``time`` seconds; 0 where no time passed."""
+        rate = 1.0 / (time - self._time) if time > self._time else 0.0
+        left, right = self._left * rate, self._right * rate
         if self._errors.firmware_units:
             left, right = rounded(left, MILLIMETRE), rounded(right, MILLIMETRE)
-            x, y = rounded(pose.x, MILLIMETRE), rounded(pose.y, MILLIMETRE)
-            pose = Pose2D(x, y, rounded(pose.theta, ANGLE_UNIT))
         self._left = self._right = 0.0
-        self._stamp = stamp
-        return Odometry(stamp, pose, Twist2D((left + right) / 2.0, (right - left) / self._errors.track))
+        self._time = time
+        return Twist2D((left + right) / 2.0, (right - left) / self._errors.track)
 
     def _misread(self, ticks: Ticks) -> Ticks:
         left, right = self._errors.encoder_noise * self._rng.standard_normal(2)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import cos, sin
 
 import numpy as np
 
 from slam.compiled import compiled
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
-from slam.scan import LaserScan
+from slam.scan import LaserScan, even_fan
 
 
 def deskewed(scan: LaserScan, twist: Twist2D, T_base_laser: Pose2D) -> LaserScan:
@@ -21,31 +22,36 @@ def deskewed(scan: LaserScan, twist: Twist2D, T_base_laser: Pose2D) -> LaserScan
     """
     if scan.time_increment == 0.0 or twist == Twist2D():
         return scan
-    mount = (T_base_laser.x, T_base_laser.y, T_base_laser.theta)
-    ranges, bearings = _straightened(
-        scan.ranges, scan.bearings, scan.time_increment, twist.linear, twist.angular, *mount
-    )
-    return replace(scan, ranges=ranges, time_increment=0.0, beam_bearings=bearings)
+    fan = even_fan(scan.angle_min, scan.angle_increment, len(scan.ranges))
+    step = T_base_laser.inverse() @ _motion(twist, scan.time_increment) @ T_base_laser
+    ranges, beam_fan = _straightened(scan.ranges, fan, step.x, step.y, step.theta)
+    return replace(scan, ranges=ranges, time_increment=0.0, beam_fan=beam_fan)
+
+
+def _motion(twist: Twist2D, seconds: float) -> Pose2D:
+    """The arc of the base in so short a time."""
+    half = 0.5 * twist.angular * seconds
+    chord = twist.linear * seconds * (sin(half) / half if abs(half) > 1e-8 else 1.0)
+    return Pose2D(chord * cos(half), chord * sin(half), 2.0 * half)
 
 
 @compiled
 def _straightened(
-    ranges: FloatArray, bearings: FloatArray, step: float, v: float, omega: float, mount_x: float, mount_y: float,
-    mount_theta: float,
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
-    """Ranges and bearings (N,) from where the sensor was at the first beam."""
-    out_r, out_b = np.empty_like(ranges), np.empty_like(bearings)
+    ranges: FloatArray, fan: FloatArray, step_x: float, step_y: float, step_theta: float
+) -> tuple[FloatArray, FloatArray]:
+    """Ranges (N,) and fan (3, N) from where the sensor was at the first beam; it moves by one step from each beam to
+    the next."""
+    out_r, out = ranges.copy(), np.empty_like(fan)
+    step_c, step_s = np.cos(step_theta), np.sin(step_theta)
+    x, y, c, s = 0.0, 0.0, 1.0, 0.0  # of the sensor at beam j
     for j in range(len(ranges)):
-        turn = omega * step * j
-        half = 0.5 * turn
-        chord = v * step * j * (np.sin(half) / half if abs(half) > 1e-8 else 1.0)
-        if not np.isfinite(ranges[j]):
-            out_r[j], out_b[j] = ranges[j], bearings[j] + turn
-            continue
-        b = bearings[j] + mount_theta + turn
-        x = chord * np.cos(half) + np.cos(turn) * mount_x - np.sin(turn) * mount_y + ranges[j] * np.cos(b) - mount_x
-        y = chord * np.sin(half) + np.sin(turn) * mount_x + np.cos(turn) * mount_y + ranges[j] * np.sin(b) - mount_y
-        out_r[j] = np.sqrt(x * x + y * y)
-        off = np.arctan2(y, x) - mount_theta - bearings[j] - turn
-        out_b[j] = bearings[j] + turn + off - 2.0 * np.pi * np.floor(off / (2.0 * np.pi) + 0.5)
-    return out_r, out_b
+        ux, uy = c * fan[1, j] - s * fan[2, j], s * fan[1, j] + c * fan[2, j]
+        out[0, j], out[1, j], out[2, j] = fan[0, j] + step_theta * j, ux, uy
+        if np.isfinite(ranges[j]):
+            px, py = x + ranges[j] * ux, y + ranges[j] * uy
+            r = np.sqrt(px * px + py * py)
+            out_r[j], out[1, j], out[2, j] = r, px / r, py / r
+            out[0, j] += np.arctan2(ux * py - uy * px, ux * px + uy * py)
+        x, y = x + c * step_x - s * step_y, y + s * step_x + c * step_y
+        c, s = c * step_c - s * step_s, s * step_c + c * step_s
+    return out_r, out

@@ -6,6 +6,7 @@ from math import cos, sin
 
 import numpy as np
 
+from slam.compiled import compiled
 from slam.config import MotionConfig
 from slam.pose import FloatArray, Pose2D
 
@@ -33,6 +34,15 @@ def motion_covariance(motion: Pose2D, heading: float, config: MotionConfig) -> F
 def moved(covariance: FloatArray, start: Pose2D, end: Pose2D) -> FloatArray:
     """What a covariance (3, 3) at ``start`` is at ``end``, the way between them being sure: an error of the heading
     becomes one of the place."""
-    F = np.eye(3)
-    F[0, 2], F[1, 2] = start.y - end.y, end.x - start.x
-    return F @ covariance @ F.T
+    return _carried(covariance, start.y - end.y, end.x - start.x)
+
+
+@compiled
+def _carried(covariance: FloatArray, x_by_turn: float, y_by_turn: float) -> FloatArray:
+    """F C F^T for F = [[1, 0, x_by_turn], [0, 1, y_by_turn], [0, 0, 1]]."""
+    C = covariance.copy()
+    C[0] += x_by_turn * C[2]
+    C[1] += y_by_turn * C[2]
+    C[:, 0] += x_by_turn * C[:, 2]
+    C[:, 1] += y_by_turn * C[:, 2]
+    return C

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slam.pose import FloatArray
+
+
+@lru_cache(maxsize=16)
+def even_fan(angle_min: float, angle_increment: float, beams: int) -> FloatArray:
+    """Bearings of evenly spaced beams, their cosines and sines, shape (3, N); not to be written to."""
+    angles = angle_min + angle_increment * np.arange(beams, dtype=np.float64)
+    return np.stack([angles, np.cos(angles), np.sin(angles)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,8 +57,8 @@ class LaserScan:
     ranges: FloatArray
     time_increment: float = 0.0
     scan_time: float = 0.1
-    beam_bearings: FloatArray | None = None
-    """Where a scan was deskewed, the bearing of every beam, shape (N,), radians; None: evenly spaced."""
+    beam_fan: FloatArray | None = None
+    """Where a scan was deskewed, the bearing of every beam, its cosine and sine, (3, N); None: evenly spaced."""
 
     @property
     def angle_max(self) -> float:
@@ -60,7 +68,7 @@ class LaserScan:
     @property
     def bearings(self) -> FloatArray:
         """Bearings of all beams in the sensor frame, shape (N,), radians."""
-        return self.lidar.angles if self.beam_bearings is None else self.beam_bearings
+        return self.lidar.angles if self.beam_fan is None else self.beam_fan[0]
 
     def __eq__(self, other: object) -> bool:
         """Bit by bit; two ``nan`` readings are equal."""

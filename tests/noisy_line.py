@@ -23,6 +23,7 @@ from hardware.scip.commands import Measure
 from hardware.scip.frames import FrameDecoder
 from hardware.scip.reply import find_reply
 from hardware.scip.scan_data import ScanData, decode_scan, encode_scan
+from hardware.wheel_scales import WheelScales
 
 SHARE = 0.01
 
@@ -60,7 +61,7 @@ class Hail:
 def hear_sips(count: int, burst: int, seed: int = 0) -> Score:
     """Reports of a robot that drives a circle; a pose is wrong when it is off by more than 5 mm."""
     score, hail, decoder, track = Score(), Hail(burst, seed), PacketDecoder(), OdometryTrack()
-    odometry, heading, x, y = PositionOdometry(P3DX_SH, track), 0.0, 0.0, 0.0
+    odometry, heading, x, y = PositionOdometry(P3DX_SH, WheelScales(P3DX_SH.half_track), track), 0.0, 0.0, 0.0
     for k in range(count):
         sip = Sip(moving=True, x=x, y=y, theta=heading, left=0.25, right=0.35, fine_battery=12.6)
         wire = encode_packet(sip.encode(P3DX_SH))

@@ -124,7 +124,7 @@ def test_replay(tmp_path: Path, small_log: Path) -> None:
     ("words", "complaint"),
     [
         (["run", "coridor"], "did you mean corridor?"),
-        (["run", "corridor", "--set", "slam.lines.psy=1"], "did you mean psi?"),
+        (["run", "paper_corridor", "--set", "slam.lines.psy=1"], "did you mean psi?"),
         (["run", "corridor", "--set", "physics.rate=241"], "physics.rate"),
         (["run", "corridor", "--seed", "-1"], "seed"),
         (["replay", "nowhere.log"], "nowhere.log"),

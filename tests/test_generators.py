@@ -122,6 +122,8 @@ def test_what_is_written_by_hand_stays(tmp_path: Path) -> None:
         ("{kind: loop, size: [14, 3]}", "leaves no block inside"),
         ("{kind: office, room_length: [1, 3]}", "room_length: 1 m is too short"),
         ("{kind: office, room_length: [4, 3]}", "generate.room_length: the lower bound comes first"),
+        ("{kind: corridor, length: 1.0e+9}", "generate.length: Input should be less than or equal to 1000"),
+        ("{kind: office, room_depth: 1.0e+6}", "generate.room_depth: Input should be less than or equal to 1000"),
         ("{kind: office, door_angle: [1, 2]}", "must lie within pi / 2 and pi"),
     ],
 )

@@ -30,6 +30,7 @@ from hardware.odometry_track import OdometryTrack, mean_twist, moved
 from hardware.robot import HardwareRobot
 from hardware.sensor_clock import SensorClock
 from hardware.serial_port import PortLost, SerialPort
+from hardware.wheel_scales import WheelScales
 from slam.errors import RobotError, RobotTimeout, ScenarioError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
@@ -287,7 +288,7 @@ def test_a_track_interpolates_and_carries_on() -> None:
 
 def test_a_step_that_cannot_be_is_left_out() -> None:
     track = OdometryTrack()
-    odometry = PositionOdometry(P3DX_SH, track)
+    odometry = PositionOdometry(P3DX_SH, WheelScales(P3DX_SH.half_track), track)
     places = [0.0, 0.03, 0.30, 0.09, 0.12]
     taken = [odometry.add(0.1 * k, Sip(x=x, left=0.3, right=0.3)) for k, x in enumerate(places)]
     assert taken == [True, True, False, True, True]

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from hardware.bench.bench import bench as running_bench
+from hardware.bench.load import measure_load
 from hardware.doctor import examine
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.faults import Fault
@@ -18,6 +20,7 @@ from hardware.emulator.ports import TcpPort
 from slam.errors import InputError
 from slam.run.backends import late, make_plant
 from slam.run.cli import main
+from slam.run.logs.tum import read_tum
 from slam.run.scenario.file import load_scenario
 
 
@@ -29,6 +32,7 @@ def command(*words: str) -> list[str]:
 def bench(tmp_path: Path) -> Iterator[dict[str, str]]:
     """Where the devices of a running ``hopslam emulate`` are."""
     words = command("emulate", "corridor", "--link-dir", str(tmp_path / "bench"), "--fault", "robot:stall@60+1")
+    words += ["--truth", str(tmp_path / "truth.tum")]
     environment = os.environ | {"PYTHONPATH": "."}
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment) as program:
         assert program.stdout is not None
@@ -51,6 +55,18 @@ def test_a_run_on_emulated_devices(bench: dict[str, str], tmp_path: Path, monkey
     metrics = json.loads((out / "metrics.json").read_text())
     assert metrics["ending"] == "no more scans"
     assert metrics["scans"] >= 10
+    stamps, poses = read_tum(tmp_path / "truth.tum")
+    assert stamps[-1] - stamps[0] > 1.0
+    assert poses[-1, 0] > 0.1
+
+
+def test_the_bench_measures_load_and_latency_of_a_driving_robot() -> None:
+    with running_bench() as at:
+        load = measure_load(at, 0.5)
+        assert not at.standing
+    assert load.scans >= 2
+    assert load.cpu > 0.0
+    assert load.latency_p99 >= load.latency_median
 
 
 def test_doctor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -90,6 +106,7 @@ def test_what_does_not_fit_is_refused(
         main()
     assert ended.value.code == 2
     assert complaint in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
 
 
 def test_faults_are_read() -> None:
@@ -102,13 +119,11 @@ def test_faults_are_read() -> None:
 
 def test_planned_faults_happen() -> None:
     emulator = Emulator(scenario_plant(load_scenario("corridor")))
-    for text in ("robot:e-stop@0.05+600", "lidar:dead@0", "lidar:unplug@0.05+0.05", "robot:motors-off@0+0"):
+    for text in ("robot:e-stop@0.05+600", "lidar:dead@0", "lidar:unplug@0+0.01", "robot:motors-off@0+0"):
         Fault.parse(text).plan(emulator)
     with emulator:
-        late("time:sleep")(0.3)
-        emulator.do(lambda: None)
-        assert emulator.p3dx.motion.e_stop
-        assert emulator.urg04lx.dead
+        while not (emulator.p3dx.motion.e_stop and emulator.urg04lx.dead):
+            late("time:sleep")(0.01)
         assert emulator.lidar.port.filenos()
 
 

@@ -1,14 +1,17 @@
 """The loop on a robot and a method that say what the test wants."""
 
+import signal
 from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
+from slam.errors import RobotTimeout
 from slam.line_slam import Estimate
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
+from slam.run.interruption import Interruption
 from slam.run.loop import Step, run_loop
 from slam.run.pilot import Passenger, WaypointPilot
 from slam.run.robot_env import RobotEnv
@@ -117,3 +120,41 @@ def test_every_watcher_sees_every_step() -> None:
         assert {step.progress for step in notes.steps} == {0.25}
         assert {step.estimate.T_map_base for step in notes.steps} == {WRONG}
         assert {step.observation.T_map_base for step in notes.steps} == {TRUTH}
+
+
+def test_ctrl_c_ends_the_run_after_the_step_in_which_it_was_pressed() -> None:
+    class Pressed(Scripted):
+        def observe(self, timeout: float = 1.0) -> Observation | None:
+            if self._index == 2:
+                signal.raise_signal(signal.SIGINT)
+            return super().observe(timeout)
+
+    before = signal.getsignal(signal.SIGINT)
+    notes = Notes()
+    with Interruption() as interruption, pytest.raises(KeyboardInterrupt):
+        run_loop(env_of(Pressed([TRUTH] * 9)), Oracle([TRUTH] * 9), Passenger(9), [notes, interruption], 0)
+    assert [step.index for step in notes.steps] == [0, 1, 2]
+    assert signal.getsignal(signal.SIGINT) == before
+
+
+class Silent(Scripted):
+    """A robot whose lidar is away for some calls, after its first scan."""
+
+    def __init__(self, calls: int) -> None:
+        super().__init__([TRUTH] * 4)
+        self._away = calls
+
+    def observe(self, timeout: float = 1.0) -> Observation | None:
+        if self._index and self._away:
+            self._away -= 1
+            raise RobotTimeout("no scan")
+        return super().observe(timeout)
+
+
+def test_a_robot_that_falls_silent_is_waited_for_and_stands_meanwhile() -> None:
+    robot, pilot = Silent(2), Notes()
+    assert run_loop(env_of(robot), Oracle([WRONG] * 4), pilot, [], 0, patience=600.0) == "no more scans"
+    forward = Twist2D(0.5, -0.25)
+    assert robot.commands == [forward, Twist2D(), Twist2D(), forward, forward, forward]
+    with pytest.raises(RobotTimeout, match="no scan"):
+        run_loop(env_of(Silent(1)), Oracle([WRONG] * 4), pilot, [], 0)

@@ -15,7 +15,7 @@ from sim.traction import TRACK, Grip
 from sim.wheel_odometry import ANGLE_UNIT, MILLIMETRE, WheelOdometry
 from sim.world import World
 from slam.errors import RobotError
-from slam.odometry import Odometry, Twist2D, wheel_motion
+from slam.odometry import Twist2D, wheel_motion
 from slam.pose import Pose2D, wrap_angle
 from slam.run.scenario.robot_config import Limits, RobotConfig, Traction, WheelErrors
 
@@ -53,9 +53,6 @@ class Rig:
         self.odometry.add(self.base.read_encoders())
         self.turned += wrap_angle(self.base.pose.theta - theta)
 
-    def read(self) -> Odometry:
-        return self.odometry.read(self.world.time)
-
 
 def test_it_stands_where_it_was_put():
     start = Pose2D(1.0, -2.0, 2.5)
@@ -73,7 +70,7 @@ def test_odometry_without_errors_is_true_over_ten_metres():
     rig = Rig(start=start)
     rig.go(1.0, 0.0, 10.0)
     rig.go(0.0, 0.0, 2.0)
-    truth, odometry = start.between(rig.base.pose), rig.read().T_odom_base
+    truth, odometry = start.between(rig.base.pose), rig.odometry.pose
     assert truth.x == pytest.approx(10.0, rel=5e-4)
     assert abs(truth.y) < 5e-3
     assert truth.distance(odometry) < 5e-3
@@ -85,7 +82,7 @@ def test_odometry_without_errors_is_true_over_ten_turns(sense):
     rig = Rig()
     rig.go(0.0, 4.0 * sense, 20.0 * pi / 4.0)
     rig.go(0.0, 0.0, 1.0)
-    truth, odometry = rig.base.pose, rig.read().T_odom_base
+    truth, odometry = rig.base.pose, rig.odometry.pose
     assert rig.turned == pytest.approx(20.0 * pi * sense, rel=5e-4)
     assert wrap_angle(odometry.theta - truth.theta) == pytest.approx(0.0, abs=5e-4)
     assert truth.distance(odometry) < 2e-3
@@ -95,7 +92,7 @@ def test_odometry_without_errors_is_true_on_a_winding_way():
     rig = Rig(limits=Limits())
     for v, w in [(0.5, 0.8), (0.8, -1.0), (-0.3, 0.4), (0.0, 2.0), (0.6, 0.0), (0.0, 0.0)]:
         rig.go(v, w, 2.0)
-    truth, odometry = rig.base.pose, rig.read().T_odom_base
+    truth, odometry = rig.base.pose, rig.odometry.pose
     assert truth.distance(odometry) < 2e-3
     assert wrap_angle(odometry.theta - truth.theta) == pytest.approx(0.0, abs=1e-3)
 
@@ -107,7 +104,7 @@ def test_a_wrong_calibration_bends_the_odometry_as_the_closed_form_says(errors):
     believed = WheelErrors(**errors)
     angles = np.array([rig.base.read_encoders().left, rig.base.read_encoders().right]) * 2 * pi / TICKS_PER_TURN
     left, right = angles * [believed.left_radius, believed.right_radius]
-    odometry = rig.read().T_odom_base
+    odometry = rig.odometry.pose
     assert odometry.theta == pytest.approx(wrap_angle((right - left) / believed.track), abs=1e-9)
     assert rig.base.pose.distance(odometry) > 0.02
 
@@ -115,7 +112,7 @@ def test_a_wrong_calibration_bends_the_odometry_as_the_closed_form_says(errors):
 def test_a_wheel_believed_larger_than_it_is_drives_a_circle_that_the_odometry_takes_for_a_line():
     rig = Rig(left_radius=WHEEL_RADIUS * 1.01)
     rig.go(1.0, 0.0, 6.0)
-    odometry = rig.read().T_odom_base
+    odometry = rig.odometry.pose
     assert abs(odometry.y) < 1e-3
     expected = wheel_motion(odometry.x / 1.01, odometry.x, TRACK)
     assert rig.base.pose.distance(expected) < 1e-3
@@ -130,7 +127,7 @@ def square(rig: Rig, sense: float, side: float) -> tuple[Pose2D, Pose2D]:
         rig.go(0.0, 0.0, 1.0 / a + 0.1)
         rig.go(0.0, 1.0 * sense, pi / 2)
         rig.go(0.0, 0.0, 1.0 / wa + 0.1)
-    return rig.base.pose, rig.read().T_odom_base
+    return rig.base.pose, rig.odometry.pose
 
 
 def borenstein_feng(side: float, sense: float, alpha: float, beta: float) -> tuple[float, float]:
@@ -162,10 +159,10 @@ def test_slip_and_scrub_lose_the_motion_that_the_encoders_report(traction):
     rig = Rig(traction=traction)
     rig.go(0.8, 0.0, 4.0)
     rig.go(0.0, 0.0, 1.0)
-    assert rig.base.pose.x == pytest.approx((1.0 - traction.slip) * rig.read().T_odom_base.x, rel=5e-4)
+    assert rig.base.pose.x == pytest.approx((1.0 - traction.slip) * rig.odometry.pose.x, rel=5e-4)
     rig.go(0.0, 1.0, 3.0)
     rig.go(0.0, 0.0, 1.0)
-    reported = rig.read().T_odom_base.theta
+    reported = rig.odometry.pose.theta
     assert rig.turned == pytest.approx((1.0 - traction.slip) * TRACK / traction.effective_track * reported, rel=1e-3)
 
 
@@ -174,7 +171,7 @@ def test_a_firmware_that_knows_the_effective_track_turns_right():
     rig.go(0.0, 1.0, 3.0)
     rig.go(0.0, 0.0, 1.0)
     assert rig.turned == pytest.approx(3.0, rel=1e-3)
-    assert rig.read().T_odom_base.theta == pytest.approx(rig.turned, rel=1e-3)
+    assert rig.odometry.pose.theta == pytest.approx(rig.turned, rel=1e-3)
 
 
 @given(st.floats(0.0, 0.9), st.floats(0.2, 0.6), st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
@@ -187,18 +184,17 @@ def test_the_firmware_reports_whole_units():
     errors = WheelErrors(left_radius=0.0981)
     odometry = WheelOdometry(errors, Ticks(0, 0), np.random.default_rng(0))
     odometry.add(Ticks(123_456, 234_567))
-    seen = odometry.read(1.0)
-    pose, v, w = seen.T_odom_base, seen.twist.linear, seen.twist.angular
+    pose, twist = odometry.pose, odometry.mean_twist(1.0)
     for value, unit in [
         (pose.x, MILLIMETRE),
         (pose.y, MILLIMETRE),
         (pose.theta, ANGLE_UNIT),
-        (v - w * TRACK / 2, 1e-3),
+        (twist.linear - twist.angular * TRACK / 2, 1e-3),
     ]:
         assert value / unit == pytest.approx(round(value / unit), abs=1e-6)
     fine = WheelOdometry(errors.model_copy(update={"firmware_units": False}), Ticks(0, 0), np.random.default_rng(0))
     fine.add(Ticks(123_456, 234_567))
-    assert 0.0 < fine.read(1.0).T_odom_base.distance(pose) < MILLIMETRE
+    assert 0.0 < fine.pose.distance(pose) < MILLIMETRE
 
 
 def test_noise_of_the_encoders_does_not_add_up():
@@ -208,7 +204,7 @@ def test_noise_of_the_encoders_does_not_add_up():
     ways = []
     for _ in range(2000):
         odometry.add(Ticks(1000, 1000))
-        ways.append(odometry.read(1.0).T_odom_base.x * TICKS_PER_METRE)
+        ways.append(odometry.pose.x * TICKS_PER_METRE)
     assert np.std(ways) == pytest.approx(20.0 / sqrt(2.0), rel=0.1)
     assert abs(np.mean(ways) - 1000.0) < 2.0
 
@@ -297,10 +293,10 @@ def test_encoders_count_whole_ticks_of_the_real_wheels():
 def test_the_twist_of_the_odometry_is_the_mean_since_the_last_reading():
     odometry = WheelOdometry(WheelErrors(firmware_units=False), Ticks(100, 100), np.random.default_rng(0))
     odometry.add(Ticks(100 + round(0.1 * TICKS_PER_METRE), 100 + round(0.2 * TICKS_PER_METRE)))
-    twist = odometry.read(0.5).twist
+    twist = odometry.mean_twist(0.5)
     assert twist.linear == pytest.approx(0.3, rel=1e-4)
     assert twist.angular == pytest.approx(0.2 / TRACK, rel=1e-4)
-    assert odometry.read(1.0).twist == Twist2D()
+    assert odometry.mean_twist(1.0) == Twist2D()
 
 
 @pytest.mark.parametrize("parts", [1, 50])
@@ -314,6 +310,6 @@ def test_travel_noise_grows_with_the_root_of_the_distance(parts):
         odometry = WheelOdometry(errors, Ticks(0, 0), rng)
         for part in range(1, parts + 1):
             odometry.add(Ticks(step * part, step * part))
-        turns.append(odometry.read(1.0).T_odom_base.theta * TRACK)
+        turns.append(odometry.pose.theta * TRACK)
     assert np.std(turns) == pytest.approx(noise * sqrt(metres) * sqrt(2.0), rel=0.1)
     assert abs(np.mean(turns)) < 4 * noise * sqrt(metres) * sqrt(2.0) / sqrt(600)

@@ -37,7 +37,15 @@ def test_a_shipped_scenario_loads_and_survives_its_own_dump(name: str, tmp_path:
 
 
 def test_the_required_scenarios_are_shipped() -> None:
-    required = {"corridor", "paper_simulation", "replay", "office_loop", "cluttered_room", "crowded_corridor"}
+    required = {
+        "corridor",
+        "paper_simulation",
+        "paper_corridor",
+        "replay",
+        "office_loop",
+        "cluttered_room",
+        "crowded_corridor",
+    }
     assert required | {"featureless_corridor", "random_office"} <= set(shipped_scenarios())
 
 
@@ -76,6 +84,7 @@ def test_the_name_comes_from_the_file(tmp_path: Path) -> None:
         ),
         ("0.3", "-1", "small.yaml:6: route.speed: Input should be greater than 0 (got -1)"),
         ("0.3", "fast", "small.yaml:6: route.speed: Input should be a valid number"),
+        ("[1, 2]", "[1, 2.0e+9]", "small.yaml:4: world.boxes.0.center.1: Input should be less than or equal to 5000"),
         ("[1, 2]", "[1]", "small.yaml:4: world.boxes.0.center.1: Field required"),
         ("  speed: 0.3", "  speed: 0.3\n  speed: 0.4", "small.yaml:7: speed: this key stands here for the second time"),
         ("  speed: 0.3", "  speed: [", "small.yaml:7: not valid YAML"),
@@ -169,7 +178,9 @@ def test_a_mistake_in_the_settings_of_a_method_is_placed_in_the_file(tmp_path: P
 
 
 def test_settings_change_values_and_items() -> None:
-    scenario = load_scenario("corridor", ["slam.lines.psi=0", "route.waypoints.0=[3, 0]", "slam.lines.split_gap=.inf"])
+    scenario = load_scenario(
+        "paper_corridor", ["slam.lines.psi=0", "route.waypoints.0=[3, 0]", "slam.lines.split_gap=.inf"]
+    )
     assert scenario.slam.lines.psi == 0
     assert scenario.route.waypoints[0] == (3.0, 0.0)
     assert scenario.slam.lines.split_gap == float("inf")
@@ -201,4 +212,4 @@ def test_settings_change_values_and_items() -> None:
 )
 def test_a_bad_setting_is_named(setting: str, complaint: str) -> None:
     with pytest.raises(ScenarioError, match=re.escape(complaint)):
-        load_scenario("corridor", [setting])
+        load_scenario("paper_corridor", [setting])

@@ -4,7 +4,7 @@ import hashlib
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator
-from math import pi
+from math import hypot, pi
 from pathlib import Path
 
 import numpy as np
@@ -264,6 +264,20 @@ def test_a_person_stops_before_the_robot_and_goes_on_behind_it():
             robot.drive(Twist2D(-0.5, 0.0))
             robot.observe()
         assert robot.people[0, 0] < 0.5
+
+
+@pytest.mark.parametrize("way", [[[2.0, 0.0], [-0.9, 0.0]], [[0.0, 1.1], [0.0, -1.1]], [[0.8, 0.8], [-0.8, -0.8]]])
+def test_nobody_walks_into_a_robot_that_stands(way):
+    with SimRobot(scenario(world={"walls": [CORRIDOR]}, people=[{"waypoints": way, "speed": 1.5}])) as robot:
+        assert not any(robot.observe().collided for _ in range(30))
+
+
+def test_who_does_not_look_pushes_the_robot_aside_and_flings_it_nowhere():
+    careless = {"waypoints": [[0.0, 1.1], [0.0, -1.1]], "keep": 0.0}
+    with SimRobot(scenario(world={"walls": [CORRIDOR]}, people=[careless])) as robot:
+        seen = [robot.observe() for _ in range(30)]
+    assert any(s.collided for s in seen)
+    assert max(hypot(s.T_map_base.x, s.T_map_base.y) for s in seen) < 0.2
 
 
 def test_running_into_a_person_is_a_collision():

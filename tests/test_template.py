@@ -163,6 +163,11 @@ def test_no_key_of_a_scenario_is_named_like_a_distribution() -> None:
             "[0, 300]",
             "random.yaml:11: slam.matching.max_iterations: Input should be greater than or equal",
         ),
+        (
+            "[100, 300]",
+            f"[0, {10**30}]",
+            "max_iterations: integer: Input should be less than or equal to 46116860184273",
+        ),
         ("{integer: [100, 300]}", "{uniform: [100, 300.5]}", "max_iterations: Input should be a valid integer"),
         (
             "integer:",

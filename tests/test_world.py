@@ -10,7 +10,7 @@ from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.run.scenario.robot_config import RobotConfig
-from slam.run.scenario.world_plan import Box
+from slam.run.scenario.world_plan import Box, Prism, rectangle
 from slam.run.scenario.world_plan import World as Plan
 
 
@@ -136,3 +136,11 @@ def test_a_missing_asset_is_named():
     assert asset("urdf/p3dx.urdf").read_text().startswith("<?xml")
     with pytest.raises(RobotError, match=r"urdf/p4dx\.urdf"):
         asset("urdf/p4dx.urdf")
+
+
+def test_what_does_not_move_costs_nothing_where_it_overlaps():
+    with World([Prism(rectangle((0.0, 0.0), 2.0, 2.0, 0.0), 0.0, 1.0)], 240) as world:
+        for pillar in [world.add_pillar(0.06, 0.85) for _ in range(4)][:2]:
+            world.move(pillar, 0.0, 0.0, 0.4)
+        world.step()
+        assert world.bullet.call(pybullet.getContactPoints) == ()

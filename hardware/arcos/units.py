@@ -24,6 +24,8 @@ class ArcosUnits:
         return 0x8000 * self.distance
 
 
+SONAR_REACH: Final = 5.0
+"""Metres: what a transducer without an echo reads."""
 P3DX: Final = ArcosUnits(distance=0.485e-3)
 P3DX_SH: Final = ArcosUnits(distance=1.0e-3)
 _BY_SUBCLASS: Final = {"p3dx-sh": P3DX_SH, "p3dx": P3DX}

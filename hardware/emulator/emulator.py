@@ -19,6 +19,7 @@ from hardware.emulator.ports import Port, PtyPort
 from hardware.emulator.station import Station
 from hardware.emulator.urg04lx import EmulatedUrg04lx
 from hardware.emulator.wire import Noise
+from slam.pose import Pose2D
 
 _FARTHEST_BEHIND: Final = 1.0
 """Seconds: a machine that falls behind by more than this lets the emulated world skip time."""
@@ -49,6 +50,7 @@ class Emulator:
         robot_config: ArcosConfig = FACTORY,
     ) -> None:
         now = time.monotonic()
+        self._plant = plant
         self.p3dx = EmulatedP3dx(plant, now, robot_config)
         self.urg04lx = EmulatedUrg04lx(plant, now, drift, paced)
         self.robot = Station(self.p3dx, robot_port or PtyPort(), True, 2 * seed, noise)
@@ -75,6 +77,13 @@ class Emulator:
     def now(self) -> float:
         """The time of the emulated world, seconds: the host's monotonic clock, less what was skipped."""
         return time.monotonic() - self._lag
+
+    @property
+    def truth(self) -> tuple[float, Pose2D]:
+        """Where the base really is, ``T_map_base``, and when that was, seconds of the host's monotonic clock."""
+        told: list[tuple[float, Pose2D]] = []
+        self.do(lambda: told.append((self.p3dx.moved_until + self._lag, self._plant.T_map_base)))
+        return told[0]
 
     def plan(self, at: float, call: Callable[[], object]) -> None:
         """Let the thread do this ``at`` seconds after the emulator was made; before it is entered only."""

@@ -51,6 +51,14 @@ class KinematicPlant:
         self._right += way + turn
         self.T_map_base = self.T_map_base @ wheel_motion(way - turn, way + turn, 2.0 * _HALF_TRACK)
 
+    def bumpers(self) -> tuple[bool, ...]:
+        """It touches nothing."""
+        return ()
+
+    def sonar(self) -> tuple[float, ...]:
+        """It has none."""
+        return ()
+
     def ranges(self, bearings: FloatArray) -> FloatArray:
         """The distance along each ray to the nearest wall."""
         T_map_laser = self.T_map_base @ self._T_base_laser

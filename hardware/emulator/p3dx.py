@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Final
 
@@ -12,7 +12,7 @@ from hardware.arcos.encoder_packet import WheelTravel
 from hardware.arcos.identity import Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import Sip, flags
-from hardware.arcos.units import P3DX_SH
+from hardware.arcos.units import P3DX_SH, SONAR_REACH
 from hardware.damaged import Damaged
 from hardware.emulator.motion import FACTORY, Motion
 from hardware.emulator.plant import Plant
@@ -49,6 +49,11 @@ class EmulatedP3dx:
     def wake(self) -> float:
         """The next report."""
         return self._sip_at
+
+    @property
+    def moved_until(self) -> float:
+        """The time up to which its plant has moved."""
+        return self.due - _TICK
 
     @property
     def damaged(self) -> int:
@@ -162,9 +167,19 @@ class EmulatedP3dx:
             report += encode_packet(WheelTravel(*self._plant.travel).encode(self._config.ticks_per_metre))
         return report
 
+    def _contacts(self) -> tuple[int, int]:
+        """The contact bits of the left side, with the rear bumpers, and of the right side, with the front ones."""
+        pressed, front = self._plant.bumpers(), self._config.front_bumpers
+        stalled = int(self._plant.stalled)
+        return stalled | _mask(pressed[front:]) << 1, stalled | _mask(pressed[:front]) << 1
+
+    def _echoes(self) -> tuple[tuple[int, float], ...]:
+        return tuple((number, min(metres, SONAR_REACH)) for number, metres in enumerate(self._plant.sonar()))
+
     def _sip(self) -> Sip:
         pose, motion = self._origin.between(self._plant.odometry), self.motion
         rim = motion.angular.speed * P3DX_SH.half_track
+        left_contacts, right_contacts = self._contacts()
         return Sip(
             moving=motion.moving,
             x=pose.x,
@@ -173,11 +188,17 @@ class EmulatedP3dx:
             left=motion.linear.speed - rim,
             right=motion.linear.speed + rim,
             battery=_BATTERY,
-            left_contacts=int(self._plant.stalled),
-            right_contacts=int(self._plant.stalled),
+            left_contacts=left_contacts,
+            right_contacts=right_contacts,
             flags=flags(motion.enabled, motion.e_stop),
+            sonar=self._echoes(),
             fine_battery=_BATTERY,
             charge_state=0,
             turning=motion.angular.speed,
             faults=0,
         )
+
+
+def _mask(pressed: Sequence[bool]) -> int:
+    """A bit for each segment, the first in bit 0."""
+    return sum(1 << bit for bit, down in enumerate(pressed) if down)

@@ -12,6 +12,11 @@ class Plant(Protocol):
     """A base with two wheels and a lidar, somewhere. Its time passes in ``advance`` only."""
 
     @property
+    def T_map_base(self) -> Pose2D:
+        """Where the base really is."""
+        ...
+
+    @property
     def odometry(self) -> Pose2D:
         """Where the wheels say that the base is, in the frame where it was put down."""
         ...
@@ -32,4 +37,12 @@ class Plant(Protocol):
 
     def ranges(self, bearings: FloatArray) -> FloatArray:
         """What the lidar would measure now in these directions of its own frame, metres, inf without an echo."""
+        ...
+
+    def bumpers(self) -> tuple[bool, ...]:
+        """Which segments were pressed since the last call: front, then rear, each from left to right; () for none."""
+        ...
+
+    def sonar(self) -> tuple[float, ...]:
+        """The front ring, metres from left to right, inf without an echo; () without a ring."""
         ...

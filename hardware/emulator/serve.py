@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
-from threading import Event
+from time import sleep
+from typing import Final, TextIO
 
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.faults import Fault
@@ -14,6 +15,10 @@ from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort, TcpPort
 from hardware.emulator.wire import Noise
 from slam.errors import InputError
+from slam.run.logs.tum import format_tum
+
+_TRUTH_PERIOD: Final = 0.05
+"""Seconds."""
 
 
 def serve(
@@ -25,19 +30,31 @@ def serve(
     drift: float,
     rs232: bool,
     seed: int,
+    truth: Path | None,
 ) -> None:
     """Print one line of JSON with the addresses of both ports when they are ready, and serve until interrupted.
 
-    InputError for a fault that is none, or a folder that cannot be used.
+    ``truth`` gets the way of the base as TUM text, 20 poses a second, stamped by the host's monotonic clock. InputError
+    for a fault that is none, or a file or folder that cannot be used.
     """
     planned = [Fault.parse(text) for text in faults]
     robot_port, lidar_port = _ports(link_dir, tcp)
     emulator = Emulator(plant, robot_port, lidar_port, noise, drift, not rs232, seed=seed)
     for fault in planned:
         fault.plan(emulator)
-    with suppress(KeyboardInterrupt), emulator:
+    with suppress(KeyboardInterrupt), _opened(truth) as file, emulator:
         print(json.dumps({"p3dx": robot_port.address, "urg04lx": lidar_port.address}), flush=True)
-        Event().wait()
+        while True:
+            sleep(_TRUTH_PERIOD)
+            if file is not None:
+                file.write(format_tum(*emulator.truth) + "\n")
+
+
+def _opened(truth: Path | None) -> AbstractContextManager[TextIO | None]:
+    try:
+        return nullcontext() if truth is None else truth.open("w", encoding="utf-8", buffering=1)
+    except OSError as error:
+        raise InputError(f"--truth {truth}: cannot be written: {error.strerror}") from error
 
 
 def _ports(link_dir: Path | None, tcp: bool) -> tuple[Port, Port]:

@@ -23,7 +23,7 @@ from slam.lines.segments import IntArray, Segments
 from slam.lines.wall_lines import wall_lines
 from slam.lines.wall_runs import wall_runs, wall_runs_of_many
 from slam.pose import FloatArray
-from slam.scan import LaserScan
+from slam.scan import LaserScan, even_fan
 
 PART: Final = 64
 """Scans that a thread takes at a time."""
@@ -69,7 +69,7 @@ def _lines_of_part(scans: Sequence[LaserScan], config: ChiSquareConfig) -> tuple
     """Runs, segments a scan, lines, their covariance, ends, theirs: of scans that one thread works on."""
     first, noise = scans[0], _noise(config)
     assert noise is not None
-    fan = _fan(first.angle_min, first.angle_increment, len(first.ranges))
+    fan = even_fan(first.angle_min, first.angle_increment, len(first.ranges))
     ranges, reach = np.stack([scan.ranges for scan in scans]), (first.range_min, first.range_max)
     runs, totals, counts = wall_runs_of_many(ranges, fan, reach, noise, config.merge_cost, config.min_points)
     used = np.arange(runs.shape[1]) < counts[:, None]
@@ -98,16 +98,9 @@ def _as_segments(
 
 def fan_of(scan: LaserScan) -> FloatArray:
     """Bearings of the beams of a scan, their cosines and sines, shape (3, N); not to be written to."""
-    if scan.beam_bearings is None:
-        return _fan(scan.angle_min, scan.angle_increment, len(scan.ranges))
-    return np.stack([scan.beam_bearings, np.cos(scan.beam_bearings), np.sin(scan.beam_bearings)])
-
-
-@lru_cache(maxsize=16)
-def _fan(angle_min: float, angle_increment: float, beams: int) -> FloatArray:
-    """Bearings of the beams, their cosines and sines, shape (3, N)."""
-    angles = angle_min + angle_increment * np.arange(beams, dtype=np.float64)
-    return np.stack([angles, np.cos(angles), np.sin(angles)])
+    if scan.beam_fan is None:
+        return even_fan(scan.angle_min, scan.angle_increment, len(scan.ranges))
+    return scan.beam_fan
 
 
 def _noise(config: ChiSquareConfig) -> RangeNoise | None:

@@ -12,7 +12,7 @@ from slam.pose import FloatArray, Pose2D
 
 TILE: Final = 2.0
 """Metres: the map within one such square moves as one piece."""
-GROWTH: Final = 0.3
+GROWTH: Final = 0.15
 """Share of the variance of a match that a new tile adds: its map is made by many scans, whose errors average out."""
 
 

@@ -10,7 +10,8 @@ from typing import Final
 import numpy as np
 
 from slam.config import SurfelMapConfig
-from slam.mapping.surfel_updates import HITS, NX, NY, Grid, carve, put
+from slam.lines.segments import IntArray
+from slam.mapping.surfel_updates import HITS, NX, NY, Grid, carve, free_ranges, put, room
 from slam.mapping.wall_segments import wall_segments
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
@@ -63,36 +64,26 @@ class SurfelMap:
         """Put the facets (F, 7) of a scan into the map, and let fade what its beams went through."""
         config, pose = self.config, np.array([T_map_laser.x, T_map_laser.y, T_map_laser.theta])
         if len(facets):
-            self._cover(T_map_laser.transform(facets[:, :2]))
+            self._cover(*room(facets, pose, self.grid.cell))
             put(self.grid, facets, pose, config.gate, float(config.max_hits), config.pose_sigma)
-        free = free_ranges(scan, config.no_echo_reach)
+        free = free_ranges(scan.ranges, scan.range_min, scan.range_max, config.no_echo_reach)
         carve(
             self.grid, free, scan.angle_min, scan.angle_increment, pose, config.carve_reach, config.free_margin,
             config.miss_ratio,
         )  # fmt: skip
 
-    def _cover(self, points: FloatArray) -> None:
-        """Make room for surfels at these points (F, 2) and between them."""
+    def _cover(self, low: IntArray, high: IntArray, most: int) -> None:
+        """Make room for so many surfels in the cells from ``low`` to ``high``, rows and columns (2,)."""
         grid, shape = self.grid, np.array(self.grid.head.shape)
-        low = np.floor(points.min(axis=0)[::-1] / grid.cell).astype(np.int64)
-        high = np.floor(points.max(axis=0)[::-1] / grid.cell).astype(np.int64)
         if (low < grid.corner).any() or (high >= grid.corner + shape).any():
             corner = np.minimum(grid.corner, low - MARGIN)
             head = np.full(np.maximum(grid.corner + shape, high + MARGIN) - corner, -1, np.int32)
             row, column = grid.corner - corner
             head[row : row + shape[0], column : column + shape[1]] = grid.head
             grid = grid._replace(head=head, corner=corner)
-        most = int(np.abs(np.diff(points, axis=0)).sum() * 2.0 / grid.cell) + 2 * len(points)
         if grid.used[0] + most > len(grid.surfels):
             size = 2 * len(grid.surfels) + most
             surfels, following = np.zeros((size, 7)), np.full(size, -1, np.int32)
             surfels[: len(grid.surfels)], following[: len(grid.next)] = grid.surfels, grid.next
             grid = grid._replace(surfels=surfels, next=following)
         self.grid = grid
-
-
-def free_ranges(scan: LaserScan, no_echo_reach: float) -> FloatArray:
-    """How far each beam was certainly free, metres, shape (N,): 0 for an error or a reading that is too near."""
-    ranges = np.where(scan.echoes, scan.ranges, 0.0)
-    ranges[np.isposinf(scan.ranges)] = min(no_echo_reach, scan.range_max)
-    return ranges

@@ -37,6 +37,36 @@ class Grid(NamedTuple):
 
 
 @compiled
+def room(facets: FloatArray, pose: FloatArray, cell: float) -> tuple[IntArray, IntArray, int]:
+    """The least and the greatest row and column (2,) that facets (F, 7) seen from ``pose`` (3,) touch, and how many
+    surfels they and the walls between them make at most."""
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    way = last_x = last_y = 0.0
+    for f in range(len(facets)):
+        x, y = pose[0] + c * facets[f, 0] - s * facets[f, 1], pose[1] + s * facets[f, 0] + c * facets[f, 1]
+        low[0], low[1] = min(low[0], y), min(low[1], x)
+        high[0], high[1] = max(high[0], y), max(high[1], x)
+        if f > 0:
+            way += abs(x - last_x) + abs(y - last_y)
+        last_x, last_y = x, y
+    most = int(way * 2.0 / cell) + 2 * len(facets)
+    return np.floor(low / cell).astype(np.int64), np.floor(high / cell).astype(np.int64), most
+
+
+@compiled
+def free_ranges(ranges: FloatArray, range_min: float, range_max: float, no_echo_reach: float) -> FloatArray:
+    """How far each beam was certainly free, metres, shape (N,): 0 for an error or a reading that is too near."""
+    free = np.zeros(len(ranges))
+    for j in range(len(ranges)):
+        if range_min <= ranges[j] <= range_max:
+            free[j] = ranges[j]
+        if ranges[j] == np.inf:
+            free[j] = min(no_echo_reach, range_max)
+    return free
+
+
+@compiled
 def put(grid: Grid, facets: FloatArray, pose: FloatArray, gate: float, max_hits: float, pose_sigma: float) -> None:
     """Add facets (F, 7), sensor frame, as seen from ``pose`` (3,); the grid must cover them.
 

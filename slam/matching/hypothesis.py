@@ -7,8 +7,8 @@ import numpy as np
 from slam.config import LeastSquaresConfig, LocalizationConfig
 from slam.lines.segments import Segments
 from slam.mapping.drift import Drift
-from slam.mapping.surfel_map import SurfelMap, free_ranges
-from slam.mapping.surfel_updates import count_seen_through
+from slam.mapping.surfel_map import SurfelMap
+from slam.mapping.surfel_updates import count_seen_through, free_ranges
 from slam.matching.match import NO_MATCH, Match
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.matching.surfel_memory import SurfelMemory
@@ -53,7 +53,8 @@ class Hypothesis:
     def agreement(self, scan: LaserScan, config: LocalizationConfig) -> float:
         """Of the scan that was followed last: 1 where all of it lies on walls, and none was seen through."""
         laser, settings = self.T_map_base @ self._T_base_laser, self._map.config
-        pose, ranges = np.array([laser.x, laser.y, laser.theta]), free_ranges(scan, settings.no_echo_reach)
+        pose = np.array([laser.x, laser.y, laser.theta])
+        ranges = free_ranges(scan.ranges, scan.range_min, scan.range_max, settings.no_echo_reach)
         through = count_seen_through(
             self._map.grid, ranges, scan.angle_min, scan.angle_increment, pose, settings.carve_reach,
             settings.free_margin,

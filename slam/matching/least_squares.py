@@ -56,24 +56,65 @@ def solve(
     while q < settings.max_iterations and not done:
         inliers = _normal_equations(facets, pose, grid, settings, kernel, q < WIDE, H, g)
         q += 1
-        values, vectors = np.linalg.eigh(H / np.outer(scale, scale))
-        free = 0
-        while free < 3 and (values[free] < settings.weak * values[2] or values[free] < LEAST_INFORMATION):
-            free += 1
-        if free == 3:
-            return prior.copy(), H, np.zeros((3, 3)), inliers, q, False
-        B = np.ascontiguousarray(vectors[:, free:])
-        projector = B @ B.T
+        A = H / np.outer(scale, scale)
         d = pose - prior
         d[2] -= 2.0 * np.pi * np.floor(d[2] / (2.0 * np.pi) + 0.5)
         d *= scale
-        a = B.T @ d  # where the pose is, seen from the prior, in the directions that are constrained
-        step = np.linalg.solve(B.T @ (H / np.outer(scale, scale) + L) @ B, B.T @ (g / scale - L @ (B @ a)))
-        moved = B @ (a + step) - d
+        if _surely_constrained(A, settings.weak):
+            projector = np.eye(3)
+            moved = _solved(A + L, g / scale - L @ d)
+        else:
+            B = _constrained(A, settings.weak)
+            if B.shape[1] == 0:
+                return prior.copy(), H, np.zeros((3, 3)), inliers, q, False
+            projector = B @ B.T
+            a = B.T @ d  # where the pose is, seen from the prior, in the directions that are constrained
+            moved = B @ (a + np.linalg.solve(B.T @ (A + L) @ B, B.T @ (g / scale - L @ (B @ a)))) - d
         pose += moved / scale
         last_kernel, kernel = kernel, max(0.5 * kernel, settings.kernel)
         done = q > WIDE and last_kernel == kernel and np.abs(moved).sum() < settings.tolerance
     return pose, H, projector, inliers, q, done
+
+
+@compiled
+def _surely_constrained(A: FloatArray, weak: float) -> bool:
+    """Whether no direction can be weak, told without eigenvalues: the least of three is at least 4 det / trace^2."""
+    trace = A[0, 0] + A[1, 1] + A[2, 2]
+    return bool(4.0 * _determinant(A) > max(weak * trace, LEAST_INFORMATION) * trace * trace)
+
+
+@compiled
+def _constrained(A: FloatArray, weak: float) -> FloatArray:
+    """An orthonormal basis (3, K) of the directions in which the information (3, 3) is not weak."""
+    values, vectors = np.linalg.eigh(A)
+    free = 0
+    while free < 3 and (values[free] < weak * values[2] or values[free] < LEAST_INFORMATION):
+        free += 1
+    return np.ascontiguousarray(vectors[:, free:])
+
+
+@compiled
+def _determinant(A: FloatArray) -> float:
+    """Of a symmetric (3, 3)."""
+    minor_0, minor_1 = A[1, 1] * A[2, 2] - A[1, 2] * A[1, 2], A[0, 1] * A[2, 2] - A[1, 2] * A[0, 2]
+    minor_2 = A[0, 1] * A[1, 2] - A[1, 1] * A[0, 2]
+    return float(A[0, 0] * minor_0 - A[0, 1] * minor_1 + A[0, 2] * minor_2)
+
+
+@compiled
+def _solved(A: FloatArray, b: FloatArray) -> FloatArray:
+    """x of A x = b, for A (3, 3) symmetric and positive definite, by A = M M^T."""
+    m = np.sqrt(A[0, 0])
+    p, q = A[0, 1] / m, A[0, 2] / m
+    n = np.sqrt(A[1, 1] - p * p)
+    r = (A[1, 2] - p * q) / n
+    o = np.sqrt(A[2, 2] - q * q - r * r)
+    x = b[0] / m
+    y = (b[1] - p * x) / n
+    z = (b[2] - q * x - r * y) / o
+    z /= o
+    y = (y - r * z) / n
+    return np.array([(x - p * y - q * z) / m, y, z])
 
 
 @compiled

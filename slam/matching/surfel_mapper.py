@@ -62,14 +62,12 @@ class SurfelMapper:
             self._last = prior
             return Match(Pose2D(), 0, False, 0, covariance=self._drift.covariance(prior, self._covariance))
         T_map_laser, motion = prior @ self.T_base_laser, self._motion_covariance(self._last, prior)
-        predicted = moved(self._covariance, self._last, prior) + self._growth * motion
-        there = _lever(prior, T_map_laser)
-        fit, searched = self._fit(T_map_laser, there @ predicted @ there.T, self._last.between(prior))
+        predicted = moved(moved(self._covariance, self._last, prior) + self._growth * motion, prior, T_map_laser)
+        fit, searched = self._fit(T_map_laser, predicted, self._last.between(prior))
         found = Pose2D(*fit.pose.tolist())
-        unconstrained = self._learn(fit, _as_array(T_map_laser), there @ predicted @ there.T, there @ motion @ there.T)
+        unconstrained = self._learn(fit, _as_array(T_map_laser), predicted, moved(motion, prior, T_map_laser))
         self._last = found @ self.T_base_laser.inverse()
-        back = _lever(found, self._last)
-        self._covariance = back @ self._covariance @ back.T
+        self._covariance = moved(self._covariance, found, self._last)
         return Match(
             T_map_laser.between(found),
             fit.iterations,
@@ -160,8 +158,3 @@ def _as_array(pose: Pose2D) -> FloatArray:
 
 def _offset(pose: FloatArray, prior: FloatArray) -> FloatArray:
     return np.array([pose[0] - prior[0], pose[1] - prior[1], wrap_angle(pose[2] - prior[2])])
-
-
-def _lever(a: Pose2D, b: Pose2D) -> FloatArray:
-    """Jacobian (3, 3) of the x, y, theta of ``b`` by those of ``a``, where the two are fixed to each other."""
-    return np.array([[1.0, 0.0, a.y - b.y], [0.0, 1.0, b.x - a.x], [0.0, 0.0, 1.0]])

@@ -15,7 +15,7 @@ BACKENDS: Final = {
     "hardware": "hardware.robot:HardwareRobot",
 }
 
-PLANTS: Final = {"plan": "hardware.emulator.kinematic_plant:scenario_plant"}
+PLANTS: Final = {"sim": "sim.plant:SimPlant", "plan": "hardware.emulator.kinematic_plant:scenario_plant"}
 """What moves the emulated devices: a function of the scenario."""
 
 

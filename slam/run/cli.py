@@ -13,6 +13,7 @@ from rich.console import Console
 
 from slam.errors import HopslamError, InputError
 from slam.run.bench.cli import app as bench
+from slam.run.calibrate_cli import app as calibrate
 from slam.run.env_cli import env
 from slam.run.hardware_cli import doctor, emulate
 from slam.run.lines_cli import lines
@@ -33,6 +34,7 @@ app.command()(world)
 app.command()(emulate)
 app.command()(doctor)
 app.add_typer(bench, name="bench")
+app.add_typer(calibrate, name="calibrate")
 console = Console()
 
 Settings = Annotated[
@@ -90,7 +92,7 @@ def run(
 
     hopslam run paper_simulation --seed 3 --out /tmp/paper
 
-    hopslam run corridor --set slam.lines.psi=0 --set robot.odometry.track=0.33 --rerun corridor.rrd
+    hopslam run paper_corridor --set slam.lines.psi=0 --set robot.odometry.track=0.33 --rerun corridor.rrd
 
     hopslam run office_loop --map runs/latest/map.json --start search
 

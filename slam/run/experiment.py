@@ -20,6 +20,7 @@ from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.run.backends import make_robot
 from slam.run.estimator import Estimator, map_made_by
+from slam.run.interruption import Interruption
 from slam.run.logs import read_log
 from slam.run.loop import Ending, Watcher, run_loop
 from slam.run.maps.file import write_map
@@ -75,6 +76,7 @@ class Experiment:
         console = console or Console(quiet=True)
         if rerun is not None:
             check_recording(rerun)
+        self.env.prepare(self.seed)
         warm_up(console, self.scenario.slam, search=not isinstance(self.slam, LineSlam))
         folder = make_run_folder(self.scenario.name, out)
         try:
@@ -113,8 +115,10 @@ class Experiment:
                 watchers.append(stack.enter_context(RerunLog(files, self.slam.T_base_laser, self.outlines)))
             stack.callback(self.env.close)
             watchers.append(stack.enter_context(RunProgress(console, self.scenario.name)))
+            watchers.append(stack.enter_context(Interruption()))
             try:
-                return run_loop(self.env, self.slam, self.pilot, watchers, self.seed), None
+                patience = self.scenario.hardware.patience
+                return run_loop(self.env, self.slam, self.pilot, watchers, self.seed, patience), None
             except KeyboardInterrupt:
                 return "interrupted", None
             except RobotError as error:

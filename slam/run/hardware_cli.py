@@ -28,16 +28,23 @@ def emulate(
     duplicated: Share = 0.0,
     drift: Annotated[float, typer.Option(metavar="SHARE", help="How much faster the lidar's clock runs.")] = 0.0,
     rs232: Annotated[bool, typer.Option("--rs232", help="The lidar on RS-232: its bit rate limits it.")] = False,
-    plant: Annotated[str, typer.Option(metavar="NAME", help="What moves the robot. plan: no physics.")] = "plan",
+    plant: Annotated[str, typer.Option(metavar="NAME", help="What moves it: sim, or plan: no physics.")] = "sim",
     seed: Annotated[int, typer.Option(min=0, help="Of the damage to bytes.")] = 0,
+    truth: Annotated[Path | None, typer.Option(metavar="FILE", help="Where the robot really is, as TUM text.")] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
+    ] = None,
 ) -> None:
     """A P3-DX and a URG-04LX that are not there, for any ARCOS or SCIP software.
 
-    One line of JSON says where they are once they are ready; they run until Ctrl-C.
+    The scenario's world moves them in real time. One line of JSON says where they are once they are ready; they run
+    until Ctrl-C.
 
     [bold]Examples[/bold]
 
     hopslam emulate corridor --link-dir /tmp/bench
+
+    hopslam emulate crowded_corridor --truth truth.tum --set lidar.noise=realistic --set robot.sonar=true
 
     hopslam emulate corridor --tcp --fault lidar:unplug@10+5 --fault robot:e-stop@20+3
 
@@ -48,8 +55,8 @@ def emulate(
     from slam.run.scenario.file import load_scenario
 
     noise = late("hardware.emulator.wire:Noise")(bit_errors, dropped, duplicated)
-    moved = make_plant(plant, load_scenario(scenario))
-    late("hardware.emulator.serve:serve")(moved, link_dir, tcp, fault or [], noise, drift, rs232, seed)
+    moved = make_plant(plant, load_scenario(scenario, settings or []))
+    late("hardware.emulator.serve:serve")(moved, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth)
 
 
 def doctor(

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from time import monotonic
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
+from slam.errors import RobotTimeout
 from slam.line_slam import Estimate
 from slam.odometry import Twist2D
 from slam.robot import Observation
@@ -39,8 +41,18 @@ class Watcher(Protocol):
         ...
 
 
-def run_loop(env: RobotEnv, slam: Estimator, pilot: Pilot, watchers: Iterable[Watcher], seed: int | None) -> Ending:
-    """Drive until the pilot has arrived, the robot has hit something, or there are no more scans."""
+def run_loop(
+    env: RobotEnv,
+    slam: Estimator,
+    pilot: Pilot,
+    watchers: Iterable[Watcher],
+    seed: int | None,
+    patience: float = 0.0,
+) -> Ending:
+    """Drive until the pilot has arrived, the robot has hit something, or there are no more scans.
+
+    A robot that falls silent has ``patience`` seconds to come back; RobotTimeout after that.
+    """
     _, info = env.reset(seed=seed)
     applied, index = Twist2D(), 0
     while True:
@@ -53,7 +65,20 @@ def run_loop(env: RobotEnv, slam: Estimator, pilot: Pilot, watchers: Iterable[Wa
             return "collided"
         if command is None:
             return "arrived"
-        *_, truncated, info = env.step(np.array([command.linear, command.angular], np.float32))
+        truncated, info = _step(env, command, patience)
         if truncated:
             return "no more scans"
         applied, index = info["applied"], index + 1
+
+
+def _step(env: RobotEnv, command: Twist2D, patience: float) -> tuple[bool, dict[str, Any]]:
+    """Drive until the next scan comes; where it stays away, stand and wait for it."""
+    until = monotonic() + patience
+    while True:
+        try:
+            *_, truncated, info = env.step(np.array([command.linear, command.angular], np.float32))
+            return truncated, info
+        except RobotTimeout:
+            if monotonic() >= until:
+                raise
+            command = Twist2D()

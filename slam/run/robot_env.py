@@ -35,6 +35,7 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
         self._open_robot = open_robot
         self._lidar = lidar
         self._robot: Robot | None = None
+        self._prepared: Robot | None = None
         self._last: ObservationDict = {}
         self.observation_space = Dict(  # type: ignore[assignment]  # gymnasium types its Dict by Any
             scan=ScanView(lidar).space(), odometry=OdometryView().space()
@@ -49,13 +50,20 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
             raise RobotError("the environment has no robot yet: call reset() first")
         return self._robot
 
+    def prepare(self, seed: int) -> None:
+        """Make the robot of the next reset now, with its devices still closed: InputError where it cannot be."""
+        self._prepared = self._open_robot(seed)
+
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[ObservationDict, dict[str, Any]]:
         """Open a robot at its start, close the one before, and wait for the first scan."""
         super().reset(seed=seed)
         self.close()
-        self._robot = self._open_robot(int(self.np_random.integers(2**31)) if seed is None else seed).__enter__()
+        robot, self._prepared = self._prepared, None
+        if robot is None:
+            robot = self._open_robot(int(self.np_random.integers(2**31)) if seed is None else seed)
+        self._robot = robot.__enter__()
         observation = self._robot.observe()
         if observation is None:
             raise RobotError("the robot gave no scan at all")

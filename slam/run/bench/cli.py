@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 app = typer.Typer(
-    help="Measure: the paper's figures, line extractors, matchers, localisation, SLAM on recorded logs, the simulator.",
+    help="Measure: the paper's figures, extractors, matchers, localisation, SLAM, the simulator, the drivers.",
     no_args_is_help=True,
 )
 console = Console()
@@ -76,6 +76,46 @@ def lines(
 
 
 @app.command()
+def sim(
+    long: Annotated[
+        bool, typer.Option("--long", help="Also 10,000 resets and a million steps: some minutes, for the memory.")
+    ] = False,
+) -> None:
+    """Measure the simulator: its speed beside that of PyBullet's calls alone, resets, and two processes against one.
+
+    [bold]Examples[/bold]
+
+    hopslam bench sim
+
+    hopslam bench sim --long
+    """
+    from importlib import import_module
+
+    for table in import_module("sim.bench.report").sim_tables(long):  # late: sim stands on slam, and not slam on sim
+        console.print(table.rich())
+
+
+@app.command()
+def hardware(
+    seconds: Annotated[float, typer.Option(min=2.0, metavar="S", help="To drive for load and latency.")] = 20.0,
+) -> None:
+    """Measure the drivers on emulated devices, in real time: load, latency, and what each fault leads to.
+
+    Takes about a minute and a half. Quiet machines give better numbers.
+
+    [bold]Examples[/bold]
+
+    hopslam bench hardware
+
+    hopslam bench hardware --seconds 60
+    """
+    from importlib import import_module
+
+    for table in import_module("hardware.bench.report").hardware_tables(seconds):  # late, as for sim
+        console.print(table.rich())
+
+
+@app.command()
 def slam(
     logs: Annotated[
         list[str] | None, typer.Argument(metavar="[LOG]...", help="Names such as fr079; all without one.")
@@ -108,26 +148,6 @@ def slam(
         console.print(table.rich())
     if out is not None:
         write_tables(out, made, "SLAM on recorded logs")
-
-
-@app.command()
-def sim(
-    long: Annotated[
-        bool, typer.Option("--long", help="Also 10,000 resets and a million steps: some minutes, for the memory.")
-    ] = False,
-) -> None:
-    """Measure the simulator: its speed beside that of PyBullet's calls alone, resets, and two processes against one.
-
-    [bold]Examples[/bold]
-
-    hopslam bench sim
-
-    hopslam bench sim --long
-    """
-    from importlib import import_module
-
-    for table in import_module("sim.bench.report").sim_tables(long):  # late: sim stands on slam, and not slam on sim
-        console.print(table.rich())
 
 
 @app.command()
@@ -169,7 +189,7 @@ def match(
     png: Annotated[Path | None, typer.Option(metavar="FILE", help="Also draw it.")] = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the tables to a Markdown file.")] = None,
 ) -> None:
-    """Compare matchers on the same scans: ours, the paper's, and the ICPs of small_gicp (pip install 'hopslam[bench]').
+    """Compare matchers on the same scans: ours, the paper's, and small_gicp's (pip install 'hopslam\\[bench]').
 
     Time by the number of points, accuracy, and from how far away a start still converges.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from time import thread_time
 from typing import Final
 
 import numpy as np
@@ -33,7 +34,9 @@ class SlamRun:
     odometry: FloatArray
     """What it was given, (N, 3)."""
     times: FloatArray
-    """Seconds of every update, (N,)."""
+    """Seconds of every update on the wall clock, (N,) ..."""
+    cpu_times: FloatArray
+    """... and of its thread's processor, which a loaded machine does not spoil."""
     inliers: FloatArray
     """Share of every scan that agreed with the map, (N,)."""
     unconstrained: int
@@ -53,11 +56,13 @@ def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) 
     warm_up(Console(quiet=True), config)
     log = read_log(path)
     given = log.T_odom_base if odometry is None else odometry
-    slam, rows = LineSlam(config, log.T_base_laser), []
+    slam, rows, cpu_times = LineSlam(config, log.T_base_laser), [], []
     for index in range(len(log)):
         recorded = log.odometry(index)
         wheels = Odometry(recorded.stamp, Pose2D(*given[index].tolist()), recorded.twist)
-        rows.append(slam.update(log.scan(index), wheels))
+        scan, began = log.scan(index), thread_time()
+        rows.append(slam.update(scan, wheels))
+        cpu_times.append(thread_time() - began)
     matches = [row.match for row in rows]
     return SlamRun(
         name=path.name.split(".")[0],
@@ -65,6 +70,7 @@ def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) 
         poses=np.array([(row.T_map_base.x, row.T_map_base.y, row.T_map_base.theta) for row in rows]),
         odometry=given,
         times=np.array([row.total_time for row in rows]),
+        cpu_times=np.array(cpu_times),
         inliers=np.array([match.inliers / max(match.points, 1) for match in matches]),
         unconstrained=sum(match.unconstrained is not None and len(match.unconstrained) > 0 for match in matches),
         searched=sum(match.searched for match in matches),

@@ -30,12 +30,12 @@ class EnvConfig(Section):
     max_seconds: Positive | None = None
     """An episode is truncated after this many simulated seconds; never later than the scenario's ``duration``."""
     lost_beyond: Positive = 1.0
-    """SLAM is lost when its pose is farther than this from the true one, metres."""
+    """SLAM counts as lost when its pose is farther than this from the true one, metres."""
     goal_as: Literal["polar", "xy"] = "polar"
     """How the next way-point is told."""
     map_cells: int = Field(64, ge=8, le=512)
     """Cells along a side of the map crop."""
-    cell: Positive = 0.1
+    cell: float = Field(0.1, ge=0.01)
     """Side of a cell of the map and of the seen area, metres."""
 
     @property

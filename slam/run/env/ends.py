@@ -11,7 +11,7 @@ from slam.run.env.moment import Moment
 _ENDS: Final[dict[EndName, Callable[[Moment, EnvConfig], bool]]] = {
     "collision": lambda moment, config: moment.observation.collided,
     "goal": lambda moment, config: moment.arrived,
-    "lost": lambda moment, config: moment.slam_error > config.lost_beyond,
+    "lost": lambda moment, config: moment.lost or moment.slam_error > config.lost_beyond,
 }
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from slam.line_slam import Estimate
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.run.env.episode import Episode
@@ -25,8 +26,17 @@ def episode_info(episode: Episode, applied: Twist2D, parts: dict[str, float], en
         "ending": ending,
     }
     if moment.estimate is not None:
-        info |= {"slam_pose": _array(moment.belief), "slam_error": moment.slam_error}
+        info |= {
+            "slam_pose": _array(moment.belief),
+            "slam_covariance": _covariance(moment.estimate),
+            "slam_error": moment.slam_error,
+            "slam_lost": moment.lost,
+        }
     return info
+
+
+def _covariance(estimate: Estimate) -> FloatArray:
+    return np.full((3, 3), np.nan) if estimate.covariance is None else estimate.covariance.copy()
 
 
 def _array(pose: Pose2D) -> FloatArray:

@@ -36,6 +36,11 @@ class Moment:
         return self.estimate.T_map_base
 
     @property
+    def lost(self) -> bool:
+        """Whether the method says itself that it is lost."""
+        return self.estimate is not None and self.estimate.lost
+
+    @property
     def slam_error(self) -> float:
         """Metres from the true to the estimated pose; 0 where the method does not run."""
         return 0.0 if self.estimate is None else self.T_map_base.distance(self.estimate.T_map_base)

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from slam.config import Section
 from slam.pose import Pose2D
 from slam.run.scenario.prism import Prism, disc, rectangle
-from slam.run.scenario.values import Point, Positive
+from slam.run.scenario.values import Length, Point
 
 
 class Box(Section):
     """A box on the floor."""
 
     center: Point
-    size: tuple[Positive, Positive, Positive]
+    size: tuple[Length, Length, Length]
     """Length along ``yaw``, width, height; metres."""
     yaw: float = 0.0
 
@@ -27,12 +27,12 @@ class Table(Section):
     """A table: four square legs and a top; a low lidar sees the legs only."""
 
     center: Point
-    size: tuple[Positive, Positive, Positive] = (1.2, 0.6, 0.75)
+    size: tuple[Length, Length, Length] = (1.2, 0.6, 0.75)
     """Length along ``yaw``, width, height; metres."""
     yaw: float = 0.0
-    leg: Positive = 0.05
+    leg: Length = 0.05
     """Side of a leg, metres."""
-    top: Positive = 0.03
+    top: Length = 0.03
     """Thickness of the top, metres."""
 
     def prisms(self) -> Iterator[Prism]:
@@ -49,9 +49,9 @@ class Cylinder(Section):
     """A pillar, a bin, a plant pot: a round thing on the floor."""
 
     center: Point
-    radius: Positive
+    radius: Length
     """Metres."""
-    height: Positive = 1.0
+    height: Length = 1.0
     """Metres."""
 
     def prisms(self) -> Iterator[Prism]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Final, Literal
 
 from pydantic import Field
 
 from slam.config import Section
 from slam.run.scenario.values import Positive
+
+FIRMWARE_TRACK: Final = 0.357
+"""What a P3-DX's firmware believes of the way between its wheels, metres (DiffConvFactor in Aria's p3dx.p)."""
 
 
 class HardwareConfig(Section):
@@ -23,9 +26,17 @@ class HardwareConfig(Section):
     """Commands for the base in steps of 1 mm/s and 1 deg/s, or for each wheel in steps of 20 mm/s."""
     odometry: Literal["position", "encoders"] = "position"
     """From the position that the robot's firmware reckons, or from the ticks of its wheels."""
+    left_scale: Positive = 1.0
+    """What the left wheel really rolls for each metre that the robot reports; hopslam calibrate finds it ..."""
+    right_scale: Positive = 1.0
+    """... the same of the right wheel ..."""
+    track_scale: Positive = 1.0
+    """... and the effective distance between the wheels for each metre that the robot takes it for."""
     command_timeout: float = Field(0.5, gt=0, le=2)
     """The robot stops when no new command came for so long, seconds."""
     data_timeout: float = Field(0.3, gt=0.15, le=2)
     """It also stops when the lidar or the odometry is silent for so long, seconds."""
+    patience: float = Field(30.0, ge=0)
+    """How long a run waits, standing, for a lidar or a base that fell silent, before it ends, seconds."""
     max_watchdog: Positive = 2.0
     """The robot's own watchdog must stop it after this time at the latest, seconds; it is set in its FLASH."""

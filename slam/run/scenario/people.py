@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from slam.config import Section
-from slam.run.scenario.values import NotNegative, Point, Positive
+from slam.run.scenario.values import Length, NotNegative, Point, Positive
 
 
 class Person(Section):
@@ -21,11 +21,12 @@ class Person(Section):
     """Seconds at each way-point."""
     start: NotNegative = 0.0
     """Metres of the path that are behind this person when the run begins."""
-    leg_radius: Positive = 0.06
+    leg_radius: Length = 0.06
     """Metres."""
-    stance: Positive = 0.2
+    stance: Length = 0.2
     """Between the middles of the legs, across the path, metres."""
-    stride: Positive = 0.7
+    stride: Length = 0.7
     """Between two footprints of different legs, along the path, metres."""
-    keep: NotNegative = 0.5
-    """This person stops while the middle of the robot is nearer than this ahead, metres."""
+    keep: NotNegative = 0.8
+    """This person stops while the middle of the robot is nearer than this ahead, metres. Their feet are up
+    to half a stride ahead of their own middle."""

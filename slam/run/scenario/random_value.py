@@ -13,6 +13,9 @@ from slam.config import Section
 from slam.run.scenario.values import NotNegative
 from slam.run.scenario.yaml_file import Location
 
+Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]
+"""What the random numbers of numpy can draw."""
+
 
 def _rising(bounds: tuple[Any, Any]) -> tuple[Any, Any]:
     if bounds[0] > bounds[1]:
@@ -38,7 +41,7 @@ class Uniform(Section):
 class Integer(Section):
     """A whole number between two bounds, both included."""
 
-    integer: Annotated[tuple[int, int], AfterValidator(_rising)]
+    integer: Annotated[tuple[Whole, Whole], AfterValidator(_rising)]
 
     @property
     def extremes(self) -> tuple[Any, ...]:

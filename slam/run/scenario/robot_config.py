@@ -65,7 +65,7 @@ class RobotConfig(Section):
     odometry: WheelErrors = WheelErrors()
     traction: Traction = Traction()
     limits: Limits = Limits()
-    control_rate: Annotated[int, Field(ge=10)] = 60
+    control_rate: Annotated[int, Field(ge=10, le=1000)] = 60
     """How often a second the base reads its encoders and sets its motors; people walk at this rate too."""
     sonar: bool = False
     """Whether the front sonar ring is on."""

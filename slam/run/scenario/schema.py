@@ -33,7 +33,7 @@ class Route(Section):
 class Physics(Section):
     """The clock of the simulation."""
 
-    rate: Annotated[int, Field(ge=60)] = 240
+    rate: Annotated[int, Field(ge=60, le=10_000)] = 240
     """Physics steps a second."""
 
 

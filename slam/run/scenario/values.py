@@ -12,7 +12,11 @@ from slam.pose import Pose2D
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Count = Annotated[int, Field(ge=0, le=1000)]
-Point = tuple[float, float]
+Length = Annotated[float, Field(gt=0, le=1000)]
+"""Of a thing or a building, metres."""
+Coordinate = Annotated[float, Field(ge=-5000, le=5000)]
+"""Metres, map frame; so far out, the ranges of a robot are still good to a hundredth of a millimetre."""
+Point = tuple[Coordinate, Coordinate]
 """x and y in the map frame, metres."""
 
 
@@ -22,15 +26,15 @@ def _ordered(bounds: tuple[float, float]) -> tuple[float, float]:
     return bounds
 
 
-Span = Annotated[tuple[Positive, Positive], AfterValidator(_ordered)]
+Span = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
 """The least and the largest value."""
 
 
 class Place(Section):
     """A pose in the plane, metres and radians."""
 
-    x: float = 0.0
-    y: float = 0.0
+    x: Coordinate = 0.0
+    y: Coordinate = 0.0
     theta: float = 0.0
 
     @property

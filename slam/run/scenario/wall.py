@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 from slam.config import Section
 from slam.pose import Pose2D
 from slam.run.scenario.prism import Prism, rectangle
-from slam.run.scenario.values import NotNegative, Point, Positive
+from slam.run.scenario.values import Length, NotNegative, Point
 
 
 class Door(Section):
@@ -22,14 +22,14 @@ class Door(Section):
 
     at: NotNegative
     """Where the opening begins: metres along the wall from its first point. It ends ``width`` later."""
-    width: Positive = 0.9
+    width: Length = 0.9
     """Metres."""
     angle: Annotated[float, Field(ge=-pi, le=pi)] | None = None
     """How far the leaf is open, radians: 0 is shut, positive opens to the left of the wall as it is drawn, negative to
     the right. Without it there is no leaf."""
     hinge: Literal["begin", "end"] = "begin"
     """The side of the opening where the leaf hangs."""
-    leaf: Positive = 0.04
+    leaf: Length = 0.04
     """Thickness of the leaf, metres."""
 
     @property
@@ -64,8 +64,8 @@ class Wall(Section):
     points: tuple[Point, ...] = Field(min_length=2)
     closed: bool = False
     """From the last point on to the first."""
-    thickness: Positive = 0.1
-    height: Positive = 1.0
+    thickness: Length = 0.1
+    height: Length = 1.0
     doors: tuple[Door, ...] = ()
 
     def prisms(self) -> Iterator[Prism]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slam.run.env.moment import Moment
 
-_REACH: Final = 1e4
+_REACH: Final = 2e4
 """No way-point is farther, metres."""
 
 

@@ -24,7 +24,7 @@ class CorridorGenerator(Passage):
     """Two walls along the x axis, from x = 0 to ``length``, and one at each end."""
 
     kind: Literal["corridor"] = "corridor"
-    length: float = Field(20.0, ge=4.0)
+    length: float = Field(20.0, ge=4.0, le=1000)
     """Metres."""
 
     def sides(self) -> tuple[Side, Side]:

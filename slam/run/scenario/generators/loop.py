@@ -13,14 +13,14 @@ from slam.run.scenario.generators.passage import Passage
 from slam.run.scenario.generators.side import Side
 from slam.run.scenario.generators.site import Site, millimetres
 from slam.run.scenario.people import Person
-from slam.run.scenario.values import Place, Point, Positive
+from slam.run.scenario.values import Length, Place, Point
 
 
 class LoopGenerator(Passage):
     """A ring around a rectangular block; the robot starts in the middle of the side at y = 0."""
 
     kind: Literal["loop"] = "loop"
-    size: tuple[Positive, Positive] = (14.0, 8.0)
+    size: tuple[Length, Length] = (14.0, 8.0)
     """Of the ring's middle line, along x and y, metres."""
 
     def sides(self) -> tuple[Side, ...]:

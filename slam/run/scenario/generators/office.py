@@ -53,11 +53,11 @@ class OfficeGenerator(Section):
     """On each side."""
     room_length: Span = (3.0, 5.0)
     """Least and largest length of a room along the corridor, metres."""
-    room_depth: float = Field(4.0, ge=2.0)
+    room_depth: float = Field(4.0, ge=2.0, le=1000)
     """Metres."""
-    corridor_width: float = Field(2.0, ge=1.2)
+    corridor_width: float = Field(2.0, ge=1.2, le=1000)
     """Between the walls, metres."""
-    door_width: float = Field(0.95, ge=0.8)
+    door_width: float = Field(0.95, ge=0.8, le=1000)
     """Metres."""
     door_angle: Span = (1.6, 2.0)
     """Least and largest angle of an open door's leaf, radians; less than pi / 2 would block the way."""

@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from slam.config import Section
 from slam.run.scenario.generators.side import SLOT, Side
-from slam.run.scenario.values import Count, NotNegative, Positive
+from slam.run.scenario.values import Count, Length
 from slam.run.scenario.world_plan import World
 
 _LEAST_DEPTH: Final = 0.2
@@ -27,13 +27,13 @@ class Passage(Section):
 
     seed: int = Field(0, ge=0)
     """Of all that is random; left out, it is drawn with the scenario's seed."""
-    width: Positive = 2.5
+    width: Length = 2.5
     """Between the walls, metres."""
     lane: float = Field(1.2, ge=0.8)
     """Width that stays free in the middle, metres; at least 1.6 with people."""
     recesses: Count = 4
     """How many there are in the walls, as of doors; each 1 m long."""
-    recess_depth: NotNegative = 0.25
+    recess_depth: float = Field(0.25, ge=0, le=1000)
     """Metres."""
     boxes: Count = 8
     """How many stand along the walls."""

@@ -1,0 +1,1 @@
+"""``hopslam bench hardware``: the drivers measured on emulated devices, in real time."""

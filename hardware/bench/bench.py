@@ -1,0 +1,60 @@
+"""Drivers and emulated devices in one process, ready to be measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from time import monotonic
+from typing import Final
+
+from hardware.emulator.emulator import Emulator
+from hardware.robot import HardwareRobot
+from slam.errors import RobotTimeout
+from slam.odometry import Twist2D
+from slam.robot import Observation
+from slam.run.backends import make_plant
+from slam.run.scenario.file import load_scenario
+
+FORWARD: Final = Twist2D(0.3, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """A robot that drives through the corridor, moved by the PyBullet world."""
+
+    emulator: Emulator
+    robot: HardwareRobot
+
+    @property
+    def standing(self) -> bool:
+        """Whether the motors stand."""
+        return not self.emulator.p3dx.motion.moving
+
+    def step(self) -> Observation | None:
+        """Drive on, as a run does; None while nothing comes."""
+        self.robot.drive(FORWARD)
+        try:
+            return self.robot.observe(0.05)
+        except RobotTimeout:
+            return None
+
+    def drive_until(self, condition: Callable[[], bool], patience: float = 20.0) -> float | None:
+        """Seconds until it was true; None where it never became true."""
+        began = monotonic()
+        while monotonic() - began < patience:
+            if condition():
+                return monotonic() - began
+            self.step()
+        return None
+
+
+@contextmanager
+def bench() -> Iterator[Bench]:
+    """Both on pseudo-terminals, the lidar on USB, the robot at 38400 baud."""
+    plant = make_plant("sim", load_scenario("corridor"))
+    with Emulator(plant) as emulator:
+        ports = emulator.robot.port.address, emulator.lidar.port.address
+        settings = [f"hardware.robot_port={ports[0]}", f"hardware.lidar_port={ports[1]}"]
+        with HardwareRobot(load_scenario("corridor", settings), yes=True) as robot:
+            yield Bench(emulator, robot)

@@ -1,0 +1,79 @@
+"""A P3-DX that was found on a line, looked at, and told the scenario's limits; its motors have no power."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import Final
+
+from hardware.arcos.commands import Command, CommandId
+from hardware.arcos.config_packet import ArcosConfig
+from hardware.arcos.units import ArcosUnits, units_of
+from hardware.arcos_session import ArcosLine, connect, read_config, speed_up
+from hardware.serial_port import SerialPort
+from slam.errors import RobotError
+from slam.run.scenario.hardware_config import HardwareConfig
+from slam.run.scenario.robot_config import Limits
+
+_FIRST_BAUD: Final = 9600
+
+
+@dataclass(frozen=True, slots=True)
+class OpenedP3dx:
+    """The line that its reports come from, what their numbers mean, and what is in its FLASH."""
+
+    line: ArcosLine
+    units: ArcosUnits
+    settings: ArcosConfig
+
+
+def open_p3dx(config: HardwareConfig, limits: Limits, closing: threading.Event) -> OpenedP3dx:
+    """RobotError when no P3-DX answers, when its watchdog is off or too slow, or when it keeps its ticks to itself."""
+    line = ArcosLine(SerialPort(config.robot_port, _FIRST_BAUD), closing)
+    try:
+        return _prepared(line, config, limits)
+    except BaseException:
+        line.port.close()
+        raise
+
+
+def _prepared(line: ArcosLine, config: HardwareConfig, limits: Limits) -> OpenedP3dx:
+    units = _known_units(line, connect(line).subclass)
+    settings = read_config(line)
+    _check_watchdog(line, settings.watchdog, config.max_watchdog)
+    by_encoders = config.odometry == "encoders"
+    if by_encoders and not settings.ticks_per_metre:
+        raise RobotError(f"{line.port.url}: the robot does not say its ticks; set hardware.odometry=position")
+    speed_up(line, settings)
+    for command in (*_limiting(limits), Command(CommandId.ENABLE, 0), Command(CommandId.ENCODER, 2 * by_encoders)):
+        line.send(command)
+    return OpenedP3dx(line, units, settings)
+
+
+def _limiting(limits: Limits) -> list[Command]:
+    return [
+        Command.of(command, quantity)
+        for command, quantity in (
+            (CommandId.SETV, limits.linear),
+            (CommandId.SETA, limits.acceleration),
+            (CommandId.SETA, -limits.deceleration),
+            (CommandId.SETRV, limits.angular),
+            (CommandId.SETRA, limits.angular_acceleration),
+            (CommandId.SETRA, -limits.angular_acceleration),
+        )
+    ]
+
+
+def _known_units(line: ArcosLine, subclass: str) -> ArcosUnits:
+    units = units_of(subclass)
+    if units is None:
+        raise RobotError(f"{line.port.url}: the robot is a {subclass!r}; only p3dx and p3dx-sh are known here")
+    return units
+
+
+def _check_watchdog(line: ArcosLine, watchdog: float, longest: float) -> None:
+    if not 0.0 < watchdog <= longest:
+        raise RobotError(
+            f"{line.port.url}: the robot's watchdog is {f'{watchdog:g} s' if watchdog else 'off'}; "
+            f"set it to at most {longest:g} s in its FLASH (ARCOScf: watchdog), or raise hardware.max_watchdog"
+        )

@@ -1,0 +1,23 @@
+"""What the robot reports of its wheels, put right: the factors that ``hopslam calibrate`` finds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from slam.odometry import Twist2D
+
+
+@dataclass(frozen=True, slots=True)
+class WheelScales:
+    """Of the left and the right wheel's way, and of the track, whose half the robot believes to be ``half_track``."""
+
+    half_track: float
+    left: float = 1.0
+    right: float = 1.0
+    track: float = 1.0
+
+    def corrected(self, motion: Twist2D) -> Twist2D:
+        """A speed, or a short way and turn, as it really is."""
+        rim = motion.angular * self.half_track
+        left, right = self.left * (motion.linear - rim), self.right * (motion.linear + rim)
+        return Twist2D((left + right) / 2.0, (right - left) / (2.0 * self.half_track * self.track))

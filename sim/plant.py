@@ -1,0 +1,107 @@
+"""The world that moves emulated devices: the simulated base and lidar without the simulated firmware."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from sim.bumpers import Bumpers
+from sim.p3dx import P3dx
+from sim.people import People
+from sim.sonar import SonarRing
+from sim.urg04lx import Urg04lx
+from sim.wheel_odometry import WheelOdometry
+from sim.world import World
+from slam.errors import ScenarioError
+from slam.odometry import Twist2D
+from slam.pose import FloatArray, Pose2D
+from slam.run.scenario.schema import Scenario
+
+_RATE: Final = 100
+"""Turns a second of the emulated firmware's loop: how often ``advance`` is called."""
+
+
+class SimPlant:
+    """A ``Plant`` for the emulator: the scenario's world, people, wheels and noise in PyBullet.
+
+    Ramps, limits and the watchdog are the emulated firmware's, which rounds its own reports too. Time passes in whole
+    physics steps: the rate is the scenario's, or the next multiple of 100 a second.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        if not scenario.world.prisms():
+            raise ScenarioError(f"{scenario.name}: nothing to see: the world is empty; choose a scenario with walls")
+        robot = scenario.robot.model_copy(update={"control_rate": _RATE})
+        errors = robot.odometry.model_copy(update={"firmware_units": False})
+        self._lidar_rng, odometry_rng = map(np.random.default_rng, np.random.SeedSequence(scenario.seed).spawn(2))
+        self._track = errors.track
+        self._world = World(scenario.world.prisms(), -(-scenario.physics.rate // _RATE) * _RATE)
+        self._base = P3dx(self._world, robot)
+        self._people = People(self._world, scenario.people)
+        self._lidar = Urg04lx(self._world, scenario.lidar, self._people.leg_radii)
+        self._ring = SonarRing(self._world) if robot.sonar else None
+        self._bumpers = Bumpers()
+        self._wheels = WheelOdometry(errors, self._base.read_encoders(), odometry_rng)
+        self._left = self._right = 0.0
+        self._warm_up()
+
+    @property
+    def T_map_base(self) -> Pose2D:
+        """The truth."""
+        return self._base.pose
+
+    @property
+    def odometry(self) -> Pose2D:
+        """Where the wheels say that the base is, in the frame where it was put down."""
+        return self._wheels.pose
+
+    @property
+    def travel(self) -> tuple[float, float]:
+        """Metres that the left and the right wheel have rolled, as the encoders say."""
+        return self._left, self._right
+
+    @property
+    def stalled(self) -> bool:
+        """Whether a motor pushes in vain."""
+        return self._base.stalled
+
+    def advance(self, seconds: float, setpoint: Twist2D) -> None:
+        """Let time pass with the motors at this speed."""
+        self._base.turn(setpoint)
+        for _ in range(round(seconds * self._world.rate)):
+            self._world.step()
+            if contacts := self._base.contacts():
+                self._bumpers.add(contacts, self._base.place)
+        if self._people:
+            self._people.step(self._base.place[:2], seconds)
+        self._wheels.add(self._base.read_encoders())
+        self._roll(seconds)
+
+    def ranges(self, bearings: FloatArray) -> FloatArray:
+        """What the lidar reports now of these directions (N,) of its own frame, all taken at once; its noise is in it.
+
+        The beams of a turn come in several calls, and so from where the sensor is by then.
+        """
+        place, legs = np.array(self._base.place), self._people.legs
+        return self._lidar.glance(bearings, place, legs, self._world.time, self._lidar_rng)
+
+    def bumpers(self) -> tuple[bool, ...]:
+        """Which segments were pressed since the last call: front, then rear, each from left to right."""
+        return self._bumpers.read()[1]
+
+    def sonar(self) -> tuple[float, ...]:
+        """The front ring, metres from left to right, inf without an echo; () where the scenario has none."""
+        if self._ring is None:
+            return ()
+        return self._ring.read(self._base.pose, self._people.legs, self._people.leg_radii)
+
+    def _warm_up(self) -> None:
+        """The compiled code is loaded now: real time does not wait for it."""
+        self._lidar.glance(np.zeros(1), np.array(self._base.place), self._people.legs, 0.0, np.random.default_rng(0))
+
+    def _roll(self, seconds: float) -> None:
+        twist = self._wheels.mean_twist(self._world.time)
+        rim = twist.angular * self._track / 2.0
+        self._left += (twist.linear - rim) * seconds
+        self._right += (twist.linear + rim) * seconds

@@ -1,0 +1,87 @@
+"""``hopslam calibrate``: what the wheels really are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from slam.errors import InputError
+
+app = typer.Typer(help="Find what the wheels really are, by driving.", no_args_is_help=True)
+
+
+@app.callback()
+def _calibrate() -> None:
+    """Find what the wheels really are, by driving."""
+
+
+@app.command()
+def square(
+    scenario: Annotated[
+        str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")
+    ] = "umbmark_room",
+    size: Annotated[float, typer.Option(min=0.5, max=10.0, metavar="M", help="Side of the squares, metres.")] = 2.0,
+    laps: Annotated[int, typer.Option(min=1, max=50, help="Squares to the right, and as many to the left.")] = 2,
+    speed: Annotated[float, typer.Option(min=0.05, max=1.0, metavar="M/S", help="On the sides.")] = 0.3,
+    onto: Annotated[
+        str | None, typer.Option(metavar="SCENARIO", help="What the file extends; default: the scenario itself.")
+    ] = None,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="A scenario with the right wheels.")] = Path("wheels.yaml"),
+    picture: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The squares before and after; default: beside the file, .png.")
+    ] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
+    ] = None,
+    backend: Annotated[str, typer.Option(metavar="NAME", help="sim, or hardware: the real robot.")] = "sim",
+    yes: Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")] = False,
+) -> None:
+    """Drive UMBmark's squares both ways, and fit both wheels and the track to where the robot really went.
+
+    That is known in the simulator; on the real robot it is what SLAM says. The squares lie to the right and to the left
+    ahead of the robot, and need as much room. The file is a scenario: run it, extend it, or give its keys with --set.
+
+    [bold]Examples[/bold]
+
+    hopslam calibrate square
+
+    hopslam calibrate square --size 1 --laps 5 --onto corridor --out corridor_right.yaml
+
+    hopslam calibrate square --backend hardware --set hardware.robot_port=/tmp/bench/p3dx --set
+    hardware.lidar_port=/tmp/bench/urg04lx
+
+    hopslam run wheels.yaml
+    """
+    from rich.console import Console
+
+    from slam.run.calibration.calibrate import calibrate, require_backend
+    from slam.run.calibration.file import check_onto, write_wheels
+    from slam.run.calibration.picture import draw_squares
+    from slam.run.calibration.report import summary
+    from slam.run.calibration.square import Square
+    from slam.run.results.world_picture import check_picture
+    from slam.run.scenario.file import load_scenario
+    from slam.run.warm_up import warm_up
+
+    require_backend(backend)
+    if yes and backend == "sim":
+        raise InputError("--yes is for the real robot; add --backend hardware")
+    base = check_onto(onto or scenario)
+    drawn = picture or out.with_suffix(".png")
+    check_picture(drawn)
+    loaded = load_scenario(scenario, settings or [])
+    console = Console()
+    warm_up(console, loaded.slam)
+    path = Square(size, laps, speed)
+    legs = len(list(path.turns)) * 2
+    with console.status("driving squares") as status:
+        options = {"yes": yes} if backend == "hardware" else {}
+        found = calibrate(
+            loaded, path, backend, lambda done: status.update(f"driving squares: {done} of {legs} legs"), **options
+        )
+    write_wheels(out, base, loaded, backend, found)
+    draw_squares(drawn, found)
+    console.print(summary(found))
+    console.print(f"wheels in {out}, squares in {drawn}", highlight=False, soft_wrap=True)

@@ -1,0 +1,109 @@
+"""A robot driven around squares, and its wheels fitted to them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from slam.errors import ScenarioError
+from slam.line_slam import LineSlam
+from slam.pose import FloatArray, Pose2D
+from slam.robot import Observation
+from slam.run.backends import make_robot
+from slam.run.calibration.square import Square, SquareDrive
+from slam.run.calibration.wheel_fit import Leg, WheelFit, corrected, fit_wheels, way
+from slam.run.scenario.hardware_config import FIRMWARE_TRACK
+from slam.run.scenario.schema import Scenario
+
+_LONG_ENOUGH = 1e5
+"""Seconds: the squares end the drive, and not the scenario's duration."""
+_LEGS_A_LAP = 8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibration:
+    """The drive, what was fitted to it, and what the odometry believed the track to be, metres."""
+
+    legs: Sequence[Leg]
+    fit: WheelFit
+    track: float
+    against: str
+    """What it was compared with: ``the truth`` or ``SLAM``."""
+
+    @property
+    def laps(self) -> list[Leg]:
+        """Whole squares, first those to the right, then those to the left."""
+        return [_joined(self.legs[at : at + _LEGS_A_LAP]) for at in range(0, len(self.legs), _LEGS_A_LAP)]
+
+    def worst_closing_error(self, fit: WheelFit) -> float:
+        """UMBmark's E_max,syst, metres: how far the odometry of this fit misses the end of a square, as the mean of all
+        that went one way; the worse way of both."""
+        misses = [way(corrected(lap.odometry, self.track, fit)) - way(lap.truth) for lap in self.laps]
+        both = np.array(misses).reshape(2, -1, 2).mean(axis=1)
+        return float(np.hypot(both[:, 0], both[:, 1]).max())
+
+
+def calibrate(
+    scenario: Scenario, square: Square, backend: str, told: Callable[[int], object], **options: bool
+) -> Calibration:
+    """Drive, and fit: against the truth where the back end knows it, else against SLAM.
+
+    ``told`` hears of every leg that is done. ``options`` are the back end's own.
+    """
+    scenario = scenario.model_copy(update={"duration": _LONG_ENOUGH})
+    slam = LineSlam(scenario.slam, scenario.lidar.mount.pose, scenario.robot.start.pose, scenario.seed)
+    known = []
+
+    def locate(observation: Observation) -> Pose2D:
+        known.append(observation.T_map_base is not None)
+        return observation.T_map_base or slam.update(observation.scan, observation.odometry).T_map_base
+
+    legs = []
+    with make_robot(backend, scenario, seed=scenario.seed, **options) as robot:
+        for leg in SquareDrive(robot, locate).drive(square):
+            legs.append(leg)
+            told(len(legs))
+    track = believed_track(scenario, backend)
+    return Calibration(legs, fit_wheels(legs, track), track, "the truth" if known[-1] else "SLAM")
+
+
+def require_backend(backend: str) -> None:
+    """ScenarioError for a back end without wheels of its own."""
+    if backend not in ("sim", "hardware"):
+        raise ScenarioError(f"--backend {backend}: only sim and hardware have wheels to calibrate; choose one of them")
+
+
+def believed_track(scenario: Scenario, backend: str) -> float:
+    """What the odometry of this back end takes the track to be, metres."""
+    return scenario.robot.odometry.track if backend == "sim" else FIRMWARE_TRACK * scenario.hardware.track_scale
+
+
+def settings(scenario: Scenario, backend: str, fit: WheelFit) -> dict[str, dict[str, object]]:
+    """The keys of a scenario that make the odometry right: in the simulator what the firmware believes, on the robot,
+    whose firmware keeps its beliefs, what the driver makes of its reports."""
+    if backend == "sim":
+        wheels = scenario.robot.odometry
+        believed = {
+            "left_radius": wheels.left_radius * fit.left,
+            "right_radius": wheels.right_radius * fit.right,
+            "track": wheels.track * fit.track,
+        }
+        return {"robot": {"odometry": {key: round(value, 7) for key, value in believed.items()}}}
+    config = scenario.hardware
+    scales = {
+        "left_scale": config.left_scale * fit.left,
+        "right_scale": config.right_scale * fit.right,
+        "track_scale": config.track_scale * fit.track,
+    }
+    return {"hardware": {key: round(value, 6) for key, value in scales.items()}}
+
+
+def _joined(legs: Sequence[Leg]) -> Leg:
+    """One leg after the other: each begins with the pose that the one before ended with."""
+
+    def whole(parts: list[FloatArray]) -> FloatArray:
+        return np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
+
+    return Leg(whole([leg.odometry for leg in legs]), whole([leg.truth for leg in legs]))

@@ -1,0 +1,99 @@
+"""UMBmark's squares: sides and quarter turns on the odometry alone, clockwise and counter-clockwise.
+
+Borenstein and Feng, IEEE T-RA 12(6), 1996: an error of the wheels that turns the one way's square open turns the
+other's closed, so driving both ways tells the errors apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from math import copysign, pi
+from typing import Final
+
+import numpy as np
+
+from slam.errors import RobotError
+from slam.odometry import Twist2D
+from slam.pose import FloatArray, Pose2D, wrap_angle
+from slam.robot import Observation, Robot
+from slam.run.calibration.wheel_fit import Leg
+
+_NEAR, _ALIGNED = 0.005, 0.01
+"""Metres and radians from its end at which a leg is over; where it ends does not matter, but that it is measured."""
+_SLOWEST: Final = Twist2D(0.02, 0.04)
+_STILL: Final = 3
+"""Scans in a row without motion: the base stands, and scan and odometry mean the same place."""
+
+
+@dataclass(frozen=True, slots=True)
+class Square:
+    """Metres, m/s and rad/s; ``laps`` each way."""
+
+    size: float = 2.0
+    laps: int = 2
+    speed: float = 0.3
+    turn_speed: float = 0.5
+
+    @property
+    def turns(self) -> Iterator[float]:
+        """The turn after each side, radians: first all to the right, then all to the left."""
+        for turn in (-pi / 2.0, pi / 2.0):
+            yield from [turn] * (4 * self.laps)
+
+
+class SquareDrive:
+    """Drives a robot leg by leg; ``locate`` says where the base is at an observation."""
+
+    def __init__(self, robot: Robot, locate: Callable[[Observation], Pose2D]) -> None:
+        self._robot = robot
+        self._locate = locate
+        self._odometry, self._truth = self._look()
+
+    def drive(self, square: Square) -> Iterator[Leg]:
+        """Sides and turns in their order; RobotError when the robot touches something, or gives no more scans."""
+        heading = self._odometry.theta
+        for turn in square.turns:
+            yield self._leg(partial(self._ahead, square, heading))
+            heading = wrap_angle(heading + turn)
+            yield self._leg(partial(self._around, square, heading))
+
+    def _leg(self, command: Callable[[Pose2D], Twist2D]) -> Leg:
+        begin, still = self._odometry, 0
+        odometry, truth = [begin], [self._truth]
+        while still < _STILL:
+            wanted = command(begin)
+            self._robot.drive(wanted)
+            before = self._odometry
+            self._odometry, self._truth = self._look()
+            odometry.append(self._odometry)
+            truth.append(self._truth)
+            moved = before.between(self._odometry)
+            resting = wanted == Twist2D() and moved.distance(Pose2D()) < 1e-3 and abs(moved.theta) < 2e-3
+            still = still + 1 if resting else 0
+        return Leg(_array(odometry), _array(truth))
+
+    def _ahead(self, square: Square, heading: float, begin: Pose2D) -> Twist2D:
+        left = square.size - begin.distance(self._odometry)
+        if left < _NEAR:
+            return Twist2D()
+        return Twist2D(min(square.speed, max(_SLOWEST.linear, left)), wrap_angle(heading - self._odometry.theta))
+
+    def _around(self, square: Square, heading: float, _: Pose2D) -> Twist2D:
+        left = wrap_angle(heading - self._odometry.theta)
+        if abs(left) < _ALIGNED:
+            return Twist2D()
+        return Twist2D(0.0, copysign(min(square.turn_speed, max(_SLOWEST.angular, abs(left))), left))
+
+    def _look(self) -> tuple[Pose2D, Pose2D]:
+        observation = self._robot.observe()
+        if observation is None:
+            raise RobotError("the robot gives no more scans, and the squares are not finished")
+        if observation.collided:
+            raise RobotError("the robot touched something; give it more room, or choose a smaller --size")
+        return observation.odometry.T_odom_base, self._locate(observation)
+
+
+def _array(poses: list[Pose2D]) -> FloatArray:
+    return np.array([(pose.x, pose.y, pose.theta) for pose in poses])

@@ -1,0 +1,26 @@
+"""The benchmark of the simulator, on a few scans."""
+
+import pytest
+
+from sim.bench import report, speed
+from sim.bench.long_life import memory_growth
+from sim.bench.scene import corridor
+
+
+@pytest.mark.parametrize("caster", ["bullet", "exact"])
+def test_the_engine_alone_is_a_part_of_the_whole(caster: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(speed, "SCANS", 4)
+    monkeypatch.setattr(speed, "ROUNDS", 2)
+    measured = speed.speed_of(corridor(caster))
+    assert 0.0 < measured.engine < measured.whole
+    assert 0.0 < measured.ours < 1.0
+
+
+def test_the_tables_can_be_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(report, "speed_of", lambda _: speed.Speed(1e-3, 2e-3))
+    monkeypatch.setattr(report, "reset_times", lambda _: (1e-4, 1e-2))
+    monkeypatch.setattr(speed, "STEPS", 3)
+    monkeypatch.setattr(report, "memory_growth", lambda scenario, **_: memory_growth(scenario, 2, 1, 2))
+    tables = list(report.sim_tables(long=True))
+    assert [len(table.rows) for table in tables] == [2, 2, 2, 2]
+    assert tables[0].rows[0] == ("bullet", "1000", "2000", "50.0 %", "50")

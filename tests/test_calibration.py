@@ -1,0 +1,117 @@
+"""Wheels found by driving: what is wrong is found again, and squares are driven and written down."""
+
+import sys
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from hardware.wheel_scales import WheelScales
+from slam.errors import InputError
+from slam.odometry import Twist2D
+from slam.pose import FloatArray
+from slam.run.calibration.calibrate import calibrate
+from slam.run.calibration.file import check_onto, write_wheels
+from slam.run.calibration.square import Square
+from slam.run.calibration.wheel_fit import Leg, WheelFit, corrected, fit_wheels, reckoned, wheel_ways
+from slam.run.cli import main
+from slam.run.scenario.file import load_scenario
+
+TRACK = 0.33
+factors = st.floats(0.97, 1.03)
+fits = st.builds(WheelFit, left=factors, right=factors, track=factors)
+
+
+def square(turn: float, rng: np.random.Generator) -> list[FloatArray]:
+    """The odometry of sides and turns, (K, 3) each, driven unevenly."""
+    legs, start = [], np.zeros(3)
+    for _ in range(4):
+        for way, angle in ((2.0, rng.normal(0.0, 0.05)), (rng.normal(0.0, 0.01), turn)):
+            shares = rng.dirichlet(np.ones(9))
+            rim = angle * TRACK / 2.0
+            legs.append(reckoned(start, (way - rim) * shares, (way + rim) * shares, TRACK))
+            start = legs[-1][-1]
+    return legs
+
+
+@settings(max_examples=30)
+@given(fits, st.integers(0, 2**32))
+def test_what_is_wrong_with_the_wheels_is_found_again(fit: WheelFit, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    legs = []
+    for odometry in [*square(-pi / 2, rng), *square(pi / 2, rng)]:
+        begin = np.array([*rng.normal(0.0, 3.0, 2), rng.uniform(-pi, pi)])
+        ways = wheel_ways(odometry, TRACK)
+        truth = reckoned(begin, fit.left * ways[0], fit.right * ways[1], fit.track * TRACK)
+        truth[:, 2] = (truth[:, 2] + pi) % (2 * pi) - pi
+        legs.append(Leg(odometry, truth))
+    found = fit_wheels(legs, TRACK)
+    assert (found.left, found.right, found.track) == pytest.approx((fit.left, fit.right, fit.track), abs=1e-9)
+
+
+@given(fits, st.integers(0, 2**32))
+def test_odometry_without_a_difference_is_left_alone(fit: WheelFit, seed: int) -> None:
+    odometry = np.concatenate(square(pi / 2, np.random.default_rng(seed)))
+    np.testing.assert_allclose(corrected(odometry, TRACK, WheelFit())[:, :2], odometry[:, :2], atol=1e-9)
+
+
+@given(fits, st.floats(-1, 1), st.floats(-2, 2))
+def test_the_driver_corrects_as_the_fit_means_it(fit: WheelFit, linear: float, angular: float) -> None:
+    rim = angular * TRACK / 2.0
+    begin, left, right = np.zeros(3), np.array([linear - rim]), np.array([linear + rim])
+    expected = reckoned(begin, fit.left * left, fit.right * right, fit.track * TRACK)[-1]
+    scales = WheelScales(TRACK / 2.0, fit.left, fit.right, fit.track)
+    corrected_twist = scales.corrected(Twist2D(linear, angular))
+    assert corrected_twist.angular == pytest.approx(expected[2], abs=1e-12)
+    assert corrected_twist.linear == pytest.approx((fit.left * left[0] + fit.right * right[0]) / 2.0)
+
+
+def test_straight_ways_alone_do_not_tell() -> None:
+    straight = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
+    with pytest.raises(InputError, match="straight ways and turns"):
+        fit_wheels([Leg(straight, straight)] * 8, TRACK)
+
+
+def test_the_simulated_robot_gets_the_wheels_it_has(tmp_path: Path) -> None:
+    exact = ["robot.odometry.travel_noise=0", "robot.odometry.firmware_units=false", "lidar.caster=exact"]
+    scenario = load_scenario("umbmark_room", exact)
+    found = calibrate(scenario, Square(size=1.0, laps=1, speed=0.5, turn_speed=1.0), "sim", lambda _: None)
+    assert found.worst_closing_error(found.fit) < 0.1 * found.worst_closing_error(WheelFit())
+    write_wheels(tmp_path / "wheels.yaml", check_onto("umbmark_room"), scenario, "sim", found)
+    wheels = load_scenario(tmp_path / "wheels.yaml").robot.odometry
+    assert wheels.left_radius == pytest.approx(0.0975, abs=0.02 * 0.0005)
+    assert wheels.right_radius == pytest.approx(0.0975, abs=0.02 * 0.0008)
+    assert wheels.track == pytest.approx(0.330, abs=0.02 * 0.004)
+
+
+def test_the_command_writes_a_scenario_and_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = tmp_path / "wheels.yaml"
+    words = ["calibrate", "square", "--size", "0.5", "--laps", "1", "--onto", "corridor", "--out", str(out)]
+    monkeypatch.setattr(sys, "argv", ["hopslam", *words, "--speed", "0.5"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 0
+    assert load_scenario(out).route == load_scenario("corridor").route
+    assert out.with_suffix(".png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["--backend", "replay"], "choose one of them"),
+        (["--yes"], "add --backend hardware"),
+        (["--onto", "corridr"], "did you mean corridor"),
+        (["--out", "/nowhere/wheels.yaml"], "cannot be written there"),
+    ],
+)
+def test_what_does_not_fit_is_refused(
+    words: list[str], complaint: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["hopslam", "calibrate", "square", *words])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    assert complaint in capsys.readouterr().err

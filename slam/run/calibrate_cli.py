@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from slam.errors import InputError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from slam.run.calibration.calibrate import Calibration
+    from slam.run.calibration.square import Square
+    from slam.run.scenario.schema import Scenario
 
 app = typer.Typer(help="Find what the wheels really are, by driving.", no_args_is_help=True)
 
@@ -56,7 +63,7 @@ def square(
     """
     from rich.console import Console
 
-    from slam.run.calibration.calibrate import calibrate, require_backend
+    from slam.run.calibration.calibrate import require_backend
     from slam.run.calibration.file import check_onto, write_wheels
     from slam.run.calibration.picture import draw_squares
     from slam.run.calibration.report import summary
@@ -74,14 +81,20 @@ def square(
     loaded = load_scenario(scenario, settings or [])
     console = Console()
     warm_up(console, loaded.slam)
-    path = Square(size, laps, speed)
-    legs = len(list(path.turns)) * 2
-    with console.status("driving squares") as status:
-        options = {"yes": yes} if backend == "hardware" else {}
-        found = calibrate(
-            loaded, path, backend, lambda done: status.update(f"driving squares: {done} of {legs} legs"), **options
-        )
+    found = _driven(loaded, Square(size, laps, speed), backend, yes, console)
     write_wheels(out, base, loaded, backend, found)
     draw_squares(drawn, found)
     console.print(summary(found))
     console.print(f"wheels in {out}, squares in {drawn}", highlight=False, soft_wrap=True)
+
+
+def _driven(scenario: Scenario, path: Square, backend: str, yes: bool, console: Console) -> Calibration:
+    """Drive the squares, and say how far it is."""
+    from slam.run.calibration.calibrate import calibrate
+
+    legs = len(list(path.turns)) * 2
+    with console.status("driving squares") as status:
+        options = {"yes": yes} if backend == "hardware" else {}
+        return calibrate(
+            scenario, path, backend, lambda done: status.update(f"driving squares: {done} of {legs} legs"), **options
+        )

@@ -22,7 +22,7 @@ _FACTS = (
     ("path, time", "{path_m:.1f} m, {duration_s:.1f} s ({real_time_factor:.1f} x real time)"),
     ("iterations", "mean {iterations_mean:.0f}, max {iterations_max}; {not_converged} of {updates} did not settle"),
     ("SLAM a mapped scan", "median {slam_ms_median:.2f} ms, p99 {slam_ms_p99:.2f} ms"),
-    ("map", "{map_points} points, {segments} segments"),
+    ("map", "{map_points} points or surfels; {segments} segments seen"),
 )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Final, Self
 
@@ -47,9 +48,9 @@ class Passage(Section):
         """How far furniture may reach from a wall, metres."""
         return (self.width - self.lane) / 2.0
 
+    @abstractmethod
     def sides(self) -> Sequence[Side]:
         """The faces of its walls."""
-        raise NotImplementedError
 
     def furnished(self, rng: np.random.Generator) -> World:
         """The walls with their recesses, and the furniture: each in a slot of its own, drawn at random."""

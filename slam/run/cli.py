@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import signal
 import sys
-from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn
 
@@ -56,6 +55,8 @@ SavedMap = Annotated[
 
 def _show_version(asked: bool) -> None:
     if asked:
+        from importlib.metadata import version
+
         console.print(f"hopslam {version('hopslam')}", highlight=False)
         raise typer.Exit
 

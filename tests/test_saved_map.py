@@ -98,6 +98,9 @@ def test_the_papers_map_is_not_saved() -> None:
         ("robot.covariance.0.0", -1.0, "robot: covariance"),
         ("robot.tile", [99, 99], "is none of the tiles"),
         ("robot.wheels", 2, "robot.wheels: "),
+        ("directions.total", -1.0, "directions.total: "),
+        ("directions.clusters.0.0", 2.0, "directions.clusters.0.0: "),
+        ("directions.clusters", [[0.0, 1.0, 0.0]] * 17, "directions.clusters: "),
     ],
 )
 def test_a_damaged_map_is_refused(half: tuple[LineSlam, Path], key: str, value: Any, complaint: str) -> None:
@@ -113,6 +116,14 @@ def test_a_damaged_map_is_refused(half: tuple[LineSlam, Path], key: str, value: 
         read_map(path, SlamConfig())
     assert str(path) in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_map_from_before_there_were_directions_is_read(half: tuple[LineSlam, Path]) -> None:
+    _, path = half
+    document = json.loads(path.read_text())
+    assert document.pop("directions")["total"] > 0.0
+    path.write_text(json.dumps(document))
+    assert read_map(path, SlamConfig()).memory.directions.total == 0.0
 
 
 def test_what_is_no_map_is_refused(half: tuple[LineSlam, Path], tmp_path: Path) -> None:

@@ -109,6 +109,9 @@ class LeastSquaresConfig(Section):
     lost_below: float = Field(0.3, ge=0, le=1)
     """Lost when, for ``lost_after`` scans, a smaller share of the pieces agrees with the map."""
     lost_after: int = Field(5, ge=1)
+    directions: Literal["auto", "never"] = "auto"
+    """Whether the long walls of a scan tell its heading where most walls of the building have one of a few directions;
+    ``auto`` does so once it has seen enough of them."""
     motion: MotionConfig = MotionConfig()
     search: SearchConfig = SearchConfig()
 

@@ -11,6 +11,7 @@ from slam.config import LeastSquaresConfig
 from slam.lines.facets import facets_of
 from slam.lines.segments import Segments
 from slam.matching.coarse_search import best_of_window
+from slam.matching.compass import Compass
 from slam.matching.least_squares import Settings, fuse, solve
 from slam.matching.match import Match
 from slam.matching.surfel_memory import SurfelMemory
@@ -21,6 +22,8 @@ from slam.scan import LaserScan
 APART = 0.05  # radians between two headings of the search that are followed up ...
 FOLLOWED = 5  # ... so many at most
 LEAST_SEARCH = 0.3, 0.1  # metres and radians: the smallest window
+STEERED = np.radians(2.0), np.radians(8.0)  # how far walls may turn a prior: beside its own three deviations, at most
+STEERED_FOUND = np.radians(4.0)  # ... and a pose that was found by search
 
 
 class _Fit(NamedTuple):
@@ -47,17 +50,20 @@ class SurfelMapper:
         self._last, self._added = memory.T_map_base, memory.T_map_added
         self._covariance = memory.covariance  # of the base at _last, against the map
         self._facets = np.empty((0, 7))
+        self._compass = Compass(memory.directions, config.directions == "auto")
 
     @property
     def memory(self) -> SurfelMemory:
         """What a mapper is made from that goes on where this one stands; the map and its drift are shared."""
         return SurfelMemory(
-            self.map, self._drift, self._last, self._added, self._covariance, self._growth, self._misfits
-        )
+            self.map, self._drift, self._last, self._added, self._covariance, self._growth, self._misfits,
+            self._compass.directions,
+        )  # fmt: skip
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
         """The pose of the sensor after the scan, given the pose of the base that odometry predicts."""
         self._facets = facets_of(scan, segments, self.config.facet_length)
+        self._compass.read(segments)
         if self._last is None:
             self._last = prior
             return Match(Pose2D(), 0, False, 0, covariance=self._drift.covariance(prior, self._covariance))
@@ -94,6 +100,7 @@ class SurfelMapper:
         ):
             self._added = T_map_laser
             self.map.add(self._facets, scan, T_map_laser)
+            self._compass.learn(T_map_laser.theta)
 
     def _motion_covariance(self, last: Pose2D, prior: Pose2D) -> FloatArray:
         if self._odometry:
@@ -103,7 +110,9 @@ class SurfelMapper:
     def _fit(self, prior: Pose2D, covariance: FloatArray, motion: Pose2D) -> tuple[_Fit, bool]:
         """From the prior; where that is in doubt, from the best poses of a window too. And whether it was."""
         x0, information = _as_array(prior), np.asarray(np.linalg.inv(covariance), np.float64)
-        fit = _Fit(*solve(self._facets, x0, x0, information, self.map.grid, self._settings))
+        widest = min(STEERED[0] + 3.0 * sqrt(covariance[2, 2]), STEERED[1])
+        likely, sure = self._compass.steer(x0, information, prior.theta, widest)
+        fit = _Fit(*solve(self._facets, likely, likely, sure, self.map.grid, self._settings))
         search = self.config.search
         if fit.inliers >= search.below * len(self._facets) and (
             motion.distance(Pose2D()) <= search.distance and abs(motion.theta) <= search.angle
@@ -113,7 +122,8 @@ class SurfelMapper:
         best, gain = self._score(fit, x0, weighed), search.gain
         for start in self._candidates(x0, covariance, weighed):
             settings = self._settings._replace(first_kernel=4.0 * self._settings.kernel)
-            other = _Fit(*solve(self._facets, start, x0, weighed, self.map.grid, settings))
+            likely, sure = self._compass.steer(x0, weighed, float(start[2]), STEERED_FOUND)
+            other = _Fit(*solve(self._facets, start, likely, sure, self.map.grid, settings))
             score = self._score(other, x0, weighed)
             if score > best + gain:
                 fit, best, gain = other, score, 0.0

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
 
 from slam.config import SurfelMapConfig
+from slam.mapping.directions import Directions
 from slam.mapping.drift import Drift
 from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray, Pose2D
@@ -29,6 +30,8 @@ class SurfelMemory:
     """What the variances of odometry are multiplied by, for it was contradicted so."""
     misfits: int = 0
     """Scans in a row that did not fit."""
+    directions: Directions = field(default_factory=Directions)
+    """That the walls of the building have, and main ones among them; shared as the map is."""
 
     @classmethod
     def empty(cls, config: SurfelMapConfig) -> Self:

@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from slam.config import SlamConfig, SurfelMapConfig
 from slam.errors import InputError
+from slam.mapping.directions import Directions
 from slam.mapping.drift import Drift
 from slam.mapping.surfel_map import SurfelMap
 from slam.mapping.surfel_updates import HITS, Grid
@@ -29,7 +30,7 @@ COLUMNS = 7  # of a surfel, without the link to the next
 
 def write_map(path: Path, saved: SavedSlam) -> None:
     """Write the file at once or not at all."""
-    memory = saved.memory
+    memory, directions = saved.memory, saved.memory.directions
     robot = {
         "T_map_base": _row(saved.T_map_base),
         "T_odom_base": _row(saved.T_odom_base),
@@ -50,6 +51,7 @@ def write_map(path: Path, saved: SavedSlam) -> None:
         "version": str(VERSION),
         "robot": json.dumps(robot),
         "tiles": _lines(tiles),
+        "directions": json.dumps({"total": directions.total, "clusters": directions.clusters.tolist()}),
         "grid": _grid_text(memory.map.grid),
     }
     write_whole(path, "{\n" + ",\n".join(f'"{key}": {text}' for key, text in parts.items()) + "\n}\n")
@@ -73,6 +75,7 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
         np.array(robot.covariance),
         robot.growth,
         robot.misfits,
+        Directions(np.array(document.directions.clusters).reshape(-1, 3), document.directions.total),
     )
     return SavedSlam(memory, Pose2D(*robot.T_map_base), _pose(robot.T_odom_base), _pose(robot.T_map_mapped))
 

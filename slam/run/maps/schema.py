@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from slam.config import Section
+from slam.mapping.directions import MOST, QUARTER
 
 VERSION = 1
 MOST_CELLS = 50_000_000
@@ -17,6 +18,7 @@ PoseRow = tuple[float, float, float]
 CovarianceRows = tuple[PoseRow, PoseRow, PoseRow]
 SurfelRow = tuple[float, float, float, float, float, float, float, Annotated[int, Field(ge=-1)]]
 CellRow = tuple[int, int, Annotated[int, Field(ge=0)]]
+Metres = Annotated[float, Field(ge=0)]
 Size = Annotated[int, Field(gt=0)]
 
 
@@ -83,6 +85,15 @@ class SavedTile(Section):
         return self
 
 
+class SavedDirections(Section):
+    """Of the walls: see slam/mapping/directions.py. None, in a map from before there were any."""
+
+    total: Metres = 0.0
+    clusters: Annotated[
+        tuple[tuple[Annotated[float, Field(ge=0, le=QUARTER)], Metres, float], ...], Field(max_length=MOST)
+    ] = ()
+
+
 class SavedRobot(Section):
     """Where the robot was at the end."""
 
@@ -109,6 +120,7 @@ class MapDocument(Section):
     version: Literal[1]
     grid: SavedGrid
     tiles: tuple[SavedTile, ...]
+    directions: SavedDirections = SavedDirections()
     robot: SavedRobot
 
     @model_validator(mode="after")

@@ -44,9 +44,8 @@ def loop_fit(first: FloatArray, last: FloatArray, heading: float) -> LoopFit:
         best = max(
             _around(best, reach, step, reach_turn, step_turn), key=lambda t: _share(near, corner, last, middle, t)
         )
-    return LoopFit(
-        *best.tolist(), _share(near, corner, last, middle, best), _share(near, corner, last, middle, np.zeros(3))
-    )
+    agreement, before = (_share(near, corner, last, middle, moved) for moved in (best, np.zeros(3)))
+    return LoopFit(float(best[0]), float(best[1]), float(best[2]), agreement, before)
 
 
 def _thinned(points: FloatArray) -> FloatArray:

@@ -11,6 +11,10 @@ from rich.console import Console
 
 from slam.config import SlamConfig
 from slam.pose import FloatArray
+from slam.run.bench.hour_report import hour_tables
+from slam.run.bench.loop_fit import loop_fit
+from slam.run.bench.open_report import open_tables
+from slam.run.bench.shape_report import off_axes
 from slam.run.bench.sim_report import tables as sim_tables
 from slam.run.bench.sim_runs import run_scenario
 from slam.run.bench.slam_metrics import absolute_error, crispness, poses_at, relation_errors, relative_error
@@ -91,7 +95,44 @@ def test_a_run_in_the_simulator_is_measured_against_the_truth() -> None:
 
 
 def test_the_tables_of_the_simulator() -> None:
-    each, together = sim_tables(["cluttered_room"], 1, False, ("duration=1",), Console(quiet=True))
-    assert each.rows[0][0] == "cluttered_room, 0"
+    each, together = sim_tables(["cluttered_room"], range(3, 4), False, ("duration=1",), Console(quiet=True))
+    assert each.rows[0][0] == "cluttered_room, 3"
     assert together.rows[0][:2] == ("cluttered_room", "1")
     assert {len(row) for row in each.rows} == {len(each.columns)}
+
+
+def test_walls_are_off_the_axes_of_their_building() -> None:
+    """Two walls at a right angle, and one turned by 0.02 rad, which takes the axes along by its share."""
+    walls = np.array([[[0, 0], [4, 0]], [[0, 0], [0, 4]], [[0, 5], [4 * np.cos(0.02), 5 + 4 * np.sin(0.02)]]])
+    angles, lengths = off_axes(walls)
+    np.testing.assert_allclose(angles, [-0.02 / 3, -0.02 / 3, 0.04 / 3], atol=1e-5)
+    np.testing.assert_allclose(lengths, 4.0)
+
+
+def test_a_loop_is_as_open_as_it_was_made() -> None:
+    """An L of points, laid down again 0.3 m back, 0.2 m to the right and turned by 2 deg."""
+    first = np.concatenate([np.column_stack([np.arange(0, 4, 0.03), np.zeros(134)]), np.array([[4.0, 0.0]])])
+    first = np.concatenate([first, first[:, ::-1]]) + np.array([2.0, 1.0])
+    turn, middle = np.radians(2.0), first.mean(axis=0)
+    c, s = np.cos(turn), np.sin(turn)
+    last = (first - middle) @ np.array([[c, s], [-s, c]]) + middle - [0.3, 0.2]
+    fit = loop_fit(first, last, 0.0)
+    np.testing.assert_allclose([fit.along, fit.across, fit.turn], [0.3, 0.2, -turn], atol=0.06)
+    assert fit.agreement > 0.95 > 0.7 > fit.before
+
+
+def test_where_the_scans_leave_a_direction_open_the_way_is_the_odometer_s() -> None:
+    """An odometer with the heading of the truth tells the error along the walls that is not the method's own."""
+    run = run_scenario("featureless_corridor", 1, ("duration=12",))
+    assert run.open[1:].mean() >= 0.95
+    np.testing.assert_allclose(run.offsets[:, 0], run.odometer_offsets[:, 0], atol=0.002)
+    (table,) = open_tables([("featureless_corridor", 1, run)])
+    assert [row[0] for row in table.rows] == ["featureless_corridor, 1", "median", "worst"]
+    assert open_tables([("cluttered_room", 0, run_scenario("cluttered_room", 0, ("duration=1",)))]) == []
+
+
+def test_the_tables_of_the_hour() -> None:
+    cost, growth = hour_tables(run_scenario("office_loop", 0, ("duration=3",)))
+    assert cost.rows[0][0] == "30"
+    assert [row[0] for row in growth.rows][-1] == "60 min"
+    assert len(growth.rows) == 12

@@ -101,6 +101,15 @@ def test_along_a_bare_corridor_odometry_stands_and_it_is_said() -> None:
     assert last[0, 0] > 20.0 * last[1, 1]
 
 
+def test_lap_after_lap_the_map_stays_as_large() -> None:
+    """With a noise that makes short wrong walls now and then."""
+    path = [Pose2D(0.5 + 1.2 * cos(0.1 * k), 0.8 * sin(0.1 * k), 0.1 * k) for k in range(315)]
+    start = path[0].inverse()
+    run = drive(ROOM, path, [start @ pose for pose in path], 0.03)
+    laps = [run[63 * lap - 1].map_points for lap in (3, 4, 5)]
+    assert max(laps) <= 1.02 * min(laps)
+
+
 def test_the_map_does_not_grow_where_all_was_seen() -> None:
     path = [Pose2D(0.5 + 0.4 * cos(0.1 * k), 0.4 * sin(0.1 * k), 0.1 * k) for k in range(190)]
     start = path[0].inverse()

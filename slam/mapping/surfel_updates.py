@@ -18,6 +18,7 @@ SAME_WAY = 0.8  # cosine between the normals of a surfel and of what may join it
 BETWEEN = 0.25  # information of a piece of wall between two beams, over that of a piece with beams
 EDGE_ON = 0.35  # cosine of incidence below which it is not asked whether a beam went through a surfel
 FADE = 2.0  # misses that a surfel may have more than its hits allow
+DOUBT = 0.1  # of a miss for what is not yet sure, when something else was seen in its cell
 
 
 class Grid(NamedTuple):
@@ -114,6 +115,7 @@ def _put_one(
                 best, nearest = k, distance
         k = grid.next[k]
     if best >= 0:
+        _doubt(grid, grid.head[row, column], best, nx, ny, max_hits)
         _merge(grid.surfels[best], x, y, nx, ny, information, max_hits)
         return
     if grid.used[1] >= 0:
@@ -127,6 +129,18 @@ def _put_one(
     s[X], s[Y], s[NX], s[NY], s[INFORMATION], s[HITS], s[MISSES] = x, y, nx, ny, information, 1.0, 0.0
     grid.next[best] = grid.head[row, column]
     grid.head[row, column] = best
+
+
+@compiled
+def _doubt(grid: Grid, first: int, seen: int, nx: float, ny: float, max_hits: float) -> None:
+    """Of the surfels of a cell, those not yet sure that should have been seen with ``seen`` fade: what is hit less than
+    one time in ten that its neighbour is hit is noise. It would pile up along every wall for as long as one drives."""
+    k = first
+    while k >= 0:
+        s = grid.surfels[k]
+        if k != seen and s[HITS] < max_hits and nx * s[NX] + ny * s[NY] >= 0.0:
+            s[MISSES] += DOUBT
+        k = grid.next[k]
 
 
 @compiled

@@ -219,7 +219,8 @@ def slam_sim(
     scenarios: Annotated[
         list[str] | None, typer.Argument(metavar="[SCENARIO]...", help="Names such as corridor; six without one.")
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, max=100, help="Runs of each scenario, with seeds from 0 on.")] = 10,
+    seeds: Annotated[int, typer.Option(min=0, max=100, help="Runs of each scenario; 0 with --hour alone.")] = 10,
+    first_seed: Annotated[int, typer.Option(min=0, help="Of these runs; the others follow.")] = 0,
     hour: Annotated[bool, typer.Option("--hour", help="Also one simulated hour around office_loop: minutes.")] = False,
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
@@ -232,7 +233,9 @@ def slam_sim(
 
     hopslam bench slam-sim
 
-    hopslam bench slam-sim corridor office_loop --seeds 3 --hour
+    hopslam bench slam-sim corridor office_loop --first-seed 10 --seeds 3
+
+    hopslam bench slam-sim --seeds 0 --hour
 
     hopslam bench slam-sim crowded_corridor --set slam.map.free_margin=0.1 --out /tmp/crowd.md
     """
@@ -240,7 +243,8 @@ def slam_sim(
     from slam.run.bench.lines_report import write_tables
     from slam.run.bench.sim_report import tables
 
-    made = tables(scenarios or [], seeds, hour, tuple(settings or ()), console)
+    runs = range(first_seed, first_seed + seeds)
+    made = tables(scenarios or [], runs, hour, tuple(settings or ()), console)
     for table in made:
         console.print(table.rich())
     if out is not None:

@@ -9,6 +9,8 @@ from typing import Final
 import numpy as np
 from rich.console import Console
 
+from slam.run.bench.hour_report import hour_tables
+from slam.run.bench.open_report import open_tables
 from slam.run.bench.sim_runs import SimRun, run_scenario
 from slam.run.bench.tables import ResultTable
 
@@ -16,23 +18,23 @@ WORKERS: Final = 2
 SCENARIOS: Final = (
     "crowded_corridor", "featureless_corridor", "corridor", "office_loop", "cluttered_room", "random_office"
 )  # fmt: skip
+HOUR_OF: Final = "office_loop"
+"""The route of the long run: a loop, so that most of the hour is in places seen before."""
 BOUND: Final = 7.815
 """95 % of chi-square with three degrees of freedom."""
-BLOCK: Final = 1000
-"""Scans at the beginning and at the end of the hour that are compared."""
 
 
 def tables(
-    names: Sequence[str], seeds: int, hour: bool, settings: tuple[str, ...], console: Console
+    names: Sequence[str], seeds: Sequence[int], hour: bool, settings: tuple[str, ...], console: Console
 ) -> list[ResultTable]:
-    """Errors of every scenario for so many seeds, all scenarios without a name; with ``hour`` also the long run."""
-    jobs = [(name, seed) for name in (names or SCENARIOS) for seed in range(seeds)]
+    """Errors of every scenario for these seeds, all scenarios without a name; with ``hour`` also the long run, after
+    the others: nothing else should run beside what is timed."""
+    jobs = [(name, seed) for name in (names or SCENARIOS) for seed in seeds]
     with ProcessPoolExecutor(WORKERS) as pool, console.status("driving in the simulator"):
         futures = [(name, seed, pool.submit(run_scenario, name, seed, settings)) for name, seed in jobs]
-        long = pool.submit(run_scenario, "office_loop", 0, settings, True) if hour else None
         runs = [(name, seed, future.result()) for name, seed, future in futures]
-        made = [_each(runs), _together(runs)]
-        return [*made, _hour(long.result())] if long is not None else made
+        made = [_each(runs), _together(runs), *open_tables(runs)] if runs else []
+        return [*made, *hour_tables(pool.submit(run_scenario, HOUR_OF, 0, settings, True).result())] if hour else made
 
 
 def _each(runs: Sequence[tuple[str, int, SimRun]]) -> ResultTable:
@@ -73,24 +75,3 @@ def _sum(name: str, runs: Sequence[SimRun]) -> tuple[str, ...]:
     errors = np.concatenate([run.normalised_errors for run in runs])
     lost = sum(run.lost > 0 or run.ending != "arrived" for run in runs)
     return name, str(len(runs)), f"{100 * final:.1f}", str(lost), f"{100 * np.mean(errors < BOUND):.1f} %"
-
-
-def _hour(run: SimRun) -> ResultTable:
-    columns = (
-        "scans",
-        "first 1,000\nms",
-        "last 1,000\nms",
-        "ratio",
-        "surfels after\na tenth",
-        "half",
-        "all",
-        "end\ncm",
-    )
-    first, last = np.median(run.times[:BLOCK]), np.median(run.times[-BLOCK:])
-    size, count = run.map_points, len(run.times)
-    row = (
-        str(count), f"{1e3 * first:.3f}", f"{1e3 * last:.3f}", f"{last / first:.2f}", f"{size[count // 10]:.0f}",
-        f"{size[count // 2]:.0f}", f"{size[-1]:.0f}", f"{100 * float(np.hypot(*run.offsets[-1, :2])):.1f}",
-    )  # fmt: skip
-    notes = "Around office_loop, seed 0. The first scan of all is among the first 1,000."
-    return ResultTable("One hour", columns, [row], notes)

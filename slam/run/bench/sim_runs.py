@@ -10,9 +10,11 @@ import numpy as np
 from rich.console import Console
 
 from slam.line_slam import Estimate, LineSlam
+from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 from slam.run.experiment import scenario_experiment
+from slam.run.logs.log import relative_poses
 from slam.run.loop import Ending, Step, run_loop
 from slam.run.scenario.file import load_scenario
 from slam.run.scenario.schema import Scenario
@@ -29,11 +31,14 @@ class _TimedSlam(LineSlam):
     def __init__(self, scenario: Scenario) -> None:
         super().__init__(scenario.slam, scenario.lidar.mount.pose, scenario.robot.start.pose, scenario.seed)
         self.times: list[float] = []
+        self.nbytes: list[int] = []
 
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
         began = process_time()
         estimate = super().update(scan, odometry)
         self.times.append(process_time() - began)
+        assert isinstance(self.mapper, SurfelMapper)  # paper mode tells no covariance, and is not measured here
+        self.nbytes.append(self.mapper.map.nbytes)
         return estimate
 
 
@@ -79,6 +84,9 @@ class SimRun:
     times: FloatArray
     """Seconds of processor time of every update, (N,)."""
     map_points: FloatArray
+    """Surfels after every scan, (N,) ..."""
+    map_bytes: FloatArray
+    """... and the memory of the map, (N,)."""
 
     @property
     def offsets(self) -> FloatArray:
@@ -89,6 +97,15 @@ class SimRun:
     def odometry_offsets(self) -> FloatArray:
         """Odometry less truth, (N, 3)."""
         return _offsets(self.odometry, self.truth)
+
+    @property
+    def odometer_offsets(self) -> FloatArray:
+        """As ``odometry_offsets`` (N, 3), were the heading of the odometry always right: the error of its way alone."""
+        steps = relative_poses(self.odometry[:-1], self.odometry[1:])
+        c, s = np.cos(self.truth[:-1, 2]), np.sin(self.truth[:-1, 2])
+        moves = np.column_stack([c * steps[:, 0] - s * steps[:, 1], s * steps[:, 0] + c * steps[:, 1]])
+        places = self.truth[0, :2] + np.concatenate([np.zeros((1, 2)), np.cumsum(moves, axis=0)])
+        return np.column_stack([places - self.truth[:, :2], np.zeros(len(places))])
 
     @property
     def normalised_errors(self) -> FloatArray:
@@ -122,6 +139,7 @@ def run_scenario(name: str, seed: int, settings: tuple[str, ...], hour: bool = F
         lost=notes.lost,
         times=np.array(slam.times),
         map_points=np.array(notes.map_points, np.float64),
+        map_bytes=np.array(slam.nbytes, np.float64),
     )
 
 

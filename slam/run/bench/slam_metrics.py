@@ -84,11 +84,11 @@ def relation_errors(path: Path, stamps: FloatArray, poses: FloatArray) -> Relati
 def crispness(log: Log, poses: FloatArray, cut: int, reach: float, deskew: bool) -> float:
     """Occupied cells of 5 cm for every 1000 points, every scan drawn at its pose, deskewed or as it was taken; the
     first and last ``cut`` beams and ranges of ``reach`` metres and more are left out."""
-    drawn = np.concatenate([_end_points(log, k, poses[k], cut, reach, deskew) for k in range(len(log))])
+    drawn = np.concatenate([end_points(log, k, poses[k], cut, reach, deskew) for k in range(len(log))])
     return 1000.0 * len(np.unique(drawn // CELL, axis=0)) / max(len(drawn), 1)
 
 
-def _end_points(log: Log, index: int, pose: FloatArray, cut: int, reach: float, deskew: bool) -> FloatArray:
+def end_points(log: Log, index: int, pose: FloatArray, cut: int, reach: float, deskew: bool) -> FloatArray:
     """Where the beams of one scan ended, (M, 2), metres in the frame of the poses of the base."""
     scan = log.scan(index)
     if deskew:

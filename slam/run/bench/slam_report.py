@@ -16,6 +16,7 @@ from rich.console import Console
 
 from slam.config import SlamConfig
 from slam.pose import FloatArray, wrap_angle
+from slam.run.bench.shape_report import shape_table
 from slam.run.bench.slam_metrics import absolute_error, crispness, poses_at, relation_errors, relative_error
 from slam.run.bench.slam_runs import LOGS, SlamRun, doubled_noise, run_log
 from slam.run.bench.tables import ResultTable
@@ -50,7 +51,9 @@ def tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Cons
     with ProcessPoolExecutor(WORKERS) as pool, console.status("running the logs"):
         runs = [(name, pool.submit(run_log, path, config, odometry)) for name, path, odometry in jobs]
         found = [(name, future.result()) for name, future in runs]
-    return [_errors([_error_row(name, run, folder) for name, run in found]), _costs(found)] if found else []
+    if not found:
+        return []
+    return [_errors([_error_row(name, run, folder) for name, run in found]), shape_table(found), _costs(found)]
 
 
 def _errors(rows: list[tuple[str, ...]]) -> ResultTable:

@@ -2,19 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
+from math import degrees
+from typing import Final
+
+import numpy as np
+from rich.console import Console
 
 from hardware.bench.bench import bench
-from hardware.bench.faults import all_faults
+from hardware.bench.faults import CUT_OFF, FAULTS, FaultResult, fault_results, kill_result
 from hardware.bench.load import measure_load
+from hardware.bench.noise import HEARERS, Hail, Score
+from hardware.bench.twin_runs import emulated_way, simulated_way
+from hardware.bench.way_difference import WayDifference
 from slam.run.bench.tables import ResultTable
 
+_HAIL: Final = {
+    "1 % of bytes, anywhere": Hail(0.01),
+    "1 % of bytes, in runs of 64": Hail(0.01, 64),
+    "a bit in 1 % of bytes": Hail(0.01, bits=True),
+    "0.1 % of bytes, anywhere": Hail(0.001),
+    "a bit in 0.1 % of bytes": Hail(0.001, bits=True),
+}
+_WATCHDOGS: Final = (2.0, 0.4)
+"""Seconds: as delivered, and as docs/bench.md says to set it."""
 
-def hardware_tables(seconds: float) -> Iterator[ResultTable]:
-    """Load and latency, then faults."""
+
+def load_table(seconds: float) -> ResultTable:
+    """What drivers and emulator cost, and how late scans are."""
     with bench() as at:
         load = measure_load(at, seconds)
-    yield ResultTable(
+    return ResultTable(
         "Drivers and emulator, in real time",
         ("", "value"),
         [
@@ -25,9 +43,57 @@ def hardware_tables(seconds: float) -> Iterator[ResultTable]:
         ],
         f"The corridor at 0.3 m/s for {seconds:g} s, moved by PyBullet, over two pseudo-terminals.",
     )
-    rows = [(f.name, _seconds(f.to_stand), _seconds(f.to_drive), f.reason) for f in all_faults()]
-    columns = ("fault", "until it stands\ns", "cure to motion\ns", "reason named")
-    yield ResultTable("Faults at 0.3 m/s", columns, rows, "The robot's own watchdog is set to 2 s.")
+
+
+def fault_table() -> ResultTable:
+    """Every fault, and those in which the robot is alone with both watchdogs."""
+    killed = {watchdog: kill_result(watchdog) for watchdog in _WATCHDOGS}  # forks, while there are no threads
+    rows = [_fault_row(result, "") for result in fault_results(FAULTS, _WATCHDOGS[0])]
+    for watchdog in _WATCHDOGS:
+        results = [*fault_results(CUT_OFF, watchdog), killed[watchdog]]
+        rows += [_fault_row(result, f", watchdog {watchdog:g} s") for result in results]
+    columns = ("fault", "until it stands\ns", "by", "cure to motion\ns", "reason named")
+    notes = "A watchdog counts from the last command, up to 0.1 s before the fault, and then begins to brake."
+    return ResultTable("Faults at 0.3 m/s", columns, rows, notes)
+
+
+def noise_table(packets: int) -> ResultTable:
+    """What a noisy wire lets through."""
+    rows = [
+        _noise_row(name, wire, hear(packets, hail)) for name, hear in HEARERS.items() for wire, hail in _HAIL.items()
+    ]
+    columns = ("", "damage", "sent", "not hit", "of these\nreceived %", "believed\nwrongly", "ranges\nkept %")
+    notes = "Wrong scans are counted by their ranges. Kept are, of all ranges of all scans, those received rightly."
+    return ResultTable("A noisy wire", columns, rows, notes)
+
+
+def twin_table(scenario: str, settings: Sequence[str], console: Console) -> ResultTable:
+    """The same scenario, simulated and on emulated devices."""
+    simulated = simulated_way(scenario, settings, console)
+    emulated = emulated_way(scenario, settings, console)
+    apart = WayDifference.between(simulated.truth, emulated.truth)
+    both = (simulated, emulated)
+    rows = [
+        ("SLAM, root mean square error, m", *(f"{np.sqrt(np.mean(way.errors**2)):.3f}" for way in both)),
+        ("SLAM, largest error, m", *(f"{way.errors.max():.3f}" for way in both)),
+        ("true ways apart, largest, cm", "", f"{100.0 * apart.largest:.1f}"),
+        ("true ways apart, root mean square, cm", "", f"{100.0 * apart.rms:.1f}"),
+        ("true headings apart, largest, deg", "", f"{degrees(apart.heading):.2f}"),
+        ("ends of legs apart, largest, cm", "", f"{100.0 * apart.ends:.1f}"),
+    ]
+    notes = f"Apart at the same place along the route, over {apart.length:.0f} m. The noise is another one each time."
+    return ResultTable(f"{scenario}, driven twice", ("", "sim", "hardware"), rows, notes)
+
+
+def _fault_row(result: FaultResult, condition: str) -> tuple[str, ...]:
+    times = (_seconds(result.to_stand), _seconds(result.to_drive))
+    return result.name + condition, times[0], result.stopped_by, times[1], result.reason
+
+
+def _noise_row(name: str, wire: str, score: Score) -> tuple[str, ...]:
+    survived = f"{100.0 * score.survived / score.good:.1f}" if score.good else ""
+    kept = f"{100.0 * score.beams:.1f}" if name == "scans" else ""
+    return name, wire, f"{score.sent:,}", f"{score.good:,}", survived, str(score.wrong), kept
 
 
 def _seconds(seconds: float | None) -> str:

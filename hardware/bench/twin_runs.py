@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 
 import numpy as np
 from rich.console import Console
 
+from hardware.bench.bench import make_emulator, port_settings
 from hardware.emulator.emulator import Emulator
 from hardware.robot import HardwareRobot
 from slam.pose import FloatArray, Pose2D
-from slam.run.backends import make_plant
 from slam.run.experiment import Experiment, scenario_experiment
 from slam.run.interruption import Interruption
 from slam.run.loop import Step, Watcher, run_loop
 from slam.run.results.progress import RunProgress
 from slam.run.scenario.file import load_scenario
-from slam.run.scenario.schema import Scenario
 from slam.run.warm_up import warm_up
 
 
@@ -69,17 +68,9 @@ def simulated_way(name: str, settings: Sequence[str], console: Console) -> Drive
 
 def emulated_way(name: str, settings: Sequence[str], console: Console) -> DrivenWay:
     """On devices emulated at two pseudo-terminals, in real time."""
-    with emulated(load_scenario(name, settings)) as (emulator, ports):
-        scenario = load_scenario(name, [*settings, *ports])
+    with make_emulator(load_scenario(name, settings)) as emulator:
+        scenario = load_scenario(name, [*settings, *port_settings(emulator)])
         return _drive(scenario_experiment(scenario, "hardware", yes=True), _Notes(emulator), console, "hardware")
-
-
-@contextmanager
-def emulated(scenario: Scenario) -> Iterator[tuple[Emulator, list[str]]]:
-    """Both devices in the scenario's world, and the settings that name their ports."""
-    with Emulator(make_plant("sim", scenario), seed=scenario.seed) as emulator:
-        robot, lidar = emulator.robot.port.address, emulator.lidar.port.address
-        yield emulator, [f"hardware.robot_port={robot}", f"hardware.lidar_port={lidar}"]
 
 
 def _drive(experiment: Experiment, notes: _Notes, console: Console, name: str) -> DrivenWay:

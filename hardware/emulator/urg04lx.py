@@ -42,6 +42,7 @@ class EmulatedUrg04lx:
 
     def __init__(self, plant: Plant, now: float = 0.0, drift: float = 0.0, paced: bool = True) -> None:
         self._plant = plant
+        self._plant_began = now - plant.elapsed
         self._drift = drift
         self._paced = paced
         self._turn_began = now
@@ -119,7 +120,8 @@ class EmulatedUrg04lx:
             self._whole, self._latest = False, None
             return
         first, last = _edges(sector), _edges(sector + 1)
-        self._ranges[first:last] = self._plant.ranges(self._bearings[first:last])
+        ahead = self.due - self._plant_began - self._plant.elapsed
+        self._ranges[first:last] = self._plant.ranges(self._bearings[first:last], ahead)
 
     def _answer(self, asked: _Asked, now: float) -> bytes:
         settings, text = self._settings, asked.text

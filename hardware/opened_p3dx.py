@@ -83,7 +83,7 @@ def _check_watchdog(line: ArcosLine, watchdog: float, longest: float) -> None:
         )
     if watchdog > _BLIND_SPOT:
         _LOG.warning(
-            "%s: with its cable out the robot drives on until its watchdog stops it after %g s; ARCOScf sets a shorter one",
+            "%s: with its cable out the robot drives on until its watchdog stops it after %g s; ARCOScf shortens it",
             line.port.url,
             watchdog,
         )

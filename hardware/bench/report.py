@@ -83,8 +83,8 @@ def twin_table(scenario: str, settings: Sequence[str], console: Console) -> Resu
         ("from the first: ends of legs, largest, cm", "", *(f"{100.0 * each.ends:.1f}" for each in apart)),
     ]
     notes = (
-        f"At the same place along the route, over {apart[-1].length:.0f} m. The robot steers by SLAM, whose errors come "
-        "from noise, which is another one in every column: the second tells what noise alone does."
+        f"At the same place along the route, over {apart[-1].length:.0f} m. The robot steers by SLAM, whose errors "
+        "come from noise, another one in every column: the second tells what noise alone does."
     )
     return ResultTable(f"{scenario}, driven again", ("", "sim", "sim, other\nnoise", "hardware"), rows, notes)
 

@@ -27,13 +27,15 @@ _SILENCE: Final = 0.03
 """Seconds: within a packet bytes follow one another faster, by far."""
 _SENT: Final = 0.05
 """Seconds after which a command has left, which a change of the bit rate would spoil: 9 bytes are 10 ms at 9600."""
+_BITS_PER_BYTE: Final = 10
+"""8N1."""
 _TRIES: Final = 4
 _ROUNDS: Final = 3
 
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """A packet's data, and when its first byte was read, seconds of ``time.monotonic``."""
+    """A packet's data, and when its first byte began to come, seconds of ``time.monotonic``."""
 
     data: bytes
     stamp: float
@@ -58,12 +60,16 @@ class ArcosLine:
         data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
         now = time.monotonic()
         if not pending:
-            self._began = now
+            self._began = now - self._seconds_on_the_wire(data)
         arrivals = []
         for packet in self._decoder.feed(data) if data else self._decoder.flush():
             arrivals.append(Arrival(packet, self._began))
             self._began = now
         return arrivals
+
+    def _seconds_on_the_wire(self, data: bytes) -> float:
+        """What is read at once has come byte by byte."""
+        return len(data) * _BITS_PER_BYTE / self.port.baud if self.port.has_baud else 0.0
 
     def wait_for(self, wanted: Callable[[bytes], bool], timeout: float = _ANSWER) -> bytes | None:
         """The first such packet that comes in time; others are dropped."""

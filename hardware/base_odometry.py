@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot
 from typing import Final
 
@@ -10,13 +10,13 @@ from hardware.arcos.encoder_packet import WheelTravel, travel_wrap
 from hardware.arcos.sip import Sip
 from hardware.arcos.units import ArcosUnits
 from hardware.arcos.wrapping import unwrapped_step
-from hardware.odometry_track import OdometryTrack, mean_twist, moved
+from hardware.odometry_track import OdometryTrack, mean_twist
 from hardware.wheel_scales import WheelScales
 from slam.odometry import Twist2D
 from slam.pose import Pose2D, wrap_angle
 
-_SLACK: Final = Twist2D(0.05, 0.1)
-"""Metres and radians by which a step may always differ from what the wheels' speeds promise ..."""
+_SLACK: Final = Twist2D(0.02, 0.02)
+"""Metres and radians by which a step may always differ from what the wheels' speeds promise: ramps, rounding ..."""
 _SLACK_TIME: Final = 0.1
 """... and the seconds at these speeds by which it may differ too: reports are late at times."""
 _PATIENCE: Final = 0.5
@@ -29,47 +29,55 @@ def sip_twist(sip: Sip, units: ArcosUnits) -> Twist2D:
     return Twist2D((sip.left + sip.right) / 2.0, turning)
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class _Reading:
     stamp: float
     sip: Sip
     twist: Twist2D
+    pose: Pose2D = Pose2D()  # noqa: RUF009  # frozen
 
 
 class PositionOdometry:
     """Integrates the position in each SIP.
 
     A checksum lets one damaged packet in many thousands pass: a step that the speed of the wheels does not explain is
-    left out. ``refused`` counts them.
+    left out, which ``refused`` counts. One that was believed all the same is undone by the next report, which fits the
+    one before.
     """
 
     def __init__(self, units: ArcosUnits, scales: WheelScales, track: OdometryTrack) -> None:
         self._units = units
         self._scales = scales
         self._track = track
-        self._last: _Reading | None = None
+        self._believed: tuple[_Reading, ...] = ()
+        """The last two, the newer one first."""
         self._first_refused: float | None = None
         self.refused = 0
 
     def add(self, stamp: float, sip: Sip) -> bool:
         """Take a report; whether it could be."""
         reading = _Reading(stamp, sip, sip_twist(sip, self._units))
-        if self._last is None:
+        if not self._believed:
             self._accept(reading, self._track.last[1] if self._track.last else Pose2D())
             return True
-        step = self._step(self._last.sip, sip)
-        if self._plausible(step, self._last, reading):
-            self._accept(reading, (self._track.last[1] if self._track.last else Pose2D()) @ self._corrected(step))
-            return True
-        self.refused += 1
-        self._first_refused = self._first_refused or stamp
-        if stamp - self._first_refused > _PATIENCE:
-            self._last = None  # the robot was moved to another place in its own mind, or began anew
+        for before in self._believed:
+            step = self._step(before.sip, sip)
+            if _plausible(step, before, reading):
+                self._accept(reading, before.pose @ self._corrected(step))
+                return True
+        self._refuse(stamp)
         return False
 
     def _accept(self, reading: _Reading, pose: Pose2D) -> None:
-        self._last, self._first_refused = reading, None
+        reading = replace(reading, pose=pose)
+        self._believed, self._first_refused = (reading, *self._believed[:1]), None
         self._track.add(reading.stamp, pose, self._scales.corrected(reading.twist))
+
+    def _refuse(self, stamp: float) -> None:
+        self.refused += 1
+        self._first_refused = self._first_refused or stamp
+        if stamp - self._first_refused > _PATIENCE:
+            self._believed = ()  # the robot was moved to another place in its own mind, or began anew
 
     def _step(self, before: Sip, after: Sip) -> Pose2D:
         wrap = self._units.wrap
@@ -80,15 +88,20 @@ class PositionOdometry:
     def _corrected(self, step: Pose2D) -> Pose2D:
         """By the wheels' scales; what is no motion of wheels, such as the rounding of reports, stays as it is."""
         rolled = mean_twist(step, 1.0)
-        rest = moved(rolled, 1.0).between(step)
-        return moved(self._scales.corrected(rolled), 1.0) @ rest
+        rest = rolled.motion(1.0).between(step)
+        return self._scales.corrected(rolled).motion(1.0) @ rest
 
-    def _plausible(self, step: Pose2D, before: _Reading, after: _Reading) -> bool:
-        seconds = after.stamp - before.stamp + _SLACK_TIME
-        speed = max(abs(before.twist.linear), abs(after.twist.linear))
-        turning = max(abs(before.twist.angular), abs(after.twist.angular))
-        farthest = _SLACK.linear + speed * seconds
-        return hypot(step.x, step.y) <= farthest and abs(step.theta) <= _SLACK.angular + turning * seconds
+
+def _plausible(step: Pose2D, before: _Reading, after: _Reading) -> bool:
+    """Whether the wheels' mean speed explains a step."""
+    seconds = after.stamp - before.stamp
+    speed = (before.twist.linear + after.twist.linear) / 2.0
+    turning = (before.twist.angular + after.twist.angular) / 2.0
+    off = Twist2D(speed, turning).motion(seconds).between(step)
+    fastest = max(abs(before.twist.linear), abs(after.twist.linear))
+    fastest_turning = max(abs(before.twist.angular), abs(after.twist.angular))
+    far = hypot(off.x, off.y) > _SLACK.linear + fastest * _SLACK_TIME
+    return not far and abs(off.theta) <= _SLACK.angular + fastest_turning * _SLACK_TIME
 
 
 class EncoderOdometry:
@@ -107,6 +120,6 @@ class EncoderOdometry:
             left = unwrapped_step(self._last.left, travel.left, self._wrap)
             right = unwrapped_step(self._last.right, travel.right, self._wrap)
             way = Twist2D((left + right) / 2.0, (right - left) / (2.0 * self._scales.half_track))
-            pose = pose @ moved(self._scales.corrected(way), 1.0)
+            pose = pose @ self._scales.corrected(way).motion(1.0)
         self._last = travel
         self._track.add(stamp, pose, self._scales.corrected(twist))

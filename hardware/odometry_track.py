@@ -7,7 +7,7 @@ from collections import deque
 from math import cos, sin
 from typing import Final
 
-from slam.odometry import Odometry, Twist2D, wheel_motion
+from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 
 _KEPT: Final = 64
@@ -43,12 +43,12 @@ class OdometryTrack:
         """The place at a time that the track covers: between two reports, or carried on at the last speed."""
         after = bisect_right(self._stamps, stamp)
         if after == len(self._stamps):
-            return self._poses[-1] @ moved(self._twist, stamp - self._stamps[-1])
+            return self._poses[-1] @ self._twist.motion(stamp - self._stamps[-1])
         if after == 0:
             return self._poses[0]
         begin, end = self._stamps[after - 1], self._stamps[after]
         step = self._poses[after - 1].between(self._poses[after])
-        return self._poses[after - 1] @ moved(mean_twist(step, end - begin), stamp - begin)
+        return self._poses[after - 1] @ mean_twist(step, end - begin).motion(stamp - begin)
 
     def between(self, first: float, last: float) -> Odometry:
         """Odometry at the time ``first``, with the mean speed from there to ``last``."""
@@ -56,14 +56,8 @@ class OdometryTrack:
         return Odometry(first, start, mean_twist(start.between(self.pose_at(last)), last - first))
 
 
-def moved(twist: Twist2D, seconds: float) -> Pose2D:
-    """How far one gets at a constant speed."""
-    way, turn = twist.linear * seconds, twist.angular * seconds
-    return wheel_motion(way - turn / 2.0, way + turn / 2.0, 1.0)
-
-
 def mean_twist(motion: Pose2D, seconds: float) -> Twist2D:
-    """The constant speed that makes this motion: the inverse of ``moved``, but for what slips sideways."""
+    """The constant speed that makes this motion: the inverse of ``Twist2D.motion``, but for what slips sideways."""
     half = motion.theta / 2.0
     chord = motion.x * cos(half) + motion.y * sin(half)
     stretch = half / sin(half) if abs(half) > 1e-8 else 1.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from dataclasses import dataclass
 from typing import Final
@@ -15,7 +16,10 @@ from slam.errors import RobotError
 from slam.run.scenario.hardware_config import HardwareConfig
 from slam.run.scenario.robot_config import Limits
 
+_LOG: Final = logging.getLogger("hopslam.p3dx")
 _FIRST_BAUD: Final = 9600
+_BLIND_SPOT: Final = 0.5
+"""Seconds for which a robot may drive on that nobody reaches any more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,4 +80,10 @@ def _check_watchdog(line: ArcosLine, watchdog: float, longest: float) -> None:
         raise RobotError(
             f"{line.port.url}: the robot's watchdog is {f'{watchdog:g} s' if watchdog else 'off'}; "
             f"set it to at most {longest:g} s in its FLASH (ARCOScf: watchdog), or raise hardware.max_watchdog"
+        )
+    if watchdog > _BLIND_SPOT:
+        _LOG.warning(
+            "%s: with its cable out the robot drives on until its watchdog stops it after %g s; ARCOScf shortens it",
+            line.port.url,
+            watchdog,
         )

@@ -8,7 +8,7 @@ import time
 from contextlib import suppress
 from typing import Final
 
-from hardware.arcos.commands import Command, CommandId, decode_vel2, encode_vel2
+from hardware.arcos.commands import Command, CommandId
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.encoder_packet import ENCODER_PACKET, WheelTravel
 from hardware.arcos.sip import Sip, is_sip
@@ -19,6 +19,7 @@ from hardware.damaged import Damaged
 from hardware.odometry_track import OdometryTrack
 from hardware.opened_p3dx import open_p3dx
 from hardware.serial_port import PortLost
+from hardware.speed_commands import BaseSpeeds, SpeedCommands, WheelSpeeds
 from hardware.wheel_scales import WheelScales
 from slam.errors import RobotError
 from slam.odometry import Twist2D
@@ -28,6 +29,7 @@ from slam.run.scenario.robot_config import Limits
 _LOG: Final = logging.getLogger("hopslam.p3dx")
 _POLL: Final = 0.1
 """Seconds after which the thread looks whether it should end."""
+_SPEEDS: Final[dict[str, type[SpeedCommands]]] = {"velocity": BaseSpeeds, "wheels": WheelSpeeds}
 
 
 class P3dx:
@@ -78,10 +80,10 @@ class P3dx:
 
     def drive(self, twist: Twist2D) -> Twist2D:
         """Send a velocity within the limits, as near as the wire can say it; the one that was sent."""
-        limits = self._limits
-        linear = max(-limits.linear, min(limits.linear, twist.linear))
-        angular = max(-limits.angular, min(limits.angular, twist.angular))
-        return self._wheels(linear, angular) if self._config.drive_by == "wheels" else self._velocity(linear, angular)
+        with self._lock:
+            commands, sent = self._speeds.say(twist)
+            self._send(*commands)
+        return sent
 
     def halt(self) -> None:
         """Stop as hard as the robot can, and forget the velocity."""
@@ -102,19 +104,6 @@ class P3dx:
         self._thread.join()
         self._line.port.close()
 
-    def _velocity(self, linear: float, angular: float) -> Twist2D:
-        commands = Command.of(CommandId.VEL, linear), Command.of(CommandId.RVEL, angular)
-        self._send(*commands)
-        return Twist2D(commands[0].quantity, commands[1].quantity)
-
-    def _wheels(self, linear: float, angular: float) -> Twist2D:
-        rim = angular * self._units.half_track
-        command = encode_vel2(linear - rim, linear + rim)
-        self._send(command)
-        assert isinstance(command.argument, int)
-        left, right = decode_vel2(command.argument)
-        return Twist2D((left + right) / 2.0, (right - left) / 2.0 / self._units.half_track)
-
     def _send(self, *commands: Command) -> None:
         """PortLost is left to the thread, which finds it too and says so in ``trouble``."""
         with self._lock, suppress(PortLost):
@@ -129,6 +118,7 @@ class P3dx:
         by_encoders = config.odometry == "encoders"
         with self._lock:
             self._was_armed = False
+            self._speeds = _SPEEDS[config.drive_by](self._limits, half_track)
             self._units, self.settings = opened.units, opened.settings
             self._position = PositionOdometry(opened.units, scales, OdometryTrack() if by_encoders else self.track)
             ticks = opened.settings.ticks_per_metre

@@ -17,6 +17,7 @@ _CURES: Final = {
     errno.ENOENT: "there is no such port; plug the device in, and see hopslam doctor for the ports there are",
     errno.EACCES: "you may not use this port; run: sudo usermod -aG dialout $USER, then log out and in again",
     errno.EBUSY: "another program is using it; close that one first",
+    errno.EIO: "the device is gone; was it unplugged?",
     errno.ECONNREFUSED: "nobody listens there; start the emulator or the serial server first",
 }
 
@@ -81,7 +82,7 @@ class SerialPort:
             return b""
         data = os.read(self._fileno, _AT_ONCE)
         if not data:
-            raise OSError(errno.EIO, "the device is gone; was it unplugged?")
+            raise OSError(errno.EIO, "the device is gone")
         return data
 
     def _find_fileno(self) -> int | None:
@@ -97,4 +98,4 @@ def _reason(error: Exception) -> str:
         number = errno.EBUSY
     if number == errno.EAGAIN:
         number = errno.EBUSY
-    return _CURES.get(number or 0, f"{error}; was it unplugged?" if number == errno.EIO else str(error))
+    return _CURES.get(number or 0, str(error))

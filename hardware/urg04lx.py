@@ -6,7 +6,6 @@ import logging
 import threading
 import time
 from collections import deque
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Final
@@ -14,10 +13,9 @@ from typing import Final
 import numpy as np
 
 from hardware.backoff import Backoff
-from hardware.damaged import Damaged
-from hardware.scip.commands import Measure
 from hardware.scip.reply import Reply, find_reply
-from hardware.scip.scan_data import TIME_WRAP, ScanData, decode_scan
+from hardware.scip.salvage import salvage_scans
+from hardware.scip.scan_data import TIME_WRAP, ScanData
 from hardware.scip.status import is_fine, meaning
 from hardware.scip_session import Frame, ScipLine, choose_request, connect, identify, stop
 from hardware.sensor_clock import SensorClock
@@ -110,15 +108,21 @@ class Urg04lx:
 
     def _take(self, frame: Frame) -> bool:
         """Whether the frame held a scan."""
-        reply = find_reply(frame.lines)
-        data = self._decode(reply) if reply else None
-        if data is None or data.time is None:
+        found = [data for data in salvage_scans(frame.lines, self.parameters.range_max) if self._is_ours(data)]
+        taken = [self._take_scan(data, frame) for data in found]
+        if not found:
             self.damaged += 1
-            return False
-        whole = reply is not None and len(reply.lines) + 2 == len(frame.lines)
-        if not whole and not self._clock.running:
-            return False
+            self._require_fine(find_reply(frame.lines))
+        return any(taken)
+
+    def _is_ours(self, data: ScanData) -> bool:
+        return replace(data.request, scans=0) == self._request
+
+    def _take_scan(self, data: ScanData, frame: Frame) -> bool:
         # Of an answer that stood behind the remains of another nobody knows when it began to come.
+        whole = frame.lines[0] == data.request.encode().encode()
+        if data.time is None or not (whole or self._clock.running):
+            return False
         reading = Reading(self._scan(data, data.time, frame.began if whole else inf), frame.ended)
         with self._news:
             self._readings.append(reading)
@@ -126,16 +130,11 @@ class Urg04lx:
             self._news.notify_all()
         return True
 
-    def _decode(self, reply: Reply) -> ScanData | None:
-        """The scan of our request in an answer; RobotError when the sensor says why there is none."""
-        with suppress(Damaged):
-            if replace(Measure.decode(reply.echo), scans=0) != self._request:
-                return None
-            if not is_fine(reply.status):
-                why = meaning(reply.echo, reply.status)
-                raise RobotError(f"{self._config.lidar_port}: the lidar stopped: status {reply.status}, {why}")
-            return decode_scan(reply)
-        return None
+    def _require_fine(self, reply: Reply | None) -> None:
+        """RobotError for an answer to our request that says why there are no scans."""
+        if reply is not None and reply.echo == self._request.encode() and not is_fine(reply.status):
+            why = meaning(reply.echo, reply.status)
+            raise RobotError(f"{self._config.lidar_port}: the lidar stopped: status {reply.status}, {why}")
 
     def _scan(self, data: ScanData, sensor_time: float, arrival: float) -> LaserScan:
         """With the time of the first beam: the sensor tells that of step 0."""

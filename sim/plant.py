@@ -52,6 +52,11 @@ class SimPlant:
         return self._base.pose
 
     @property
+    def elapsed(self) -> float:
+        """Seconds that have passed."""
+        return self._world.time
+
+    @property
     def odometry(self) -> Pose2D:
         """Where the wheels say that the base is, in the frame where it was put down."""
         return self._wheels.pose
@@ -78,12 +83,14 @@ class SimPlant:
         self._wheels.add(self._base.read_encoders())
         self._roll(seconds)
 
-    def ranges(self, bearings: FloatArray) -> FloatArray:
-        """What the lidar reports now of these directions (N,) of its own frame, all taken at once; its noise is in it.
+    def ranges(self, bearings: FloatArray, ahead: float = 0.0) -> FloatArray:
+        """What the lidar reports of these directions (N,) of its own frame, all taken at once; its noise is in it.
 
-        The beams of a turn come in several calls, and so from where the sensor is by then.
+        The beams of a turn come in several calls, and so from where the sensor is by then: ``ahead`` seconds from now,
+        at the speed of now.
         """
-        place, legs = np.array(self._base.place), self._people.legs
+        pose = self._base.pose @ self._base.setpoint.motion(ahead)
+        place, legs = np.array([pose.x, pose.y, pose.theta]), self._people.legs
         return self._lidar.glance(bearings, place, legs, self._world.time, self._lidar_rng)
 
     def bumpers(self) -> tuple[bool, ...]:

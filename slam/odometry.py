@@ -15,6 +15,11 @@ class Twist2D:
     linear: float = 0.0
     angular: float = 0.0
 
+    def motion(self, seconds: float) -> Pose2D:
+        """How far one gets at this speed, ``T_base_moved``."""
+        way, turn = self.linear * seconds, self.angular * seconds
+        return wheel_motion(way - turn / 2.0, way + turn / 2.0, 1.0)
+
 
 @dataclass(frozen=True, slots=True)
 class Odometry:

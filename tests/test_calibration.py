@@ -16,7 +16,7 @@ from slam.pose import FloatArray
 from slam.run.calibration.calibrate import calibrate
 from slam.run.calibration.file import check_onto, write_wheels
 from slam.run.calibration.square import Square
-from slam.run.calibration.wheel_fit import Leg, WheelFit, corrected, fit_wheels, reckoned, wheel_ways
+from slam.run.calibration.wheel_fit import Leg, WheelFit, corrected, fit_errors, fit_wheels, reckoned, wheel_ways
 from slam.run.cli import main
 from slam.run.scenario.file import load_scenario
 
@@ -69,6 +69,16 @@ def test_the_driver_corrects_as_the_fit_means_it(fit: WheelFit, linear: float, a
     assert corrected_twist.linear == pytest.approx((fit.left * left[0] + fit.right * right[0]) / 2.0)
 
 
+def test_errors_say_how_far_squares_disagree() -> None:
+    rng = np.random.default_rng(1)
+    squares = [[Leg(legs, legs) for legs in square(turn, rng)] for turn in (-pi / 2, pi / 2, pi / 2)]
+    errors = fit_errors(squares, TRACK)
+    assert (errors.left, errors.right, errors.track) == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+    wider = [Leg(leg.odometry, leg.odometry * [1.01, 1.01, 1.0]) for leg in squares[0]]
+    errors = fit_errors([wider, *squares[1:]], TRACK)
+    assert (errors.left, errors.right) == pytest.approx((0.01 / 3, 0.01 / 3), rel=0.3)
+
+
 def test_straight_ways_alone_do_not_tell() -> None:
     straight = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
     with pytest.raises(InputError, match="straight ways and turns"):
@@ -94,6 +104,7 @@ def test_the_command_writes_a_scenario_and_a_picture(tmp_path: Path, monkeypatch
     with pytest.raises(SystemExit) as ended:
         main()
     assert ended.value.code == 0
+    assert out.read_text().startswith("# Two standard errors")
     assert load_scenario(out).route == load_scenario("corridor").route
     assert out.with_suffix(".png").stat().st_size > 10_000
 

@@ -101,6 +101,34 @@ def test_both_encodings_of_wheel_speeds(argument: int) -> None:
     assert (last.left, last.right) == (pytest.approx(-0.2, abs=0.002), pytest.approx(0.2, abs=0.002))
 
 
+def test_a_way_and_a_turn_end_where_they_should() -> None:
+    robot = opened()
+    say(robot, Command(CommandId.ENABLE, 1), Command.of(CommandId.MOVE, 0.4), Command.of(CommandId.DHEAD, -0.5))
+    for _ in range(4):
+        assert len(sips(robot, 1.0)) == 10
+        say(robot, Command(CommandId.PULSE))
+    assert robot.motion.setpoint == Twist2D()
+    (last,) = sips(robot, 0.1)[-1:]
+    assert (last.left, last.right) == (0.0, 0.0)
+    assert robot._plant.travel[0] + robot._plant.travel[1] == pytest.approx(0.8, abs=2e-3)
+    assert last.theta == pytest.approx(-Command.of(CommandId.DHEAD, 0.5).quantity, abs=4e-3)
+    say(robot, Command(CommandId.HEAD, 90), Command.of(CommandId.MOVE, 5.0))
+    run(robot, 1.0)
+    say(robot, Command.of(CommandId.VEL, 0.0))
+    assert sips(robot, 1.5)[-1].theta == pytest.approx(np.pi / 2, abs=4e-3)
+    assert not robot.motion.moving
+
+
+def test_sonar_and_outputs_are_switched() -> None:
+    robot = opened()
+    say(robot, Command(CommandId.DIGOUT, 0x0F05), Command(CommandId.SONAR, 0))
+    assert sips(robot, 0.1)[-1].digital_out == 0x05
+    say(robot, Command(CommandId.DIGOUT, 0x0102))
+    assert sips(robot, 0.1)[-1].digital_out == 0x04
+    for ignored in (CommandId.SAY, CommandId.IOREQUEST, CommandId.BUMPSTALL, CommandId.BATTERYINFO, 58, 82, 250):
+        assert say(robot, Command(ignored, 1)) == []
+
+
 def test_the_watchdog_stops_it_and_any_command_keeps_it_going() -> None:
     robot = opened()
     say(robot, Command(CommandId.ENABLE, 1), Command.of(CommandId.VEL, 0.3))
@@ -178,7 +206,9 @@ def statuses(lidar: EmulatedUrg04lx, *commands: str) -> list[str]:
 def test_statuses() -> None:
     lidar = awake()
     assert statuses(lidar, "GD0044072501", "BM", "BM", "XX", "SCIP2.0") == ["10", "00", "02", "0E", "0E"]
-    assert statuses(lidar, "MD0044080001000", "MD0100004401000", "MDxx") == ["04", "05", "01"]
+    assert statuses(lidar, "MD0044080001000", "MD0100004401000", "MDxx") == ["04", "05", "0C"]
+    wrong = "MDxx44072501000", "GD00440x2501", "MS004407250x000", "MD004407250100x", "MD00440725010x0"
+    assert statuses(lidar, *wrong) == ["01", "02", "03", "07", "07"]
     assert statuses(lidar, "SS115200", "SS115200", "SS000001", "CR00", "HS0") == ["00", "03", "02", "03", "00"]
     assert lidar.baud == 115200
     assert statuses(lidar, "TM1", "TM0", "QT", "TM1", "TM2", "TM2") == ["04", "00", "0E", "00", "00", "03"]
@@ -194,6 +224,9 @@ def test_one_answer_a_turn() -> None:
     lidar = awake()
     lidar.receive(b"VV\nPP\nII\n", 0.0)
     assert [len(FrameDecoder().feed(run(lidar, 0.1))) for _ in range(4)] == [1, 1, 1, 0]
+    lidar.receive(b"QT\nQT\n", 0.0)
+    (once, twice) = (find_reply(lines) for lines in FrameDecoder().feed(run(lidar, 0.2)))
+    assert (once, twice) == (Reply("QT", "00"), Reply("QT", "0B"))
 
 
 def test_scans_stream_until_told_to_quit() -> None:

@@ -26,7 +26,7 @@ from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.emulator.motion import FACTORY
 from hardware.emulator.ports import PtyPort, TcpPort
 from hardware.emulator.wire import Noise
-from hardware.odometry_track import OdometryTrack, mean_twist, moved
+from hardware.odometry_track import OdometryTrack, mean_twist
 from hardware.robot import HardwareRobot
 from hardware.sensor_clock import SensorClock
 from hardware.serial_port import PortLost, SerialPort
@@ -204,7 +204,9 @@ def test_on_a_noisy_line_nothing_hangs_and_no_range_is_wrong() -> None:
         for _ in range(5):
             observation = robot.observe(PATIENCE)
             assert observation is not None
-            assert observation.scan.ranges == pytest.approx(truth, abs=6e-4)
+            came = ~np.isnan(observation.scan.ranges)
+            assert came.mean() > 0.7
+            assert observation.scan.ranges[came] == pytest.approx(truth[came], abs=6e-4)
             assert observation.odometry.T_odom_base == Pose2D()
 
 
@@ -268,17 +270,17 @@ def test_the_clock_of_a_sensor_is_followed_through_drift_delay_and_wrap(drift: f
 
 @given(st.floats(-2, 2), st.floats(-5, 5), st.floats(0.01, 0.5))
 def test_a_mean_speed_makes_the_motion_that_it_is_the_mean_of(linear: float, angular: float, seconds: float) -> None:
-    twist = mean_twist(moved(Twist2D(linear, angular), seconds), seconds)
+    twist = mean_twist(Twist2D(linear, angular).motion(seconds), seconds)
     assert (twist.linear, twist.angular) == (pytest.approx(linear, abs=1e-6), pytest.approx(angular, abs=1e-6))
 
 
 def test_a_track_interpolates_and_carries_on() -> None:
     track, twist = OdometryTrack(), Twist2D(0.5, 0.2)
     for k in range(200):
-        track.add(0.1 * k, moved(twist, 0.1 * k), twist)
+        track.add(0.1 * k, twist.motion(0.1 * k), twist)
     for stamp in (18.0, 18.03, 19.99):
         assert track.covers(stamp)
-        assert track.pose_at(stamp).distance(moved(twist, stamp)) < 1e-9
+        assert track.pose_at(stamp).distance(twist.motion(stamp)) < 1e-9
     assert not track.covers(1.0)
     assert not track.covers(20.5)
     odometry = track.between(18.02, 18.08)

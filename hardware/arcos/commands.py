@@ -60,7 +60,7 @@ SI_PER_UNIT: Final[dict[int, float]] = {
 BAUDS: Final = (9600, 19200, 38400, 57600, 115200)
 """The argument of HOSTBAUD is an index into these."""
 
-_VEL2_UNIT: Final = 0.020
+VEL2_UNIT: Final = 0.020
 """m/s (Vel2Divisor of p3dx.p)."""
 _INT, _NEGATIVE, _STRING = 0x3B, 0x1B, 0x2B
 
@@ -113,7 +113,7 @@ class Command:
 
 def encode_vel2(left: float, right: float) -> Command:
     """VEL2 as Aria sends it: two signed bytes in one word, left the high one; m/s, in steps of 20 mm/s."""
-    left_byte, right_byte = (max(-128, min(127, round(speed / _VEL2_UNIT))) & 0xFF for speed in (left, right))
+    left_byte, right_byte = (max(-128, min(127, round(speed / VEL2_UNIT))) & 0xFF for speed in (left, right))
     word = (left_byte << 8) | right_byte
     return Command(CommandId.VEL2, word if word < 0x8000 else word - 0x10000)
 
@@ -122,4 +122,4 @@ def decode_vel2(argument: int) -> tuple[float, float]:
     """Left and right wheel, m/s, from Aria's signed word as well as from Player's raw one."""
     word = argument & 0xFFFF
     left, right = (byte - 256 if byte > 127 else byte for byte in (word >> 8, word & 0xFF))
-    return left * _VEL2_UNIT, right * _VEL2_UNIT
+    return left * VEL2_UNIT, right * VEL2_UNIT

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import monotonic
 from typing import Final
 
 from hardware.emulator.emulator import Emulator
+from hardware.emulator.motion import FACTORY
 from hardware.robot import HardwareRobot
 from slam.errors import RobotTimeout
 from slam.odometry import Twist2D
 from slam.robot import Observation
 from slam.run.backends import make_plant
 from slam.run.scenario.file import load_scenario
+from slam.run.scenario.schema import Scenario
 
 FORWARD: Final = Twist2D(0.3, 0.0)
 
@@ -50,11 +52,22 @@ class Bench:
 
 
 @contextmanager
-def bench() -> Iterator[Bench]:
-    """Both on pseudo-terminals, the lidar on USB, the robot at 38400 baud."""
-    plant = make_plant("sim", load_scenario("corridor"))
-    with Emulator(plant) as emulator:
-        ports = emulator.robot.port.address, emulator.lidar.port.address
-        settings = [f"hardware.robot_port={ports[0]}", f"hardware.lidar_port={ports[1]}"]
-        with HardwareRobot(load_scenario("corridor", settings), yes=True) as robot:
-            yield Bench(emulator, robot)
+def bench(watchdog: float = FACTORY.watchdog) -> Iterator[Bench]:
+    """Both on pseudo-terminals, the lidar on USB, the robot at 38400 baud with this watchdog in its FLASH, seconds."""
+    with (
+        make_emulator(load_scenario("corridor"), watchdog) as emulator,
+        HardwareRobot(load_scenario("corridor", port_settings(emulator)), yes=True) as robot,
+    ):
+        yield Bench(emulator, robot)
+
+
+def make_emulator(scenario: Scenario, watchdog: float = FACTORY.watchdog) -> Emulator:
+    """Both devices in the scenario's world."""
+    config = replace(FACTORY, watchdog=watchdog)
+    return Emulator(make_plant("sim", scenario), seed=scenario.seed, robot_config=config)
+
+
+def port_settings(emulator: Emulator) -> list[str]:
+    """The settings of a scenario that name its ports."""
+    robot, lidar = emulator.robot.port.address, emulator.lidar.port.address
+    return [f"hardware.robot_port={robot}", f"hardware.lidar_port={lidar}"]

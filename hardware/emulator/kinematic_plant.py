@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from slam.errors import ScenarioError
-from slam.odometry import Twist2D, wheel_motion
+from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.run.scenario.schema import Scenario
 
@@ -32,6 +32,8 @@ class KinematicPlant:
         self._T_base_laser = T_base_laser
         self._reach = reach
         self._left = self._right = 0.0
+        self._setpoint = Twist2D()
+        self.elapsed = 0.0
         self.stalled = False
 
     @property
@@ -46,10 +48,12 @@ class KinematicPlant:
 
     def advance(self, seconds: float, setpoint: Twist2D) -> None:
         """Roll on along the arc."""
+        self._setpoint = setpoint
+        self.elapsed += seconds
         way, turn = setpoint.linear * seconds, setpoint.angular * seconds * _HALF_TRACK
         self._left += way - turn
         self._right += way + turn
-        self.T_map_base = self.T_map_base @ wheel_motion(way - turn, way + turn, 2.0 * _HALF_TRACK)
+        self.T_map_base = self.T_map_base @ setpoint.motion(seconds)
 
     def bumpers(self) -> tuple[bool, ...]:
         """It touches nothing."""
@@ -59,9 +63,9 @@ class KinematicPlant:
         """It has none."""
         return ()
 
-    def ranges(self, bearings: FloatArray) -> FloatArray:
+    def ranges(self, bearings: FloatArray, ahead: float = 0.0) -> FloatArray:
         """The distance along each ray to the nearest wall."""
-        T_map_laser = self.T_map_base @ self._T_base_laser
+        T_map_laser = self.T_map_base @ self._setpoint.motion(ahead) @ self._T_base_laser
         rays = np.column_stack([np.cos(bearings), np.sin(bearings)]) @ T_map_laser.rotation.T
         to_wall = self._begins - T_map_laser.translation
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -2,40 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from math import inf, radians
 from typing import Final
 
 from hardware.arcos.config_packet import ArcosConfig
+from hardware.emulator.ramp import Ramp
 from slam.odometry import Twist2D
 
 _HARDEST_STOP: Final = 5.0
 """m/s^2, for E_STOP, the watchdog, and motors without power, which gears and brushes stop; and the turning ..."""
 _HARDEST_TURN_STOP: Final = 20.0
 """... rad/s^2."""
-
-
-@dataclass(slots=True)
-class Ramp:
-    """One speed, its limit and the ramps towards what was asked for; SI units."""
-
-    limit: float
-    rise: float
-    fall: float
-    target: float = 0.0
-    speed: float = 0.0
-
-    def ask(self, speed: float) -> None:
-        """Set the target, within the limit."""
-        self.target = max(-self.limit, min(self.limit, speed))
-
-    def approach(self, target: float, seconds: float, hardest: float | None) -> None:
-        """Come nearer to the target; a reversal stops at zero first."""
-        if self.speed * target < 0.0:
-            target = 0.0
-        rate = hardest or (self.rise if abs(target) > abs(self.speed) else self.fall)
-        step = rate * seconds
-        self.speed += max(-step, min(step, target - self.speed))
 
 
 class Motion:
@@ -47,6 +24,8 @@ class Motion:
         self._stopping_hard = False
         self.enabled = False
         self.e_stop = False
+        self.starved = False
+        """Whether the watchdog has run out."""
         self.linear = Ramp(config.max_linear, config.acceleration, config.deceleration)
         self.angular = Ramp(config.max_angular, config.angular_acceleration, config.angular_deceleration)
 
@@ -84,6 +63,16 @@ class Motion:
         if angular is not None:
             self.angular.ask(angular)
 
+    def go(self, metres: float) -> None:
+        """MOVE: so far, at most at the limit, and stand; a negative way is backwards."""
+        if not self._stopping_hard:
+            self.linear.go(metres)
+
+    def turn(self, radians: float) -> None:
+        """DHEAD: the same of a turn to the left."""
+        if not self._stopping_hard:
+            self.angular.go(radians)
+
     def stop_hard(self) -> None:
         """E_STOP: stand as soon as the motors can."""
         self.ask(0.0, 0.0)
@@ -91,10 +80,11 @@ class Motion:
 
     def advance(self, seconds: float, now: float) -> None:
         """One tick of the firmware."""
-        free = self.enabled and now - self._fed <= self._watchdog
+        self.starved = now - self._fed > self._watchdog
+        free = self.enabled and not self.starved
         hard = self._stopping_hard or not free
-        self.linear.approach(self.linear.target if free else 0.0, seconds, _HARDEST_STOP if hard else None)
-        self.angular.approach(self.angular.target if free else 0.0, seconds, _HARDEST_TURN_STOP if hard else None)
+        self.linear.approach(seconds, free, _HARDEST_STOP if hard else None)
+        self.angular.approach(seconds, free, _HARDEST_TURN_STOP if hard else None)
         self._stopping_hard &= self.moving
 
 

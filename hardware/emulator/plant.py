@@ -17,6 +17,11 @@ class Plant(Protocol):
         ...
 
     @property
+    def elapsed(self) -> float:
+        """Seconds that have passed in ``advance``."""
+        ...
+
+    @property
     def odometry(self) -> Pose2D:
         """Where the wheels say that the base is, in the frame where it was put down."""
         ...
@@ -35,8 +40,9 @@ class Plant(Protocol):
         """Let time pass with the motors at this speed, which the firmware ramps."""
         ...
 
-    def ranges(self, bearings: FloatArray) -> FloatArray:
-        """What the lidar would measure now in these directions of its own frame, metres, inf without an echo."""
+    def ranges(self, bearings: FloatArray, ahead: float = 0.0) -> FloatArray:
+        """What the lidar would measure in these directions of its own frame, metres, inf without an echo: now, or
+        ``ahead`` seconds later at the speed of now."""
         ...
 
     def bumpers(self) -> tuple[bool, ...]:

@@ -18,6 +18,14 @@ _OLD_FIRMWARE: Final = "3.1.04,08/02/07(20-4095[mm],240[deg],44-725[step],600[rp
 _OLD_VERSION: Final = VersionInfo(_VENDOR, _PRODUCT, _OLD_FIRMWARE, "SCIP 1.1", _SERIAL)
 _DEFAULT_BAUD: Final = 19200
 _LAST_STEP: Final = 768
+_FIELDS: Final = (
+    ("01", slice(2, 6)),
+    ("02", slice(6, 10)),
+    ("03", slice(10, 12)),
+    ("06", slice(12, 13)),
+    ("07", slice(13, 15)),
+)
+"""The numbers of MD and MS, and what the sensor answers where one is none; GD and GS have the first three."""
 _TEXT: Final = {True: "<-Default setting by user", False: "<-Setting by command"}
 
 
@@ -80,7 +88,7 @@ def _measure(settings: Settings, command: str, text: str) -> Reply:
     try:
         request = Measure.decode(command)
     except Damaged:
-        return Reply(text, "01")
+        return Reply(text, _wrong_number(command))
     if request.last > _LAST_STEP:
         return Reply(text, "04")
     if request.last < request.first:
@@ -90,6 +98,14 @@ def _measure(settings: Settings, command: str, text: str) -> Reply:
     elif not settings.laser:
         return Reply(text, "10")
     return Reply(text, "00")
+
+
+def _wrong_number(command: str) -> str:
+    """The status that says which number of a measuring command is none; 0C where there are too many or too few."""
+    fields = _FIELDS if command[0] == "M" else _FIELDS[:3]
+    if len(command) != fields[-1][1].stop:
+        return "0C"
+    return next(status for status, field in fields if not command[field].isdecimal())
 
 
 def _switch_on(settings: Settings, _: str) -> Reply:
@@ -110,7 +126,9 @@ def _reset(settings: Settings, command: str) -> Reply:
 
 
 def _set_baud(settings: Settings, command: str) -> Reply:
-    if not command[2:].isdigit() or int(command[2:]) not in BAUDS:
+    if len(command) != 8 or not command[2:].isdecimal():
+        return Reply(command, "01")
+    if int(command[2:]) not in BAUDS:
         return Reply(command, "02")
     was, settings.baud = settings.baud, int(command[2:])
     return Reply(command, "03" if was == settings.baud else "00")

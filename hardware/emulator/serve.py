@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
+from dataclasses import replace
 from pathlib import Path
 from time import sleep
 from typing import Final, TextIO
 
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.faults import Fault
+from hardware.emulator.motion import FACTORY
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort, TcpPort
 from hardware.emulator.wire import Noise
@@ -31,6 +33,7 @@ def serve(
     rs232: bool,
     seed: int,
     truth: Path | None,
+    watchdog: float,
 ) -> None:
     """Print one line of JSON with the addresses of both ports when they are ready, and serve until interrupted.
 
@@ -39,7 +42,8 @@ def serve(
     """
     planned = [Fault.parse(text) for text in faults]
     robot_port, lidar_port = _ports(link_dir, tcp)
-    emulator = Emulator(plant, robot_port, lidar_port, noise, drift, not rs232, seed=seed)
+    config = replace(FACTORY, watchdog=watchdog)
+    emulator = Emulator(plant, robot_port, lidar_port, noise, drift, not rs232, seed=seed, robot_config=config)
     for fault in planned:
         fault.plan(emulator)
     with suppress(KeyboardInterrupt), _opened(truth) as file, emulator:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import pi
 from typing import Final
 
@@ -14,6 +14,7 @@ from hardware.emulator.scip_answers import Settings, answer, answer_old
 from hardware.scip.commands import Measure
 from hardware.scip.frames import CommandDecoder
 from hardware.scip.information import Parameters
+from hardware.scip.reply import Reply
 from hardware.scip.scan_data import ScanData, encode_scan
 from slam.pose import FloatArray
 
@@ -25,6 +26,14 @@ _QUEUE: Final = 16
 """Commands that wait for their turn; more are forgotten."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """A command that waits; ``repeated`` if the same one waited already when it came."""
+
+    text: str
+    repeated: bool = False
+
+
 class EmulatedUrg04lx:
     """Turns all the time; measures while the laser is on; answers one command at the end of every fan.
 
@@ -33,6 +42,7 @@ class EmulatedUrg04lx:
 
     def __init__(self, plant: Plant, now: float = 0.0, drift: float = 0.0, paced: bool = True) -> None:
         self._plant = plant
+        self._plant_began = now - plant.elapsed
         self._drift = drift
         self._paced = paced
         self._turn_began = now
@@ -43,7 +53,7 @@ class EmulatedUrg04lx:
         self._whole = False
         self._latest: tuple[FloatArray, float] | None = None
         self._decoder = CommandDecoder()
-        self._waiting: deque[str] = deque(maxlen=_QUEUE)
+        self._waiting: deque[_Asked] = deque(maxlen=_QUEUE)
         self._turns_until_scan = 0
         self._settings = Settings(PARAMETERS, powered_at=now)
         self.dead = False
@@ -89,7 +99,8 @@ class EmulatedUrg04lx:
         """Commands wait for the end of the fan, unless the sensor is not paced."""
         if self.dead:
             return b""
-        self._waiting.extend(self._decoder.feed(data))
+        for text in self._decoder.feed(data):
+            self._waiting.append(_Asked(text, repeated=any(asked.text == text for asked in self._waiting)))
         said = b""
         while self._waiting and not (self._paced or self._must_wait(self._waiting[0])):
             said += self._answer(self._waiting.popleft(), now)
@@ -109,27 +120,30 @@ class EmulatedUrg04lx:
             self._whole, self._latest = False, None
             return
         first, last = _edges(sector), _edges(sector + 1)
-        self._ranges[first:last] = self._plant.ranges(self._bearings[first:last])
+        ahead = self.due - self._plant_began - self._plant.elapsed
+        self._ranges[first:last] = self._plant.ranges(self._bearings[first:last], ahead)
 
-    def _answer(self, text: str, now: float) -> bytes:
-        settings = self._settings
+    def _answer(self, asked: _Asked, now: float) -> bytes:
+        settings, text = self._settings, asked.text
+        if asked.repeated and settings.scip2:
+            return Reply(text, "0B").encode()
         settings.time = self._time(now)
         was_measuring = settings.streaming
         reply = answer(settings, text) if settings.scip2 else answer_old(settings, text)
         if settings.streaming is not was_measuring:
             self._turns_until_scan = 0
         if reply.status in ("00", "0") and reply.echo[:1] == "G":
-            return self._single(Measure.decode(reply.echo), text)
+            return self._single(Measure.decode(reply.echo), asked)
         return reply.encode()
 
-    def _must_wait(self, text: str) -> bool:
+    def _must_wait(self, asked: _Asked) -> bool:
         """Whether a command asks for the latest scan, and there is none yet."""
-        return text[:1] == "G" and self.laser and self._latest is None
+        return asked.text[:1] == "G" and self.laser and self._latest is None
 
-    def _single(self, request: Measure, text: str) -> bytes:
+    def _single(self, request: Measure, asked: _Asked) -> bytes:
         """The answer to GD, GS and G."""
         if self._latest is None:
-            self._waiting.appendleft(text)
+            self._waiting.appendleft(asked)
             return b""
         return self._scan(request, "0" if request.letters == "G" else "00")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
@@ -10,7 +11,8 @@ from hardware.damaged import Damaged
 from hardware.scip.commands import TO_SCIP2, echo_at_end
 from hardware.scip.line_sum import seal, unseal
 
-_DATA_LINE: Final = 64
+DATA_LINE: Final = 64
+"""Characters of data in a full line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +38,7 @@ class Reply:
 
 def data_lines(data: bytes) -> tuple[bytes, ...]:
     """The data cut into lines."""
-    return tuple(data[i : i + _DATA_LINE] for i in range(0, len(data), _DATA_LINE))
+    return tuple(data[i : i + DATA_LINE] for i in range(0, len(data), DATA_LINE))
 
 
 def decode_reply(lines: tuple[bytes, ...]) -> Reply:
@@ -58,16 +60,21 @@ def decode_old_reply(lines: tuple[bytes, ...]) -> Reply:
     return Reply(_text(lines[0]), _text(lines[1]), lines[2:])
 
 
-def find_reply(lines: tuple[bytes, ...]) -> Reply | None:
-    """The answer of SCIP 2.0 in what stands between two empty lines, which damage may have run together with the
-    remains of others; None when there is none."""
-    with suppress(Damaged):
-        return decode_reply(lines)
+def answers(lines: tuple[bytes, ...]) -> Iterator[tuple[bytes, ...]]:
+    """Where an answer may begin in what stands between two empty lines, which damage may have run together with the
+    remains of others: at the first line, then behind each echo of a command that ends a line."""
+    yield lines
     for start, line in enumerate(lines):
         echo = echo_at_end(line)
-        if echo is not None:
-            with suppress(Damaged):
-                return decode_reply((echo, *lines[start + 1 :]))
+        if echo is not None and (start or echo != line):
+            yield (echo, *lines[start + 1 :])
+
+
+def find_reply(lines: tuple[bytes, ...]) -> Reply | None:
+    """The answer of SCIP 2.0 in what stands between two empty lines; None when there is none."""
+    for answer in answers(lines):
+        with suppress(Damaged):
+            return decode_reply(answer)
     return None
 
 

@@ -64,10 +64,11 @@ def decode_scan(reply: Reply) -> ScanData:
     values = decode_values(data, request.width)
     if len(values) != request.values:
         raise Damaged(f"{len(values)} ranges where {request.values} were asked for")
-    return ScanData(request, _to_metres(values), decode_time(reply.lines[0]) if stamped else None)
+    return ScanData(request, to_metres(values), decode_time(reply.lines[0]) if stamped else None)
 
 
-def _to_metres(values: IntArray) -> FloatArray:
+def to_metres(values: IntArray) -> FloatArray:
+    """Ranges of values (N,): inf is no echo, nan an erroneous reading."""
     ranges = np.where(values < _ERROR_CODES, np.nan, values / 1000.0)
     ranges[np.isin(values, _BEYOND_REACH)] = np.inf
     return ranges

@@ -20,6 +20,7 @@ _SPECIAL: Final = {
     ("BM", "02"): "the laser was on already",
     ("GD", "10"): "the laser is off",
     ("GS", "10"): "the laser is off",
+    ("SS", "01"): "the bit rate is no number",
     ("SS", "02"): "no such bit rate",
     ("SS", "03"): "the bit rate was that already",
     ("SS", "04"): "the bit rate is not supported",

@@ -28,6 +28,7 @@ def emulate(
     duplicated: Share = 0.0,
     drift: Annotated[float, typer.Option(metavar="SHARE", help="How much faster the lidar's clock runs.")] = 0.0,
     rs232: Annotated[bool, typer.Option("--rs232", help="The lidar on RS-232: its bit rate limits it.")] = False,
+    watchdog: Annotated[float, typer.Option(min=0.0, max=60.0, metavar="S", help="Of the robot; 0 is none.")] = 2.0,
     plant: Annotated[str, typer.Option(metavar="NAME", help="What moves it: sim, or plan: no physics.")] = "sim",
     seed: Annotated[int, typer.Option(min=0, help="Of the damage to bytes.")] = 0,
     truth: Annotated[Path | None, typer.Option(metavar="FILE", help="Where the robot really is, as TUM text.")] = None,
@@ -56,7 +57,7 @@ def emulate(
 
     noise = late("hardware.emulator.wire:Noise")(bit_errors, dropped, duplicated)
     moved = make_plant(plant, load_scenario(scenario, settings or []))
-    late("hardware.emulator.serve:serve")(moved, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth)
+    late("hardware.emulator.serve:serve")(moved, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog)
 
 
 def doctor(

@@ -9,11 +9,14 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from slam.run.bench.hardware_cli import bench_hardware
+
 app = typer.Typer(
     help="Measure: the paper's figures, extractors, matchers, localisation, SLAM, the simulator, the drivers.",
     no_args_is_help=True,
 )
 console = Console()
+app.command("hardware")(bench_hardware)
 
 
 @app.command()
@@ -92,26 +95,6 @@ def sim(
     from importlib import import_module
 
     for table in import_module("sim.bench.report").sim_tables(long):  # late: sim stands on slam, and not slam on sim
-        console.print(table.rich())
-
-
-@app.command()
-def hardware(
-    seconds: Annotated[float, typer.Option(min=2.0, metavar="S", help="To drive for load and latency.")] = 20.0,
-) -> None:
-    """Measure the drivers on emulated devices, in real time: load, latency, and what each fault leads to.
-
-    Takes about a minute and a half. Quiet machines give better numbers.
-
-    [bold]Examples[/bold]
-
-    hopslam bench hardware
-
-    hopslam bench hardware --seconds 60
-    """
-    from importlib import import_module
-
-    for table in import_module("hardware.bench.report").hardware_tables(seconds):  # late, as for sim
         console.print(table.rich())
 
 

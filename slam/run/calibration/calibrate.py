@@ -13,7 +13,7 @@ from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
 from slam.run.backends import make_robot
 from slam.run.calibration.square import Square, SquareDrive
-from slam.run.calibration.wheel_fit import Leg, WheelFit, corrected, fit_wheels, way
+from slam.run.calibration.wheel_fit import Leg, WheelFit, corrected, fit_errors, fit_wheels, way
 from slam.run.scenario.hardware_config import FIRMWARE_TRACK
 from slam.run.scenario.schema import Scenario
 
@@ -33,9 +33,18 @@ class Calibration:
     """What it was compared with: ``the truth`` or ``SLAM``."""
 
     @property
+    def errors(self) -> WheelFit:
+        """Standard errors of the fit."""
+        return fit_errors(self._squares, self.track)
+
+    @property
+    def _squares(self) -> list[Sequence[Leg]]:
+        return [self.legs[at : at + _LEGS_A_LAP] for at in range(0, len(self.legs), _LEGS_A_LAP)]
+
+    @property
     def laps(self) -> list[Leg]:
         """Whole squares, first those to the right, then those to the left."""
-        return [_joined(self.legs[at : at + _LEGS_A_LAP]) for at in range(0, len(self.legs), _LEGS_A_LAP)]
+        return [_joined(square) for square in self._squares]
 
     def worst_closing_error(self, fit: WheelFit) -> float:
         """UMBmark's E_max,syst, metres: how far the odometry of this fit misses the end of a square, as the mean of all

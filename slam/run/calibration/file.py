@@ -26,7 +26,12 @@ def write_wheels(path: Path, onto: str, scenario: Scenario, backend: str, found:
         "extends": onto,
         "description": f"{scenario.name}, its wheels calibrated by {squares}",
     } | settings(scenario, backend, found.fit)
+    errors = found.errors
+    note = (
+        f"# Two standard errors of the factors, from square to square: left wheel {2.0 * errors.left:.5f}, right wheel "
+        f"{2.0 * errors.right:.5f}, track {2.0 * errors.track:.5f}.\n"
+    )
     try:
-        write_whole(path, yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
+        write_whole(path, note + yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --out FILE") from error

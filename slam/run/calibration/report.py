@@ -14,13 +14,14 @@ def summary(found: Calibration) -> Table:
     table = Table(box=None, pad_edge=False, show_header=False)
     table.add_column()
     table.add_column(justify="right")
-    for name, value in (
-        ("left wheel, true way per way reported", fit.left),
-        ("right wheel, the same", fit.right),
-        ("right wheel to left wheel", fit.right / fit.left),
-        ("track, true per believed", fit.track),
+    errors = found.errors
+    for name, value, error in (
+        ("left wheel, true way per way reported", fit.left, errors.left),
+        ("right wheel, the same", fit.right, errors.right),
+        ("track, true per believed", fit.track, errors.track),
     ):
-        table.add_row(name, f"{value:.5f}")
+        table.add_row(name, f"{value:.5f} +- {2.0 * error:.5f}")
+    table.add_row("right wheel to left wheel", f"{fit.right / fit.left:.5f}")
     for name, wheels in (("before", WheelFit()), ("after", fit)):
         table.add_row(f"misses the end of a square, {name}", f"{100.0 * found.worst_closing_error(wheels):.2f} cm")
     return table

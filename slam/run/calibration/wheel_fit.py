@@ -84,6 +84,16 @@ def fit_wheels(legs: Sequence[Leg], track: float) -> WheelFit:
     return WheelFit(float(per_track[0]) * metres, float(per_track[1]) * metres, metres / track)
 
 
+def fit_errors(squares: Sequence[Sequence[Leg]], track: float) -> WheelFit:
+    """Standard errors of what ``fit_wheels`` finds of all these squares' legs: the jackknife, one square left out each
+    time. What errs in all squares alike, such as the scale of a map, shows in part only.
+    """
+    n = len(squares)
+    rests = [[leg for square in [*squares[:k], *squares[k + 1 :]] for leg in square] for k in range(n)]
+    found = np.array([(fit.left, fit.right, fit.track) for fit in (fit_wheels(rest, track) for rest in rests)])
+    return WheelFit(*np.sqrt((n - 1) * found.var(axis=0)).tolist())
+
+
 def way(poses: FloatArray) -> FloatArray:
     """x and y of the last pose in the frame of the first."""
     (dx, dy), theta = poses[-1, :2] - poses[0, :2], poses[0, 2]

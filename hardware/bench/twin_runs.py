@@ -1,0 +1,88 @@
+"""The same scenario driven twice: by the simulated robot, and by the drivers on emulated devices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+
+import numpy as np
+from rich.console import Console
+
+from hardware.bench.bench import make_emulator, port_settings
+from hardware.emulator.emulator import Emulator
+from hardware.robot import HardwareRobot
+from slam.pose import FloatArray, Pose2D
+from slam.run.experiment import Experiment, scenario_experiment
+from slam.run.interruption import Interruption
+from slam.run.loop import Step, Watcher, run_loop
+from slam.run.results.progress import RunProgress
+from slam.run.scenario.file import load_scenario
+from slam.run.warm_up import warm_up
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrivenWay:
+    """One run, scan by scan; poses are rows x, y, theta of ``T_map_base``, (N, 3)."""
+
+    truth: FloatArray
+    estimate: FloatArray
+
+    @property
+    def errors(self) -> FloatArray:
+        """Metres between the estimate and the truth, (N,); without alignment, as both begin at the same place."""
+        errors: FloatArray = np.hypot(*(self.estimate - self.truth)[:, :2].T)
+        return errors
+
+
+@dataclass
+class _Notes:
+    """A watcher that keeps what is estimated, and what is true: at the scan, or about now where only that is known."""
+
+    emulator: Emulator | None = None
+    stamps: list[float] = field(default_factory=list)
+    estimate: list[Pose2D] = field(default_factory=list)
+    truth: list[tuple[float, Pose2D]] = field(default_factory=list)
+
+    def see(self, step: Step) -> None:
+        seen = step.observation
+        self.stamps.append(seen.scan.stamp)
+        self.estimate.append(step.estimate.T_map_base)
+        if self.emulator is not None:
+            self.truth.append(self.emulator.truth)
+        elif seen.T_map_base is not None:
+            self.truth.append((seen.scan.stamp, seen.T_map_base))
+
+    def way(self, epoch: float) -> DrivenWay:
+        """With the truth at the scans' stamps, which count from ``epoch`` on the clock of the truth."""
+        known = np.array([stamp for stamp, _ in self.truth]) - epoch
+        x, y, theta = _rows([pose for _, pose in self.truth]).T
+        truth = [np.interp(self.stamps, known, column) for column in (x, y, np.unwrap(theta))]
+        return DrivenWay(np.column_stack(truth), _rows(self.estimate))
+
+
+def simulated_way(name: str, settings: Sequence[str], console: Console) -> DrivenWay:
+    """On the simulated robot."""
+    return _drive(scenario_experiment(load_scenario(name, settings)), _Notes(), console, "sim")
+
+
+def emulated_way(name: str, settings: Sequence[str], console: Console) -> DrivenWay:
+    """On devices emulated at two pseudo-terminals, in real time."""
+    with make_emulator(load_scenario(name, settings)) as emulator:
+        scenario = load_scenario(name, [*settings, *port_settings(emulator)])
+        return _drive(scenario_experiment(scenario, "hardware", yes=True), _Notes(emulator), console, "hardware")
+
+
+def _drive(experiment: Experiment, notes: _Notes, console: Console, name: str) -> DrivenWay:
+    warm_up(console, experiment.scenario.slam)
+    with ExitStack() as stack:
+        stack.callback(experiment.env.close)
+        bar = stack.enter_context(RunProgress(console, f"{experiment.scenario.name}, {name}"))
+        watchers: list[Watcher] = [notes, bar, stack.enter_context(Interruption())]
+        run_loop(experiment.env, experiment.slam, experiment.pilot, watchers, experiment.seed)
+        robot = experiment.env.robot
+        return notes.way((robot.epoch or 0.0) if isinstance(robot, HardwareRobot) else 0.0)
+
+
+def _rows(poses: Sequence[Pose2D]) -> FloatArray:
+    return np.array([(pose.x, pose.y, pose.theta) for pose in poses])

@@ -1,0 +1,31 @@
+"""What the bench of the drivers computes and prints."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from hardware.bench.way_difference import WayDifference
+from slam.run.cli import app
+
+
+def out_and_back(offset: float, late: int) -> np.ndarray:
+    """Ten metres and back, 5 cm a scan, after standing for a while."""
+    x = np.arange(0.0, 10.0, 0.05)
+    out = np.column_stack([x, np.full(len(x), offset), np.zeros(len(x))])
+    turn = np.column_stack([np.full(30, x[-1]), np.full(30, offset), np.linspace(0.0, np.pi, 30)])
+    return np.concatenate([np.repeat(out[:1], late, axis=0), out, turn, np.add(out[::-1], [0.0, 0.0, np.pi])])
+
+
+def test_ways_are_compared_at_the_same_place_whatever_the_clock() -> None:
+    apart = WayDifference.between(out_and_back(0.0, 3), out_and_back(0.04, 17))
+    assert apart.largest == pytest.approx(0.04, abs=1e-6)
+    assert apart.rms == pytest.approx(0.04, abs=1e-6)
+    assert apart.heading == pytest.approx(0.0, abs=1e-9)
+    assert apart.ends == pytest.approx(0.04, abs=1e-2)
+    assert apart.length == pytest.approx(20.0, abs=0.3)
+
+
+def test_the_noise_table() -> None:
+    result = CliRunner().invoke(app, ["bench", "hardware", "noise", "--packets", "5"])
+    assert result.exit_code == 0
+    assert "A noisy wire" in result.output

@@ -25,6 +25,7 @@ ALL_FILES = {
     "map.png",
     "errors.png",
     "steps.csv",
+    "log.mcap",
 }
 
 

@@ -33,6 +33,7 @@ from slam.run.results.progress import RunProgress
 from slam.run.results.recorder import Recorder
 from slam.run.results.rerun_log import RerunLog, check_recording
 from slam.run.results.run_folder import make_run_folder
+from slam.run.results.run_log import RunLog
 from slam.run.robot_env import RobotEnv
 from slam.run.scenario.file import dump_scenario
 from slam.run.scenario.schema import Scenario
@@ -109,7 +110,9 @@ class Experiment:
         with ExitStack() as stack:
             recorder = Recorder(folder, self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser)
             stack.callback(recorder.close)
-            watchers: list[Watcher] = [recorder]
+            log = RunLog(folder, self.slam.T_base_laser)
+            stack.callback(log.close)
+            watchers: list[Watcher] = [recorder, log]
             if rerun is not None:
                 files = [folder / "run.rrd", rerun]
                 watchers.append(stack.enter_context(RerunLog(files, self.slam.T_base_laser, self.outlines)))

@@ -5,15 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
-from slam.pose import Pose2D
+import numpy as np
+
+from slam.pose import FloatArray, Pose2D
 from slam.run.logs.tum import format_tum
 from slam.run.loop import Step
 from slam.run.results.files import GrowingGeoJson, GrowingText
 
 STEP_COLUMNS: Final = (
     "stamp", "mapped", "iterations", "converged", "map_points", "segments", "extraction_ms", "slam_ms", "v", "omega",
-    "lost",
+    "lost", "cov_xx", "cov_xy", "cov_xth", "cov_yy", "cov_yth", "cov_thth",
 )  # fmt: skip
+_UPPER: Final = np.triu_indices(3)
 
 
 class Recorder:
@@ -54,7 +57,7 @@ class Recorder:
             f"{estimate.stamp:.6f}", int(estimate.mapped), match.iterations, int(match.converged), estimate.map_points,
             len(estimate.segments) if estimate.segments is not None else 0, f"{1e3 * estimate.extraction_time:.4f}",
             f"{1e3 * estimate.total_time:.4f}", f"{step.applied.linear:.6f}", f"{step.applied.angular:.6f}",
-            int(estimate.lost),
+            int(estimate.lost), *_covariance(estimate.covariance),
         )  # fmt: skip
         return ",".join(map(str, values)) + "\n"
 
@@ -76,3 +79,8 @@ class Recorder:
 def _millimetres(point: Any) -> list[float]:
     """A point in metres, to the tenth of a millimetre."""
     return [round(float(value), 4) for value in point]
+
+
+def _covariance(covariance: FloatArray | None) -> list[str]:
+    """Its upper triangle, row by row; empty where there is none."""
+    return [""] * 6 if covariance is None else [f"{value:.9g}" for value in covariance[_UPPER]]

@@ -43,6 +43,8 @@ class Traces:
 
 
 def _has_lines(path: Path, count: int) -> bool:
+    if not path.is_file():
+        return False
     with path.open(encoding="utf-8") as file:
         return sum(1 for _, _ in zip(file, range(count), strict=False)) == count
 

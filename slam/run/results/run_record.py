@@ -1,0 +1,115 @@
+"""The folder of a run, read back: of one that ended, or of one that was cut off."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from slam.errors import InputError
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray, Pose2D
+from slam.robot import Observation
+from slam.run.maps.file import read_map
+from slam.run.results.log_reader import logged_mount, logged_observations
+from slam.run.results.run_log import LOG
+from slam.run.results.traces import Traces
+from slam.run.scenario.file import load_scenario
+from slam.run.scenario.schema import Scenario
+from slam.saved_slam import SavedSlam
+
+
+@dataclass(frozen=True, eq=False)
+class RunRecord:
+    """What a run left behind; the larger parts are read when they are asked for."""
+
+    folder: Path
+    config: Scenario
+    """What it was run with; of a replay, only ``slam`` and ``seed`` are its own."""
+    traces: Traces
+    """Stamps, the trajectories and the table of steps, scan by scan."""
+    metrics: dict[str, Any] | None
+    """None for a run that was cut off."""
+
+    @classmethod
+    def open(cls, folder: str | Path) -> Self:
+        """InputError, of one line, for what is no folder of a run, or of one that did not come to its first scan."""
+        folder = Path(folder)
+        if not (folder / "config.yaml").is_file():
+            raise InputError(f"{folder}: {_fault(folder)}; give the folder of a run, such as runs/latest")
+        traces = Traces.read(folder)
+        if traces is None:
+            raise InputError(f"{folder}: this run has no scan; give a run that came to its first")
+        return cls(folder, load_scenario(folder / "config.yaml"), traces, _metrics(folder / "metrics.json"))
+
+    @property
+    def name(self) -> str:
+        """Of the folder, behind links."""
+        return self.folder.resolve().name
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run came to its end, and was measured."""
+        return self.metrics is not None
+
+    @property
+    def outlines(self) -> list[FloatArray]:
+        """The true walls that the lidar could see, (K, 2) each, metres, map frame; none of a replay."""
+        return list(self.config.world.outlines(self.config.lidar.height))
+
+    @cached_property
+    def T_base_laser(self) -> Pose2D:
+        """The mount of the lidar; InputError where the log does not say."""
+        return logged_mount(self.folder / LOG)
+
+    def observations(self) -> Iterator[Observation]:
+        """What the robot saw, scan by scan, in the order of ``traces``; InputError without a log."""
+        return logged_observations(self.folder / LOG)
+
+    @cached_property
+    def segments(self) -> tuple[IntArray, FloatArray]:
+        """Of the mapped scans: the number of the scan of every segment, (M,), and its start and end, (M, 2, 2), metres,
+        map frame."""
+        features = self._features()
+        scans = np.array([feature["properties"]["scan"] for feature in features], np.int64)
+        return scans, np.array([f["geometry"]["coordinates"] for f in features], np.float64).reshape(-1, 2, 2)
+
+    @cached_property
+    def saved_map(self) -> SavedSlam | None:
+        """``map.json``; None in paper mode, and where the run was cut off or did not change the map."""
+        path = self.folder / "map.json"
+        return read_map(path, self.config.slam) if path.is_file() else None
+
+    @property
+    def walls(self) -> FloatArray:
+        """The map of lines: start and end of each, (M, 2, 2), metres, map frame. Without a saved map, every segment."""
+        return self.segments[1] if self.saved_map is None else self.saved_map.memory.map.ends
+
+    def _features(self) -> list[dict[str, Any]]:
+        path = self.folder / "lines.geojson"
+        try:
+            features: list[dict[str, Any]] = json.loads(path.read_bytes())["features"]
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise InputError(f"{path}: cannot be read: {error}; give the folder of a run") from error
+        return features
+
+
+def _fault(folder: Path) -> str:
+    if not folder.is_dir():
+        return "not a folder" if folder.exists() else "no such folder"
+    return "no run: it has no config.yaml"
+
+
+def _metrics(path: Path) -> dict[str, Any] | None:
+    try:
+        metrics: dict[str, Any] = json.loads(path.read_bytes())
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {error}; remove it, and the run counts as cut off") from error
+    return metrics

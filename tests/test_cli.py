@@ -130,7 +130,7 @@ def test_replay(tmp_path: Path, small_log: Path) -> None:
         (["run", "corridor", "--seed", "-1"], "seed"),
         (["replay", "nowhere.log"], "nowhere.log"),
         (["run", "replay"], "the world is empty"),
-        (["run", "paper_simulation", "--rerun", "my.log"], "my.log: a recording needs a name that ends in .rrd"),
+        (["run", "paper_simulation", "--rerun", "my.log"], "--rerun my.log: give FILE.rrd"),
         (["run", "paper_simulation", "--rerun", "no/where.rrd"], "no/where.rrd: cannot be written"),
     ],
 )

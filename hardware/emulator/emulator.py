@@ -11,7 +11,10 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import Final, Self
 
+import numpy as np
+
 from hardware.arcos.config_packet import ArcosConfig
+from hardware.emulator.glimpse import Glimpse
 from hardware.emulator.motion import FACTORY
 from hardware.emulator.p3dx import EmulatedP3dx
 from hardware.emulator.plant import Plant
@@ -85,6 +88,12 @@ class Emulator:
         self.do(lambda: told.append((self.p3dx.moved_until + self._lag, self._plant.T_map_base)))
         return told[0]
 
+    def look(self) -> Glimpse:
+        """What a viewer shows of it now."""
+        seen: list[Glimpse] = []
+        self.do(lambda: seen.append(self._glimpse()))
+        return seen[0]
+
     def plan(self, at: float, call: Callable[[], object]) -> None:
         """Let the thread do this ``at`` seconds after the emulator was made; before it is entered only."""
         self._plan.append((self._began + at, call))
@@ -110,6 +119,13 @@ class Emulator:
             self._thread.join()
             os.close(self._wake_read)
             os.close(self._wake_write)
+
+    def _glimpse(self) -> Glimpse:
+        bearings, ranges = self.urg04lx.sweep
+        echoes = np.isfinite(ranges) & self.urg04lx.laser
+        near = ranges[echoes, None] * np.column_stack([np.cos(bearings[echoes]), np.sin(bearings[echoes])])
+        plant = self._plant
+        return Glimpse(self.p3dx.moved_until - self._began, plant.T_map_base, plant.odometry, near, plant.stalled)
 
     def _serve(self) -> None:
         while not self._stopping:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from time import sleep
 from typing import Final, TextIO
 
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.faults import Fault
+from hardware.emulator.glimpse import Glimpse
 from hardware.emulator.motion import FACTORY
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort, TcpPort
@@ -21,6 +23,8 @@ from slam.run.logs.tum import format_tum
 
 _TRUTH_PERIOD: Final = 0.05
 """Seconds."""
+_SHOWN_EVERY: Final = 2
+"""Of these periods."""
 
 
 def serve(
@@ -34,11 +38,13 @@ def serve(
     seed: int,
     truth: Path | None,
     watchdog: float,
+    show: Callable[[Glimpse], object] | None = None,
 ) -> None:
     """Print one line of JSON with the addresses of both ports when they are ready, and serve until interrupted.
 
-    ``truth`` gets the way of the base as TUM text, 20 poses a second, stamped by the host's monotonic clock. InputError
-    for a fault that is none, or a file or folder that cannot be used.
+    ``truth`` gets the way of the base as TUM text, 20 poses a second, stamped by the host's monotonic clock; ``show``
+    is shown how things stand 10 times a second. InputError for a fault that is none, or a file or folder that cannot be
+    used.
     """
     planned = [Fault.parse(text) for text in faults]
     robot_port, lidar_port = _ports(link_dir, tcp)
@@ -48,10 +54,12 @@ def serve(
         fault.plan(emulator)
     with suppress(KeyboardInterrupt), _opened(truth) as file, emulator:
         print(json.dumps({"p3dx": robot_port.address, "urg04lx": lidar_port.address}), flush=True)
-        while True:
+        for tick in count():
             sleep(_TRUTH_PERIOD)
             if file is not None:
                 file.write(format_tum(*emulator.truth) + "\n")
+            if show is not None and tick % _SHOWN_EVERY == 0:
+                show(emulator.look())
 
 
 def _opened(truth: Path | None) -> AbstractContextManager[TextIO | None]:

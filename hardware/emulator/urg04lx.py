@@ -78,6 +78,11 @@ class EmulatedUrg04lx:
         """Whether it measures."""
         return self._settings.laser
 
+    @property
+    def sweep(self) -> tuple[FloatArray, FloatArray]:
+        """Bearings in the sensor's frame and the last range measured at each, nan before the first; (N,) each."""
+        return self._bearings, self._ranges
+
     def die(self, dead: bool) -> None:
         """Say nothing more, or come back to life."""
         self.dead = dead

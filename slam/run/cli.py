@@ -17,6 +17,7 @@ from slam.run.env_cli import env
 from slam.run.hardware_cli import doctor, emulate
 from slam.run.lines_cli import lines
 from slam.run.localize_cli import localize
+from slam.run.view_cli import view
 from slam.run.world_cli import world
 
 app = typer.Typer(
@@ -29,6 +30,7 @@ app = typer.Typer(
 app.command()(lines)
 app.command()(localize)
 app.command()(env)
+app.command()(view)
 app.command()(world)
 app.command()(emulate)
 app.command()(doctor)
@@ -44,8 +46,10 @@ Out = Annotated[
     typer.Option(metavar="DIR", help="Folder for the results; default runs/<name>-<time>, and runs/latest."),
 ]
 Rerun = Annotated[
-    Path | None,
-    typer.Option(metavar="FILE", help="Record for the rerun viewer: into this .rrd file, and the results' run.rrd."),
+    list[str] | None,
+    typer.Option(
+        metavar="WHERE", help="Show it: in FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again."
+    ),
 ]
 
 SavedMap = Annotated[
@@ -100,7 +104,7 @@ def run(
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
     """
     from slam.run.experiment import scenario_experiment
-    from slam.run.finish import finish
+    from slam.run.finish import conduct
     from slam.run.scenario.file import load_scenario
 
     if backend == "replay":
@@ -114,7 +118,7 @@ def run(
         from slam.run.localization import continued
 
         experiment = continued(experiment, saved_map, start)
-    finish(experiment.run(out, rerun, console))
+    conduct(experiment, out, rerun, console)
 
 
 @app.command()
@@ -140,7 +144,7 @@ def replay(
     hopslam replay second_half.log --map runs/latest/map.json --start saved
     """
     from slam.run.experiment import replay_experiment
-    from slam.run.finish import finish
+    from slam.run.finish import conduct
     from slam.run.scenario.file import load_scenario
 
     experiment = replay_experiment(log, load_scenario(scenario, settings or []))
@@ -149,7 +153,7 @@ def replay(
         from slam.run.localization import continued
 
         experiment = continued(experiment, saved_map, start)
-    finish(experiment.run(out, rerun, console))
+    conduct(experiment, out, rerun, console)
 
 
 def _fail(error: HopslamError) -> NoReturn:

@@ -12,6 +12,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+import numpy as np
 from rich.console import Console
 
 from slam.errors import RobotError, ScenarioError, StorageError
@@ -25,18 +26,18 @@ from slam.run.logs import read_log
 from slam.run.loop import Ending, Watcher, run_loop
 from slam.run.maps.file import write_map
 from slam.run.pilot import Passenger, Pilot, WaypointPilot
-from slam.run.results.error_picture import draw_errors
 from slam.run.results.files import write_whole
-from slam.run.results.map_picture import draw_map
 from slam.run.results.metrics import measure
 from slam.run.results.progress import RunProgress
 from slam.run.results.recorder import Recorder
-from slam.run.results.rerun_log import RerunLog, check_recording
 from slam.run.results.run_folder import make_run_folder
 from slam.run.results.run_log import RunLog
 from slam.run.robot_env import RobotEnv
 from slam.run.scenario.file import dump_scenario
 from slam.run.scenario.schema import Scenario
+from slam.run.viewer.run_viewer import RunViewer
+from slam.run.viewer.setting import Setting
+from slam.run.viewer.viewers import Viewers
 from slam.run.warm_up import warm_up
 
 
@@ -69,26 +70,24 @@ class Experiment:
     measures: Callable[[Path], dict[str, Any]] = measure
     """The metrics of the folder."""
 
-    def run(self, out: Path | None = None, rerun: Path | None = None, console: Console | None = None) -> Outcome:
+    def run(self, out: Path | None = None, viewers: Viewers | None = None, console: Console | None = None) -> Outcome:
         """Run to the end, or to Ctrl-C, or to the failure of the robot; what was done is in the folder in every case.
 
         Raises InputError for files that cannot be written, before anything is done, and StorageError on the way.
         """
         console = console or Console(quiet=True)
-        if rerun is not None:
-            check_recording(rerun)
         self.env.prepare(self.seed)
         warm_up(console, self.scenario.slam, search=not isinstance(self.slam, LineSlam))
         folder = make_run_folder(self.scenario.name, out)
         try:
-            return self._run_in(folder, rerun, console)
+            return self._run_in(folder, viewers or Viewers(), console)
         except OSError as error:
             raise StorageError(f"{folder}: {error.strerror}; what was written until then is kept") from error
 
-    def _run_in(self, folder: Path, rerun: Path | None, console: Console) -> Outcome:
+    def _run_in(self, folder: Path, viewers: Viewers, console: Console) -> Outcome:
         write_whole(folder / "config.yaml", dump_scenario(self.scenario))
         began = perf_counter()
-        ending, error = self._drive(folder, rerun, console)
+        ending, error = self._drive(folder, viewers, console)
         metrics = self._measure(folder, ending, perf_counter() - began)
         if (made := map_made_by(self.slam)) is not None and metrics["scans"]:
             write_map(folder / "map.json", made)
@@ -101,11 +100,14 @@ class Experiment:
         return Outcome(folder, ending, metrics, error)
 
     def _draw(self, folder: Path, console: Console) -> None:
+        from slam.run.results.error_picture import draw_errors  # late: matplotlib takes long to load
+        from slam.run.results.map_picture import draw_map
+
         with console.status("drawing"):
             draw_map(folder, self.slam.points.points, self.slam.lines.ends, self.outlines)
             draw_errors(folder)
 
-    def _drive(self, folder: Path, rerun: Path | None, console: Console) -> tuple[Ending, RobotError | None]:
+    def _drive(self, folder: Path, viewers: Viewers, console: Console) -> tuple[Ending, RobotError | None]:
         """The loop, with its watchers; whatever ends it, files are closed and the robot is stopped."""
         with ExitStack() as stack:
             recorder = Recorder(folder, self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser)
@@ -113,19 +115,35 @@ class Experiment:
             log = RunLog(folder, self.slam.T_base_laser)
             stack.callback(log.close)
             watchers: list[Watcher] = [recorder, log]
-            if rerun is not None:
-                files = [folder / "run.rrd", rerun]
-                watchers.append(stack.enter_context(RerunLog(files, self.slam.T_base_laser, self.outlines)))
+            viewer = None
+            if (broadcast := viewers.open(self.setting, folder)) is not None:
+                viewer = RunViewer(stack.enter_context(broadcast), self.setting)
+                watchers.append(viewer)
             stack.callback(self.env.close)
             watchers.append(stack.enter_context(RunProgress(console, self.scenario.name)))
             watchers.append(stack.enter_context(Interruption()))
-            try:
-                patience = self.scenario.hardware.patience
-                return run_loop(self.env, self.slam, self.pilot, watchers, self.seed, patience), None
-            except KeyboardInterrupt:
-                return "interrupted", None
-            except RobotError as error:
-                return "failed", error
+            ending, error = self._loop(watchers)
+            if viewer is not None:
+                viewer.end(ending, error)
+            return ending, error
+
+    def _loop(self, watchers: Sequence[Watcher]) -> tuple[Ending, RobotError | None]:
+        try:
+            patience = self.scenario.hardware.patience
+            return run_loop(self.env, self.slam, self.pilot, watchers, self.seed, patience), None
+        except KeyboardInterrupt:
+            return "interrupted", None
+        except RobotError as error:
+            return "failed", error
+
+    @property
+    def setting(self) -> Setting:
+        """What a viewer is told before the first scan."""
+        start, waypoints = self.scenario.robot.start.pose, self.scenario.route.waypoints
+        route = np.array([(start.x, start.y), *waypoints]) if waypoints else None
+        odom = self.T_map_odom or self.slam.T_map_base
+        deskew, outlines = self.scenario.slam.deskew, tuple(self.outlines)
+        return Setting(self.slam.T_base_laser, odom, self.slam, deskew, outlines, route)
 
     def _measure(self, folder: Path, ending: Ending, wall_time: float) -> dict[str, Any]:
         metrics = self.measures(folder) | self.notes

@@ -35,6 +35,13 @@ def emulate(
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
     ] = None,
+    rerun: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="WHERE",
+            help="Show its world: in FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again.",
+        ),
+    ] = None,
 ) -> None:
     """A P3-DX and a URG-04LX that are not there, for any ARCOS or SCIP software.
 
@@ -47,17 +54,34 @@ def emulate(
 
     hopslam emulate crowded_corridor --truth truth.tum --set lidar.noise=realistic --set robot.sonar=true
 
+    hopslam emulate office_loop --link-dir /tmp/bench --rerun serve
+
     hopslam emulate corridor --tcp --fault lidar:unplug@10+5 --fault robot:e-stop@20+3
 
     hopslam run corridor --backend hardware --yes --set hardware.robot_port=/tmp/bench/p3dx --set
     hardware.lidar_port=/tmp/bench/urg04lx
     """
+    from contextlib import ExitStack
+    from sys import stderr
+
+    from rich.console import Console
+
     from slam.run.backends import late, make_plant
     from slam.run.scenario.file import load_scenario
+    from slam.run.viewer.viewers import Viewers
 
     noise = late("hardware.emulator.wire:Noise")(bit_errors, dropped, duplicated)
-    moved = make_plant(plant, load_scenario(scenario, settings or []))
-    late("hardware.emulator.serve:serve")(moved, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog)
+    loaded = load_scenario(scenario, settings or [])
+    moved = make_plant(plant, loaded)
+    with ExitStack() as stack:
+        show, viewers = None, stack.enter_context(Viewers(rerun or (), Console(file=stderr)))
+        if rerun:
+            setting = late("hardware.emulator.show:setting_of")(loaded)
+            broadcast = viewers.open(setting)
+            assert broadcast is not None  # there are targets
+            show = late("hardware.emulator.show:Show")(stack.enter_context(broadcast), setting).look
+        serve = late("hardware.emulator.serve:serve")
+        serve(moved, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog, show)
 
 
 def doctor(

@@ -26,7 +26,11 @@ def localize(
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
     ] = None,
     rerun: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Record for the rerun viewer: into this .rrd file.")
+        list[str] | None,
+        typer.Option(
+            metavar="WHERE",
+            help="Show it: in FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again.",
+        ),
     ] = None,
 ) -> None:
     """Find the robot in a saved map, from nothing, and track it. The map stays as it is.
@@ -41,12 +45,12 @@ def localize(
 
     hopslam localize fr079.log.gz --map runs/latest/map.json --set slam.localization.hypotheses=100
     """
-    from slam.run.finish import finish
+    from slam.run.finish import conduct
     from slam.run.localization import localized
 
     console = Console()
     experiment = localized(_experiment(source, settings or [], seed, console), saved_map)
-    finish(experiment.run(out, rerun, console))
+    conduct(experiment, out, rerun, console)
 
 
 def _experiment(source: str, settings: list[str], seed: int | None, console: Console) -> Experiment:

@@ -31,6 +31,8 @@ class Step:
     """The command on the way here, within the robot's limits; in a replay, what was recorded."""
     progress: float
     """Share of the route that is behind."""
+    timeouts: int = 0
+    """How often the robot was silent for too long before this scan."""
 
 
 class Watcher(Protocol):
@@ -54,31 +56,31 @@ def run_loop(
     A robot that falls silent has ``patience`` seconds to come back; RobotTimeout after that.
     """
     _, info = env.reset(seed=seed)
-    applied, index = Twist2D(), 0
+    applied, index, timeouts = Twist2D(), 0, 0
     while True:
         observation: Observation = info["observation"]
         estimate = slam.update(observation.scan, observation.odometry)
         command = pilot.command(estimate.T_map_base, observation.scan)
         for watcher in watchers:
-            watcher.see(Step(index, observation, estimate, applied, pilot.progress))
+            watcher.see(Step(index, observation, estimate, applied, pilot.progress, timeouts))
         if observation.collided:
             return "collided"
         if command is None:
             return "arrived"
-        truncated, info = _step(env, command, patience)
+        truncated, info, timeouts = _step(env, command, patience)
         if truncated:
             return "no more scans"
         applied, index = info["applied"], index + 1
 
 
-def _step(env: RobotEnv, command: Twist2D, patience: float) -> tuple[bool, dict[str, Any]]:
-    """Drive until the next scan comes; where it stays away, stand and wait for it."""
-    until = monotonic() + patience
+def _step(env: RobotEnv, command: Twist2D, patience: float) -> tuple[bool, dict[str, Any], int]:
+    """Drive until the next scan comes; where it stays away, stand and wait for it. Also how often it did."""
+    until, timeouts = monotonic() + patience, 0
     while True:
         try:
             *_, truncated, info = env.step(np.array([command.linear, command.angular], np.float32))
-            return truncated, info
+            return truncated, info, timeouts
         except RobotTimeout:
             if monotonic() >= until:
                 raise
-            command = Twist2D()
+            command, timeouts = Twist2D(), timeouts + 1

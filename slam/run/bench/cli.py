@@ -232,3 +232,23 @@ def slam_sim(
         console.print(table.rich())
     if out is not None:
         write_tables(out, made, "SLAM in the simulator")
+
+
+@app.command()
+def viewer(
+    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")] = "corridor",
+    scans: Annotated[int, typer.Option(min=10, help="For each row at 10 Hz.")] = 150,
+) -> None:
+    """Measure what --rerun costs: milliseconds and kilobytes a scan, in a file, and live when nobody looks.
+
+    Takes about two minutes.
+
+    [bold]Examples[/bold]
+
+    hopslam bench viewer
+
+    hopslam bench viewer office_loop --scans 50
+    """
+    from slam.run.bench.viewer_cost import viewer_table
+
+    console.print(viewer_table(scenario, scans, console).rich())

@@ -1,0 +1,46 @@
+"""Colours, as 0xRRGGBBAA, on a dark ground."""
+
+from __future__ import annotations
+
+from colorsys import hsv_to_rgb
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.pose import FloatArray
+
+Colour = NDArray[np.uint32]
+
+GROUND: Final = 0x0E1116FF
+GRID: Final = 0xFFFFFF12
+TRUE_WALLS: Final = 0x5B677AFF
+ROUTE: Final = 0x3D6E9CFF
+MAP_POINTS: Final = 0xE879B2FF
+MAP_LINES: Final = 0xF1F5F9FF
+SLAM: Final = 0x34D399FF
+ODOMETRY: Final = 0xF87171FF
+TRUTH: Final = 0xFACC15FF
+START_MARK: Final = 0x60A5FAFF
+END_MARK: Final = 0xFB7185FF
+UNSURE: Final = 0xC084FCFF
+NO_SEGMENT: Final = 0x8A93A0FF
+BODY: Final = 0x1F7A5CFF
+SERIES: Final = (0x34D399FF, 0xC084FCFF, 0x60A5FAFF)
+
+_HUES: Final = 24
+
+
+def _wheel() -> Colour:
+    """Bright hues around the wheel, from red on."""
+    rgb = [hsv_to_rgb(hue / _HUES, 0.62, 1.0) for hue in range(_HUES)]
+    channels = np.round(255 * np.array(rgb)).astype(np.uint32)
+    return (channels[:, 0] << 24 | channels[:, 1] << 16 | channels[:, 2] << 8 | 0xFF).astype(np.uint32)
+
+
+_WHEEL: Final = _wheel()
+
+
+def wall_colours(directions: FloatArray) -> Colour:
+    """A colour for each segment (M,) by the direction of its normal in the map, radians: a wall keeps its own."""
+    return _WHEEL[np.round(directions * (_HUES / (2 * np.pi))).astype(np.int64) % _HUES]

@@ -18,6 +18,7 @@ from slam.run.env_cli import env
 from slam.run.hardware_cli import doctor, emulate
 from slam.run.lines_cli import lines
 from slam.run.localize_cli import localize
+from slam.run.report_cli import animate, report
 from slam.run.world_cli import world
 
 app = typer.Typer(
@@ -31,6 +32,8 @@ app.command()(lines)
 app.command()(localize)
 app.command()(env)
 app.command()(world)
+app.command()(report)
+app.command()(animate)
 app.command()(emulate)
 app.command()(doctor)
 app.add_typer(bench, name="bench")

@@ -7,7 +7,9 @@ from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullFormatter
 
 from slam.pose import FloatArray
 from slam.run.results.palette import PAPER, Palette
@@ -25,9 +27,10 @@ def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
     where no truth is known."""
     known = traces.truth is not None
     errors = pose_errors(traces.estimate, traces.odometry if traces.truth is None else traces.truth)
-    figure = Figure(figsize=(6.2, 5.0), layout="constrained")
-    for axes, column, (name, variance, scale, unit) in zip(figure.subplots(3, 1, sharex=True), errors.T, _ROWS,
-                                                           strict=True):  # fmt: skip
+    figure = Figure(figsize=(5.4, 4.8))
+    figure.subplots_adjust(0.13, 0.095, 0.985, 0.985, hspace=0.12)
+    rows = figure.subplots(3, 1, sharex=True)
+    for axes, column, (name, variance, scale, unit) in zip(rows, errors.T, _ROWS, strict=True):
         plain_axes(axes, colours)
         if known:
             _band(axes, traces, variance, scale, colours)
@@ -35,6 +38,21 @@ def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
         axes.set_ylabel(f"{name} {'error' if known else 'correction'} [{unit}]")
     axes.set_xlabel("time [s]")
     return figure
+
+
+def _panel(colours: Palette) -> tuple[Figure, Axes]:
+    """A figure with one pair of axes. Its margins are given, as finding them takes as long as drawing."""
+    figure = Figure(figsize=(5.4, 3.0))
+    figure.subplots_adjust(0.13, 0.15, 0.985, 0.98)
+    axes = figure.add_subplot()
+    plain_axes(axes, colours)
+    return figure, axes
+
+
+def _plain_numbers(axis: Axis) -> None:
+    """0.01 in the place of a power of ten, on an axis of logarithms."""
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _band(axes: Axes, traces: Traces, variance: str, scale: float, colours: Palette) -> None:
@@ -46,12 +64,10 @@ def _band(axes: Axes, traces: Traces, variance: str, scale: float, colours: Pale
 
 def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure | None:
     """Position error over the way travelled, of each run with a truth; of a single one, dead reckoning's beside it."""
-    figure = Figure(figsize=(6.2, 3.2), layout="constrained")
-    axes = figure.add_subplot()
-    plain_axes(axes, colours)
     known = [(name, traces, traces.truth) for name, traces in runs if traces.truth is not None]
     if not known:
         return None
+    figure, axes = _panel(colours)
     for k, (name, traces, truth) in enumerate(known):
         way = np.append(0.0, np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T)))
         alone = len(runs) == 1
@@ -60,15 +76,14 @@ def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER
         if alone:
             axes.plot(way, _off(traces.odometry, truth), color=colours.odometry, linewidth=1.1, label="dead reckoning")
     axes.set(yscale="log", xlabel="way travelled [m]", ylabel="position error [m]")
+    _plain_numbers(axes.yaxis)
     _legend(axes, colours)
     return figure
 
 
 def iterations_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure:
     """Iterations of the matcher, scan by scan; red where it did not settle."""
-    figure = Figure(figsize=(6.2, 3.2), layout="constrained")
-    axes = figure.add_subplot()
-    plain_axes(axes, colours)
+    figure, axes = _panel(colours)
     for k, (name, traces) in enumerate(runs):
         matched = (traces.steps["mapped"] == 1) & (traces.steps["iterations"] > 0)
         stuck = matched & (traces.steps["converged"] == 0)
@@ -84,9 +99,7 @@ def iterations_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAP
 
 def timing_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure:
     """How many scans took how long: the whole of SLAM, and of a single run the extraction of lines in it."""
-    figure = Figure(figsize=(6.2, 3.2), layout="constrained")
-    axes = figure.add_subplot()
-    plain_axes(axes, colours)
+    figure, axes = _panel(colours)
     for k, (name, traces) in enumerate(runs):
         mapped = traces.steps[traces.steps["mapped"] == 1]
         alone = len(runs) == 1
@@ -94,6 +107,7 @@ def timing_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) 
         if alone:
             _histogram(axes, mapped["extraction_ms"], colours.accent, "line extraction")
     axes.set(xscale="log", xlabel="time of one mapped scan [ms]", ylabel="scans")
+    _plain_numbers(axes.xaxis)
     _legend(axes, colours)
     return figure
 

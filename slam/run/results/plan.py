@@ -18,6 +18,8 @@ _MAX_POINTS: Final = 200_000
 """More map points than this are thinned evenly for the picture: it shows no more."""
 _MANY: Final = 3000
 """So many segments are drawn as pixels also where the rest is drawn as curves."""
+_MIDDLE: Final = "#7d8590"
+"""Of what is drawn as pixels, which no theme can change: seen on light and on dark."""
 _FEW: Final = 500
 """From so many segments on, lines become fainter."""
 _ROBOT: Final = rectangle((-0.045, 0.0), 0.51, 0.38, 0.0)
@@ -62,10 +64,11 @@ def draw_plan(axes: Axes, plan: Plan, colours: Palette) -> None:
     thinned = plan.points[:: len(plan.points) // _MAX_POINTS + 1]
     axes.plot(*thinned.T, ",", color=colours.point, alpha=0.4, zorder=2, rasterized=True)
     strength = max(0.25, min(1.0, (_FEW / max(len(plan.walls), 1)) ** 0.5))
+    many = len(plan.walls) > _MANY
     axes.add_collection(
         LineCollection(
-            list(plan.walls), colors=colours.wall, linewidths=0.5 + 1.1 * strength, alpha=0.4 + 0.6 * strength,
-            zorder=3, capstyle="round", label="mapped lines", rasterized=len(plan.walls) > _MANY,
+            list(plan.walls), colors=_MIDDLE if many else colours.wall, linewidths=0.5 + 1.1 * strength, alpha=0.4 + 0.6 * strength,
+            zorder=3, capstyle="round", label="mapped lines", rasterized=many,
         )
     )  # fmt: skip
     _draw_ways(axes, plan, colours)
@@ -91,8 +94,8 @@ def plain_axes(axes: Axes, colours: Palette) -> None:
     for side, spine in axes.spines.items():
         spine.set_visible(side in ("left", "bottom"))
         spine.set_color(colours.faint)
-    axes.tick_params(colors=colours.faint, labelcolor=colours.ink, labelsize="small", length=2.5)
+    axes.tick_params(colors=colours.faint, labelcolor=colours.ink, labelsize=9, length=2.5)
     for label in (axes.xaxis.label, axes.yaxis.label):
         label.set_color(colours.ink)
-        label.set_size("small")
+        label.set_size(9)
     axes.title.set_color(colours.ink)

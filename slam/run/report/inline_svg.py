@@ -29,7 +29,7 @@ def inline_svg(figure: Figure, name: str, label: str) -> Markup:
     text = StringIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "path.simplify_threshold": 0.3}):
         figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
-    return Markup(_cleaned(text.getvalue(), name, label))  # noqa: S704  # made by matplotlib, the label is escaped
+    return Markup(_cleaned(text.getvalue(), name, label))  # made by matplotlib, the label is escaped
 
 
 def _cleaned(svg: str, name: str, label: str) -> str:

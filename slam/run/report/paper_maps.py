@@ -17,7 +17,7 @@ _EVERY = 20_000
 
 
 def fig_15(record: RunRecord, scans: ScanPoints) -> Figure:
-    """One match, half-way: the segments of the scan on the map of the steps before, in the sensor's frame, looking up."""
+    """One match, half-way: the segments of the scan on the map of the steps before; sensor frame, looking up."""
     k = scans.scans[len(scans.scans) // 2]
     pose = Pose2D(*record.traces.estimate[k]) @ scans.T_base_laser
     reach = float(np.abs(scans.points[len(scans.scans) // 2]).max(initial=1.0)) * 1.05
@@ -55,9 +55,10 @@ def fig_21(record: RunRecord, scans: ScanPoints) -> Figure:
     """(a) the environment where it is known; (b) the map of dead reckoning, its way in red; (c) the line map, the
     estimated way in green."""
     outlines = record.outlines
-    rows = 3 if outlines else 2
-    figure = Figure(figsize=(8.0, 2.6 * rows), layout="constrained")
-    panels = list(figure.subplots(rows, 1))
+    count = 3 if outlines else 2
+    wide = bool(np.greater(*np.ptp(record.traces.odometry[:, :2], axis=0)))
+    figure = Figure(figsize=(8.0, 2.2 * count) if wide else (3.6 * count, 5.6), layout="constrained")
+    panels = list(figure.subplots(count, 1) if wide else figure.subplots(1, count))
     if outlines:
         panels[0].add_collection(PolyCollection(outlines, facecolors="0.75", edgecolors="0.3", linewidths=0.6))
         panels[0].autoscale_view()
@@ -66,7 +67,7 @@ def fig_21(record: RunRecord, scans: ScanPoints) -> Figure:
     panels[-2].plot(*record.traces.odometry.T[:2], color="red", linewidth=1.2)
     _segments(panels[-1], record.walls, min(1.0, (300 / max(len(record.walls), 1)) ** 0.5))
     panels[-1].plot(*record.traces.estimate.T[:2], color="green", linewidth=1.2, zorder=6)
-    for letter, axes in zip("abc"[3 - rows :], panels, strict=True):
+    for letter, axes in zip("abc"[3 - count :], panels, strict=True):
         axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
         axes.set_title(f"({letter})", loc="left", fontsize="medium")
     return figure
@@ -82,7 +83,7 @@ def _segments(axes: Axes, ends: FloatArray, size: float) -> None:
     for end, marker, colour in ((0, "s", _START), (1, "o", _END)):
         axes.plot(
             *ends[:, end].T, linestyle="none", marker=marker, markeredgecolor=colour, markerfacecolor="none",
-            markersize=1.5 + 5.0 * size, markeredgewidth=0.3 + 0.6 * size, zorder=4, rasterized=len(ends) > 2000,
+            markersize=0.8 + 5.5 * size, markeredgewidth=0.15 + 0.75 * size, zorder=4, rasterized=len(ends) > 2000,
         )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
 
 from slam.pose import FloatArray
 from slam.run.results.palette import PAPER, Palette
@@ -28,7 +28,7 @@ def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
     known = traces.truth is not None
     errors = pose_errors(traces.estimate, traces.odometry if traces.truth is None else traces.truth)
     figure = Figure(figsize=(5.4, 4.8))
-    figure.subplots_adjust(0.13, 0.095, 0.985, 0.985, hspace=0.12)
+    figure.subplots_adjust(0.13, 0.095, 0.965, 0.985, hspace=0.12)
     rows = figure.subplots(3, 1, sharex=True)
     for axes, column, (name, variance, scale, unit) in zip(rows, errors.T, _ROWS, strict=True):
         plain_axes(axes, colours)
@@ -43,7 +43,7 @@ def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
 def _panel(colours: Palette) -> tuple[Figure, Axes]:
     """A figure with one pair of axes. Its margins are given, as finding them takes as long as drawing."""
     figure = Figure(figsize=(5.4, 3.0))
-    figure.subplots_adjust(0.13, 0.15, 0.985, 0.98)
+    figure.subplots_adjust(0.14, 0.15, 0.965, 0.98)
     axes = figure.add_subplot()
     plain_axes(axes, colours)
     return figure, axes
@@ -108,6 +108,7 @@ def timing_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) 
             _histogram(axes, mapped["extraction_ms"], colours.accent, "line extraction")
     axes.set(xscale="log", xlabel="time of one mapped scan [ms]", ylabel="scans")
     _plain_numbers(axes.xaxis)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     _legend(axes, colours)
     return figure
 

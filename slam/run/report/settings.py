@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
+from slam.config import SlamConfig
 from slam.run.scenario.schema import Scenario
 
 _LONGEST: Final = 60
@@ -24,7 +25,9 @@ class Change:
 def changes(scenario: Scenario) -> list[Change]:
     """The settings that differ from the defaults of the scenario's mode, in the order of the schema."""
     defaults = Scenario.model_validate({"name": scenario.name, "slam": {"mode": scenario.slam.mode}})
-    return list(_differences(defaults.model_dump(mode="json"), scenario.model_dump(mode="json"), ""))
+    given = SlamConfig().mode, scenario.slam.mode
+    mode = [] if given[0] == given[1] else [Change("slam.mode", *given)]
+    return mode + list(_differences(defaults.model_dump(mode="json"), scenario.model_dump(mode="json"), ""))
 
 
 def _differences(default: Any, value: Any, key: str) -> Iterator[Change]:

@@ -22,7 +22,7 @@ _MIDDLE: Final = "#7d8590"
 """Of what is drawn as pixels, which no theme can change: seen on light and on dark."""
 _FEW: Final = 500
 """From so many segments on, lines become fainter."""
-_ROBOT: Final = rectangle((-0.045, 0.0), 0.51, 0.38, 0.0)
+ROBOT: Final = rectangle((-0.045, 0.0), 0.51, 0.38, 0.0)
 """The P3-DX, base frame, metres."""
 
 
@@ -67,8 +67,8 @@ def draw_plan(axes: Axes, plan: Plan, colours: Palette) -> None:
     many = len(plan.walls) > _MANY
     axes.add_collection(
         LineCollection(
-            list(plan.walls), colors=_MIDDLE if many else colours.wall, linewidths=0.5 + 1.1 * strength, alpha=0.4 + 0.6 * strength,
-            zorder=3, capstyle="round", label="mapped lines", rasterized=many,
+            list(plan.walls), colors=_MIDDLE if many else colours.wall, linewidths=0.5 + 1.1 * strength,
+            alpha=0.4 + 0.6 * strength, zorder=3, capstyle="round", label="mapped lines", rasterized=many,
         )
     )  # fmt: skip
     _draw_ways(axes, plan, colours)
@@ -81,7 +81,7 @@ def _draw_ways(axes: Axes, plan: Plan, colours: Palette) -> None:
     axes.plot(*plan.estimate.T[:2], color=colours.slam, linewidth=2.0, label="SLAM", zorder=5)
     if plan.truth is not None:
         axes.plot(*plan.truth.T[:2], color=colours.truth, linewidth=0.8, dashes=(4, 3), label="truth", zorder=6)
-    robot = Pose2D(*plan.estimate[-1]).transform(_ROBOT)
+    robot = Pose2D(*plan.estimate[-1]).transform(ROBOT)
     axes.fill(*robot.T, facecolor=colours.slam, alpha=0.35, linewidth=0.0, zorder=7)
     axes.fill(*robot.T, facecolor="none", edgecolor=colours.slam, linewidth=1.2, zorder=7)
 
@@ -97,5 +97,5 @@ def plain_axes(axes: Axes, colours: Palette) -> None:
     axes.tick_params(colors=colours.faint, labelcolor=colours.ink, labelsize=9, length=2.5)
     for label in (axes.xaxis.label, axes.yaxis.label):
         label.set_color(colours.ink)
-        label.set_size(9)
+        label.set_fontsize(9)
     axes.title.set_color(colours.ink)

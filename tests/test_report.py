@@ -207,7 +207,7 @@ def test_walls_appear_where_they_are_seen_and_once() -> None:
     first = lines.seen(0, points)
     assert 0.4 < first[:, :, 0].max() < 0.7
     assert len(lines.seen(1, points)) == 0
-    assert len(lines.seen(2, points + [0.5, 0.0])) > 3
+    assert len(lines.seen(2, points + np.array([0.5, 0.0]))) > 3
 
 
 def test_the_commands_say_where_their_files_are(own: Path, tmp_path: Path) -> None:

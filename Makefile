@@ -20,11 +20,12 @@ format: .venv/.dev
 	.venv/bin/ruff check --fix .
 	.venv/bin/ruff format .
 
-# The picture at the top of the README.
+# The picture at the top of the README, and the map as it grows.
 pictures: .venv/.run
 	rm -rf runs/pictures
 	.venv/bin/hopslam run corridor --out runs/pictures/corridor
 	cp runs/pictures/corridor/map.png docs/corridor.png
+	.venv/bin/hopslam animate runs/pictures/corridor --out docs/corridor.webp
 
 clean:
 	rm -rf .venv

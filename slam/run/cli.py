@@ -17,6 +17,7 @@ from slam.run.env_cli import env
 from slam.run.hardware_cli import doctor, emulate
 from slam.run.lines_cli import lines
 from slam.run.localize_cli import localize
+from slam.run.report_cli import animate, report
 from slam.run.view_cli import view
 from slam.run.world_cli import world
 
@@ -32,6 +33,8 @@ app.command()(localize)
 app.command()(env)
 app.command()(view)
 app.command()(world)
+app.command()(report)
+app.command()(animate)
 app.command()(emulate)
 app.command()(doctor)
 app.add_typer(bench, name="bench")

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
+from datetime import datetime
 from importlib.metadata import version
 from pathlib import Path
 from time import perf_counter
@@ -86,9 +87,11 @@ class Experiment:
 
     def _run_in(self, folder: Path, viewers: Viewers, console: Console) -> Outcome:
         write_whole(folder / "config.yaml", dump_scenario(self.scenario))
-        began = perf_counter()
+        began, date = perf_counter(), datetime.now().astimezone().isoformat(timespec="seconds")
         ending, error = self._drive(folder, viewers, console)
-        metrics = self._measure(folder, ending, perf_counter() - began)
+        metrics = self._measure(folder, ending, perf_counter() - began) | {"began": date}
+        if error is not None:
+            metrics["error"] = str(error)
         if (made := map_made_by(self.slam)) is not None and metrics["scans"]:
             write_map(folder / "map.json", made)
         write_whole(folder / "metrics.json", json.dumps(metrics, indent=2) + "\n")

@@ -1,0 +1,83 @@
+"""What went wrong in a run, as sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.pose import FloatArray
+from slam.run.results.run_record import RunRecord
+from slam.run.results.traces import Traces
+
+_GAP: Final = 1.8
+"""So many scan periods without a scan are a gap."""
+_STALLED: Final = 1.0
+"""Seconds without motion under a command, from which on the robot is said to stand against something."""
+_CREEP: Final = 0.02, 0.05
+"""m/s and rad/s: less is no motion; twice of it is a command."""
+_NAMED: Final = 3
+"""So many places in time are named, the others counted."""
+
+
+def faults(record: RunRecord, metrics: Mapping[str, Any]) -> list[str]:
+    """One sentence for each thing that went wrong; none for a run without fault."""
+    return [*_how_it_ended(record, metrics), *_on_the_way(record.traces)]
+
+
+def _how_it_ended(record: RunRecord, metrics: Mapping[str, Any]) -> Iterator[str]:
+    ending, last = metrics.get("ending"), record.traces.stamps[-1]
+    if not record.complete:
+        yield f"The run did not end: it was killed, or is still going. Its last scan is at {last:.1f} s."
+    if ending == "collided":
+        yield f"The robot hit something at {last:.1f} s."
+    if ending == "interrupted":
+        yield f"It was interrupted by hand at {last:.1f} s."
+    if "error" in metrics:
+        yield f"The robot failed: {metrics['error']}."
+    if ending == "no more scans" and "log" not in metrics:
+        yield f"It did not arrive within the {record.config.duration:g} s of the scenario."
+
+
+def _on_the_way(traces: Traces) -> Iterator[str]:
+    stamps, steps = traces.stamps, traces.steps
+    matched = (steps["mapped"] == 1) & (steps["iterations"] > 0)
+    stuck = matched & (steps["converged"] == 0)
+    yield from _counted("{n} of {all} scans: the robot was lost", steps["lost"] == 1, stamps)
+    share = f"{{n}} of {int(matched.sum())} matches did not settle within the cap of iterations"
+    yield from _counted(share, stuck, stamps)
+    period = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
+    gaps = np.append(False, np.diff(stamps) > _GAP * period)
+    yield from _counted(f"{{n}} times no scan came for longer than {_GAP:g} periods of {period:.3g} s", gaps, stamps)
+    late = steps["slam_ms"] > 1e3 * period if period else np.zeros(len(stamps), np.bool_)
+    yield from _counted(f"{{n}} of {{all}} scans took longer to process than the {1e3 * period:.0f} ms between two",
+                        late, stamps)  # fmt: skip
+    yield from _counted("{n} of {all} scans: the wheels stood still under a command (stall)", _stalled(traces), stamps)
+
+
+def _counted(text: str, are: NDArray[np.bool_], stamps: FloatArray) -> Iterator[str]:
+    """The sentence where it is so for any scan, with the first times of it."""
+    if not are.any():
+        return
+    starts = stamps[are & ~np.append(False, are[:-1])]
+    times = ", ".join(f"{stamp:.1f}" for stamp in starts[:_NAMED])
+    more = f" and {len(starts) - _NAMED} times more" if len(starts) > _NAMED else ""
+    yield f"{text.format(n=int(are.sum()), all=len(stamps))}, from {times} s{more}."
+
+
+def _stalled(traces: Traces) -> NDArray[np.bool_]:
+    """The scans at the end of a second or more in which a command moved no wheel."""
+    if len(traces.stamps) < 2:
+        return np.zeros(len(traces.stamps), np.bool_)
+    elapsed = np.diff(traces.stamps)
+    moved = np.diff(traces.odometry, axis=0)
+    turned = np.abs((moved[:, 2] + np.pi) % (2 * np.pi) - np.pi)
+    still = (np.hypot(moved[:, 0], moved[:, 1]) < _CREEP[0] * elapsed) & (turned < _CREEP[1] * elapsed)
+    commanded = (np.abs(traces.steps["v"]) > 2 * _CREEP[0]) | (np.abs(traces.steps["omega"]) > 2 * _CREEP[1])
+    since, stalled = 0.0, np.zeros(len(traces.stamps), np.bool_)
+    for k in range(len(elapsed)):
+        since = since + elapsed[k] if still[k] and commanded[k + 1] else 0.0
+        stalled[k + 1] = since >= _STALLED
+    return stalled

@@ -1,0 +1,57 @@
+"""Every figure of a run as PNG and PDF, for papers: those of the report, and the paper's own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Final
+
+from matplotlib.figure import Figure
+
+from slam.run.report.chapter import plan_of
+from slam.run.report.paper_curves import paper_curves
+from slam.run.report.paper_maps import fig_15, fig_16, fig_21
+from slam.run.report.run_plots import distance_figure, error_figure, iterations_figure, timing_figure
+from slam.run.report.scan_points import scan_points
+from slam.run.results.files import whole_file
+from slam.run.results.map_picture import map_figure
+from slam.run.results.run_record import RunRecord
+
+_DPI: Final = 200
+_NAMELESS: Final = {"png": {"Software": None}, "pdf": {"CreationDate": None}}
+"""The same run makes the same files."""
+
+
+def write_figures(records: Sequence[RunRecord], folder: Path) -> int:
+    """Write them, of several runs each into a folder of its own; returns how many there are."""
+    count = 0
+    for number, record in enumerate(records, 1):
+        own = folder if len(records) == 1 else folder / f"{number}-{record.name}"
+        own.mkdir(parents=True, exist_ok=True)
+        for name, figure in run_figures(record):
+            _write(figure, own / name)
+            count += 1
+    return count
+
+
+def run_figures(record: RunRecord) -> Iterator[tuple[str, Figure]]:
+    """Each by the name of its file; those that need the truth only where it is known."""
+    traces = record.traces
+    yield "map", map_figure(plan_of(record), longest=8.0)
+    yield "errors", error_figure(traces)
+    if (distance := distance_figure([("", traces)])) is not None:
+        yield "distance", distance
+    yield "iterations", iterations_figure([("iterations", traces)])
+    yield "timing", timing_figure([("", traces)])
+    scans = scan_points(record)
+    if scans.scans:
+        yield "fig15", fig_15(record, scans)
+        yield "fig16", fig_16(record, scans)
+    yield from paper_curves(traces)
+    yield "fig21", fig_21(record, scans)
+
+
+def _write(figure: Figure, path: Path) -> None:
+    for kind, metadata in _NAMELESS.items():
+        with whole_file(path.with_name(f"{path.name}.{kind}")) as draft:
+            figure.savefig(draft, format=kind, dpi=_DPI, metadata=metadata)

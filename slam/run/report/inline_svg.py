@@ -1,0 +1,44 @@
+"""Figures as SVG inside a page: small, without a reference to anything outside, in the colours of the page's theme."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import fields
+from html import escape
+from io import StringIO
+from typing import Final
+
+from markupsafe import Markup
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+from slam.run.results.palette import Palette
+
+_NAMES: Final = tuple(field.name for field in fields(Palette))
+_STAND_INS: Final = {name: f"#0101{number:02x}" for number, name in enumerate(_NAMES, 1)}
+"""Colours that nobody draws with, each put in the place of a CSS variable."""
+THEMED: Final = Palette(**_STAND_INS)
+"""Draw with these, and the page decides: ``--ink``, ``--slam`` ..."""
+
+
+def inline_svg(figure: Figure, name: str, label: str) -> Markup:
+    """The figure, drawn with THEMED; ``name`` is unlike that of any other figure of the page, ``label`` is read aloud.
+
+    Texts stay texts, in the font of the page.
+    """
+    text = StringIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "path.simplify_threshold": 0.3}):
+        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
+    return Markup(_cleaned(text.getvalue(), name, label))  # made by matplotlib, the label is escaped
+
+
+def _cleaned(svg: str, name: str, label: str) -> str:
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
+    svg = re.sub(r' id="(?!p|m|image|[CD][0-9_])[^"]*"', "", svg)  # of groups: nothing refers to them
+    svg = re.sub(r' id="', f' id="{name}-', svg)
+    svg = re.sub(r'(url\(#|xlink:href="#)', rf"\1{name}-", svg)
+    for variable, colour in _STAND_INS.items():
+        svg = svg.replace(colour, f"var(--{variable})")
+    size = re.search(r'width="[^"]*pt" height="[^"]*pt"', svg)
+    return svg.replace(size[0] if size else "", f'role="img" aria-label="{escape(label)}"', 1)

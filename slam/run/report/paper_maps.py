@@ -1,0 +1,106 @@
+"""Figs. 15, 16 and 21 of the paper, from a run: □ where a segment starts, ○ where it ends, map points as pink +."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from slam.pose import FloatArray, Pose2D
+from slam.run.report.scan_points import ScanPoints
+from slam.run.results.run_record import RunRecord
+
+_PINK, _START, _END = "#e377c2", "tab:blue", "tab:red"
+_EVERY = 20_000
+"""More points are thinned to about so many: the print shows no more."""
+
+
+def fig_15(record: RunRecord, scans: ScanPoints) -> Figure:
+    """One match, half-way: the segments of the scan on the map of the steps before; sensor frame, looking up."""
+    k = scans.scans[len(scans.scans) // 2]
+    pose = Pose2D(*record.traces.estimate[k]) @ scans.T_base_laser
+    reach = float(np.abs(scans.points[len(scans.scans) // 2]).max(initial=1.0)) * 1.05
+    number, ends = record.segments
+    figure = Figure(figsize=(5.2, 5.2), layout="constrained")
+    axes = figure.add_subplot()
+    _points(axes, _upright(pose.inverse().transform(scans.placed(record.traces.estimate, before=k))))
+    _segments(axes, _upright(pose.inverse().transform(ends[number == k])), 1.0)
+    axes.plot(0.0, 0.0, "+", color=_PINK, markersize=14, markeredgewidth=2)
+    axes.annotate("", (0.0, 0.12 * reach), (0.0, 0.0), arrowprops={"arrowstyle": "->", "color": _PINK})
+    axes.set(xlabel="-y [m]", ylabel="x [m]", xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
+    axes.set_title(f"step k = {k}", fontsize="medium")
+    return figure
+
+
+def fig_16(record: RunRecord, scans: ScanPoints) -> Figure:
+    """The map at the end, every segment that made it, and where the sensor was and looked at every step."""
+    poses = np.array([_row(Pose2D(*row) @ scans.T_base_laser) for row in record.traces.estimate[scans.scans]])
+    ends = record.segments[1]
+    figure = Figure(figsize=_upright_size(ends, poses), layout="constrained")
+    axes = figure.add_subplot()
+    _points(axes, scans.placed(record.traces.estimate))
+    _segments(axes, ends, 0.5)
+    axes.plot(*poses.T[:2], "+", color=_PINK, markersize=9, zorder=5)
+    some = poses[:: max(1, len(poses) // 25)]
+    axes.quiver(
+        *some.T[:2], np.cos(some[:, 2]), np.sin(some[:, 2]), color=_PINK, angles="xy", units="inches", scale=4,
+        width=0.015, zorder=6,
+    )  # fmt: skip
+    axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
+    return figure
+
+
+def fig_21(record: RunRecord, scans: ScanPoints) -> Figure:
+    """(a) the environment where it is known; (b) the map of dead reckoning, its way in red; (c) the line map, the
+    estimated way in green."""
+    outlines = record.outlines
+    count = 3 if outlines else 2
+    wide = bool(np.greater(*np.ptp(record.traces.odometry[:, :2], axis=0)))
+    figure = Figure(figsize=(8.0, 2.2 * count) if wide else (3.6 * count, 5.6), layout="constrained")
+    panels = list(figure.subplots(count, 1) if wide else figure.subplots(1, count))
+    if outlines:
+        panels[0].add_collection(PolyCollection(outlines, facecolors="0.75", edgecolors="0.3", linewidths=0.6))
+        panels[0].autoscale_view()
+    reckoned = scans.placed(record.traces.odometry)
+    panels[-2].plot(*_thinned(reckoned).T, ",", color="0.35", rasterized=True)
+    panels[-2].plot(*record.traces.odometry.T[:2], color="red", linewidth=1.2)
+    _segments(panels[-1], record.walls, min(1.0, (300 / max(len(record.walls), 1)) ** 0.5))
+    panels[-1].plot(*record.traces.estimate.T[:2], color="green", linewidth=1.2, zorder=6)
+    for letter, axes in zip("abc"[3 - count :], panels, strict=True):
+        axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
+        axes.set_title(f"({letter})", loc="left", fontsize="medium")
+    return figure
+
+
+def _points(axes: Axes, points: FloatArray) -> None:
+    axes.plot(*_thinned(points).T, "+", color=_PINK, markersize=2.5, markeredgewidth=0.4, rasterized=True, zorder=1)
+
+
+def _segments(axes: Axes, ends: FloatArray, size: float) -> None:
+    """Black lines from a blue □ to a red ○."""
+    axes.add_collection(LineCollection(list(ends), colors="black", linewidths=0.4 + size, zorder=3))
+    for end, marker, colour in ((0, "s", _START), (1, "o", _END)):
+        axes.plot(
+            *ends[:, end].T, linestyle="none", marker=marker, markeredgecolor=colour, markerfacecolor="none",
+            markersize=0.8 + 5.5 * size, markeredgewidth=0.15 + 0.75 * size, zorder=4, rasterized=len(ends) > 2000,
+        )  # fmt: skip
+
+
+def _thinned(points: FloatArray) -> FloatArray:
+    return points[:: len(points) // _EVERY + 1]
+
+
+def _upright(points: FloatArray) -> FloatArray:
+    """Points (..., 2) of the sensor's frame with the sensor looking up the page."""
+    return np.stack([-points[..., 1], points[..., 0]], axis=-1)
+
+
+def _upright_size(ends: FloatArray, poses: FloatArray) -> tuple[float, float]:
+    extent = np.ptp(np.concatenate([ends.reshape(-1, 2), poses[:, :2]]), axis=0)
+    width, height = 8.0 * extent / extent.max()
+    return max(float(width), 3.0) + 0.6, max(float(height), 2.5) + 0.6
+
+
+def _row(pose: Pose2D) -> tuple[float, float, float]:
+    return pose.x, pose.y, pose.theta

@@ -1,0 +1,140 @@
+"""The curves of a run: errors with their bounds, iterations, processing time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+
+from slam.pose import FloatArray
+from slam.run.results.palette import PAPER, Palette
+from slam.run.results.plan import plain_axes
+from slam.run.results.traces import Traces, pose_errors
+
+SIGMAS: Final = 3.0
+"""The band about zero is so many standard deviations of the estimate wide, to each side."""
+_ROWS: Final = (("x", "cov_xx", 100.0, "cm"), ("y", "cov_yy", 100.0, "cm"), ("heading", "cov_thth", 180 / np.pi, "deg"))
+_SERIES: Final = ("slam", "accent", "odometry", "point", "faint")
+
+
+def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
+    """Estimate less truth over time, in x, y and heading, with the bound that the estimate claims; less dead reckoning
+    where no truth is known."""
+    known = traces.truth is not None
+    errors = pose_errors(traces.estimate, traces.odometry if traces.truth is None else traces.truth)
+    figure = Figure(figsize=(5.4, 4.8))
+    figure.subplots_adjust(0.13, 0.095, 0.965, 0.985, hspace=0.12)
+    rows = figure.subplots(3, 1, sharex=True)
+    for axes, column, (name, variance, scale, unit) in zip(rows, errors.T, _ROWS, strict=True):
+        plain_axes(axes, colours)
+        if known:
+            _band(axes, traces, variance, scale, colours)
+        axes.plot(traces.stamps, scale * column, color=colours.slam, linewidth=1.1)
+        axes.set_ylabel(f"{name} {'error' if known else 'correction'} [{unit}]")
+    axes.set_xlabel("time [s]")
+    return figure
+
+
+def _panel(colours: Palette) -> tuple[Figure, Axes]:
+    """A figure with one pair of axes. Its margins are given, as finding them takes as long as drawing."""
+    figure = Figure(figsize=(5.4, 3.0))
+    figure.subplots_adjust(0.14, 0.15, 0.965, 0.98)
+    axes = figure.add_subplot()
+    plain_axes(axes, colours)
+    return figure, axes
+
+
+def _plain_numbers(axis: Axis) -> None:
+    """0.01 in the place of a power of ten, on an axis of logarithms."""
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _band(axes: Axes, traces: Traces, variance: str, scale: float, colours: Palette) -> None:
+    if variance not in (traces.steps.dtype.names or ()) or not np.isfinite(traces.steps[variance]).any():
+        return
+    bound = SIGMAS * scale * np.sqrt(traces.steps[variance])
+    axes.fill_between(traces.stamps, -bound, bound, color=colours.slam, alpha=0.18, linewidth=0.0)
+
+
+def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure | None:
+    """Position error over the way travelled, of each run with a truth; of a single one, dead reckoning's beside it."""
+    known = [(name, traces, traces.truth) for name, traces in runs if traces.truth is not None]
+    if not known:
+        return None
+    figure, axes = _panel(colours)
+    for k, (name, traces, truth) in enumerate(known):
+        way = np.append(0.0, np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T)))
+        alone = len(runs) == 1
+        axes.plot(way, _off(traces.estimate, truth), color=_series(colours, k), linewidth=1.3,
+                  linestyle=_dash(k), label="SLAM" if alone else name)  # fmt: skip
+        if alone:
+            axes.plot(way, _off(traces.odometry, truth), color=colours.odometry, linewidth=1.1, label="dead reckoning")
+    axes.set(yscale="log", xlabel="way travelled [m]", ylabel="position error [m]")
+    _plain_numbers(axes.yaxis)
+    _legend(axes, colours)
+    return figure
+
+
+def iterations_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure:
+    """Iterations of the matcher, scan by scan; red where it did not settle."""
+    figure, axes = _panel(colours)
+    for k, (name, traces) in enumerate(runs):
+        matched = (traces.steps["mapped"] == 1) & (traces.steps["iterations"] > 0)
+        stuck = matched & (traces.steps["converged"] == 0)
+        iterations = traces.steps["iterations"]
+        axes.plot(traces.stamps[matched], iterations[matched], color=_series(colours, k), linewidth=0.9, label=name)
+        if stuck.any() and len(runs) == 1:
+            axes.plot(traces.stamps[stuck], iterations[stuck], ".", color=colours.odometry, markersize=4,
+                      label="not settled")  # fmt: skip
+    axes.set(xlabel="time [s]", ylabel="iterations q", ylim=(0.0, None))
+    _legend(axes, colours)
+    return figure
+
+
+def timing_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure:
+    """How many scans took how long: the whole of SLAM, and of a single run the extraction of lines in it."""
+    figure, axes = _panel(colours)
+    for k, (name, traces) in enumerate(runs):
+        mapped = traces.steps[traces.steps["mapped"] == 1]
+        alone = len(runs) == 1
+        _histogram(axes, mapped["slam_ms"], _series(colours, k), "SLAM in all" if alone else name)
+        if alone:
+            _histogram(axes, mapped["extraction_ms"], colours.accent, "line extraction")
+    axes.set(xscale="log", xlabel="time of one mapped scan [ms]", ylabel="scans")
+    _plain_numbers(axes.xaxis)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    _legend(axes, colours)
+    return figure
+
+
+def _histogram(axes: Axes, milliseconds: FloatArray, colour: str, label: str) -> None:
+    positive = milliseconds[milliseconds > 0.0]
+    if len(positive):
+        bins = np.geomspace(positive.min() * 0.95, positive.max() * 1.05, 60)
+        axes.hist(positive, bins=list(bins), histtype="stepfilled", color=colour, alpha=0.35, label=label)
+        axes.hist(positive, bins=list(bins), histtype="step", color=colour, linewidth=1.0)
+
+
+def _off(poses: FloatArray, truth: FloatArray) -> FloatArray:
+    """Position error, metres, never quite zero, for an axis of logarithms."""
+    off: FloatArray = np.maximum(np.hypot(*(poses - truth)[:, :2].T), 1e-4)
+    return off
+
+
+def _series(colours: Palette, k: int) -> str:
+    return str(getattr(colours, _SERIES[k % len(_SERIES)]))
+
+
+def _dash(k: int) -> str:
+    return ("-", "--", ":", "-.")[k // len(_SERIES) % 4]
+
+
+def _legend(axes: Axes, colours: Palette) -> None:
+    if len(axes.get_legend_handles_labels()[1]) > 1:
+        axes.legend(frameon=False, fontsize="small", labelcolor=colours.ink)

@@ -1,0 +1,70 @@
+"""``hopslam report`` and ``hopslam animate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def report(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Folders of runs; several are compared.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The page; default report.html in the first run's folder.")
+    ] = None,
+    figures: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Also every figure as PNG and PDF, those of the paper too.")
+    ] = None,
+) -> None:
+    """Write a page on what came out of a run, or of several side by side.
+
+    One HTML file that needs no network: what went wrong, map, numbers, errors, iterations, timing, settings.
+
+    [bold]Examples[/bold]
+
+    hopslam report runs/latest
+
+    hopslam report runs/corridor-* --out corridors.html
+
+    hopslam report runs/latest --figures figures
+    """
+    from slam.errors import InputError
+    from slam.run.report.page import write_report
+    from slam.run.results.run_record import RunRecord
+
+    records = [RunRecord.open(folder) for folder in runs]
+    path = out or runs[0] / "report.html"
+    try:
+        write_report(records, path)
+        typer.echo(f"report in {path}")
+        if figures is not None:
+            from slam.run.report.figure_files import write_figures
+
+            typer.echo(f"{write_figures(records, figures)} figures, each as PNG and PDF, in {figures}")
+    except OSError as error:
+        raise InputError(f"{error.filename}: cannot be written: {error.strerror}; choose another place") from error
+
+
+def animate(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run.")],
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help=".webp, or .gif; default map.webp in the run's folder.")
+    ] = None,
+    seconds: Annotated[float, typer.Option(min=1.0, max=60.0, help="How long it plays.")] = 8.0,
+    width: Annotated[int, typer.Option(min=200, max=1920, help="Pixels.")] = 960,
+) -> None:
+    """Draw the map of a run as it grows, as a short animation.
+
+    [bold]Examples[/bold]
+
+    hopslam animate runs/latest
+
+    hopslam animate runs/latest --out corridor.gif --seconds 12 --width 640
+    """
+    from slam.run.report.animation import write_animation
+    from slam.run.results.run_record import RunRecord
+
+    path = out or run / "map.webp"
+    write_animation(RunRecord.open(run), path, seconds, width)
+    typer.echo(f"animation in {path}")

@@ -1,0 +1,223 @@
+"""The report and its figures: whole, alone, and true to the folder that they were made from."""
+
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from PIL import Image
+from typer.testing import CliRunner
+
+from slam.errors import InputError
+from slam.run.cli import app
+from slam.run.experiment import scenario_experiment
+from slam.run.report.animation import write_animation
+from slam.run.report.faults import faults
+from slam.run.report.figure_files import write_figures
+from slam.run.report.growing_lines import SeenWalls
+from slam.run.report.metric_rows import METRICS, rows
+from slam.run.report.page import write_report
+from slam.run.report.settings import changes
+from slam.run.results.run_record import RunRecord
+from slam.run.scenario.file import load_scenario
+from slam.run.scenario.schema import Scenario
+
+VOID = {"meta", "br", "img", "link", "hr", "input"}
+
+
+class Page(HTMLParser):
+    """What a page holds; every tag that opens must close, and no two things have the same id."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.ids: list[str] = []
+        self.tags: set[str] = set()
+        self.addresses: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.add(tag)
+        if tag not in VOID:
+            self.open.append(tag)
+        self.note(attrs)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.note(attrs)
+
+    def note(self, attrs: list[tuple[str, str | None]]) -> None:
+        self.ids += [value for name, value in attrs if name == "id" and value]
+        self.addresses += [v for name, v in attrs if v and "://" in v and not name.startswith("xmlns")]
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Seconds of the paper's simulation in a world of few walls."""
+    folder = tmp_path_factory.mktemp("report") / "run"
+    scenario_experiment(load_scenario("paper_simulation", ["duration=2.5"])).run(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same by the project's own method, which saves its map."""
+    folder = tmp_path_factory.mktemp("report") / "own"
+    settings = ["duration=2.5", "slam={mode: hopslam}"]
+    scenario_experiment(load_scenario("paper_simulation", settings)).run(folder)
+    return folder
+
+
+def page_of(*folders: Path) -> tuple[str, Page]:
+    path = folders[0].parent / "page.html"
+    write_report([RunRecord.open(folder) for folder in folders], path)
+    text = path.read_text(encoding="utf-8")
+    return text, Page(text)
+
+
+def check_alone(text: str, page: Page) -> None:
+    """It is whole, and asks nothing of anyone."""
+    assert not page.open
+    assert len(set(page.ids)) == len(page.ids)
+    assert not page.addresses
+    assert not page.tags & {"script", "link", "iframe"}
+    assert not re.search(r"@import|url\((?!#)", text)
+    used = re.findall(r'(?:url\(#|href="#)([^)"]+)', text)
+    assert set(used) <= set(page.ids)
+
+
+def test_a_page_is_whole_and_needs_nothing_else(run: Path) -> None:
+    text, page = page_of(run)
+    check_alone(text, page)
+    assert text.count("<svg") == 5
+    assert "It did not arrive within the 2.5 s of the scenario." in text
+    assert f"hopslam run {run}/config.yaml" in text
+    assert "slam.matching.gamma_M" in text
+
+
+def test_several_runs_are_compared(run: Path, own: Path) -> None:
+    text, page = page_of(run, own)
+    check_alone(text, page)
+    assert "2 runs compared" in text
+    assert 'class="number best"' in text
+    assert text.count("<svg") == 3 + 2 * 5
+    assert "standard deviations" in text  # only the own method claims a bound
+
+
+def copy_of(run: Path, folder: Path) -> Path:
+    return Path(shutil.copytree(run, folder))
+
+
+def test_a_killed_run_is_reported(run: Path, tmp_path: Path) -> None:
+    killed = copy_of(run, tmp_path / "killed")
+    (killed / "metrics.json").unlink()
+    steps = (killed / "steps.csv").read_text().splitlines(keepends=True)
+    (killed / "steps.csv").write_text("".join(steps[:10]))
+    text, page = page_of(killed)
+    check_alone(text, page)
+    assert "it was killed, or is still going" in text
+    assert "cut off" in text
+
+
+def test_what_a_file_says_is_text(run: Path, tmp_path: Path) -> None:
+    wild = copy_of(run, tmp_path / "wild<script>alert(1)<")
+    config = yaml.safe_load((wild / "config.yaml").read_text())
+    config["description"] = '</p><script>alert("x")</script>'
+    (wild / "config.yaml").write_text(yaml.safe_dump(config))
+    metrics = json.loads((wild / "metrics.json").read_text())
+    (wild / "metrics.json").write_text(json.dumps(metrics | {"error": "<script>", "log_report": "<script>"}))
+    text, page = page_of(wild)
+    assert "<script" not in text
+    assert "&lt;script&gt;" in text
+    check_alone(text, page)
+
+
+def test_faults_are_found_and_named(run: Path, tmp_path: Path) -> None:
+    """A gap in the scans, a lost robot, a stall."""
+    bad = copy_of(run, tmp_path / "bad")
+    record = RunRecord.open(bad)
+    record.traces.stamps[12:] += 1.0
+    record.traces.steps["lost"][5:8] = 1
+    record.traces.steps["v"][:] = 0.4
+    record.traces.odometry[:] = record.traces.odometry[0]
+    text = " ".join(faults(record, {"ending": "collided"}))
+    for part in ("hit something", "3 of 25 scans: the robot was lost", "1 times no scan came", "(stall)"):
+        assert part in text
+
+
+def test_the_best_is_marked_and_only_where_there_is_one() -> None:
+    table = {m.key: cells for m, cells, _ in rows([{"ate_rmse_m": 0.2, "scans": 5}, {"ate_rmse_m": 0.1, "scans": 4}])}
+    assert [cell.best for cell in table["ate_rmse_m"]] == [False, True]
+    assert not any(cell.best for cell in table["scans"])
+    same = rows([{"ate_rmse_m": 0.1}, {"ate_rmse_m": 0.1}])
+    assert not any(cell.best for _, cells, _ in same for cell in cells)
+
+
+def test_every_number_of_a_run_has_a_meaning(run: Path) -> None:
+    assert {"ate_rmse_m", "scans", "slam_ms_p99"} <= {metric.key for metric in METRICS}
+    assert all(metric.meaning.endswith(".") for metric in METRICS)
+
+
+def test_only_what_differs_from_the_defaults_is_a_change() -> None:
+    assert changes(Scenario(name="x")) == []
+    changed = changes(Scenario.model_validate({"name": "x", "slam": {"mode": "paper", "lines": {"psi": 0}}}))
+    assert [change.key for change in changed] == ["slam.mode", "slam.lines.psi"]
+
+
+def test_the_figures_of_the_paper_are_png_and_pdf(run: Path, tmp_path: Path) -> None:
+    count = write_figures([RunRecord.open(run)], tmp_path / "figures")
+    names = {path.stem for path in (tmp_path / "figures").iterdir()}
+    assert {f"fig{number}" for number in range(15, 22)} | {"map", "errors", "distance", "timing"} <= names
+    assert count == len(names)
+    for name in names:
+        with Image.open(tmp_path / "figures" / f"{name}.png") as picture:
+            picture.verify()
+        pdf = (tmp_path / "figures" / f"{name}.pdf").read_bytes()
+        assert pdf.startswith(b"%PDF-")
+        assert pdf.rstrip().endswith(b"%%EOF")
+
+
+@pytest.mark.parametrize("kind", ["webp", "gif"])
+def test_an_animation_shows_more_and_more(kind: str, run: Path, tmp_path: Path) -> None:
+    path = tmp_path / f"map.{kind}"
+    write_animation(RunRecord.open(run), path, seconds=1.0, width=240)
+    with Image.open(path) as film:
+        dark = []
+        for number in range(film.n_frames):
+            film.seek(number)
+            dark.append(int((np.asarray(film.convert("L")) < 80).sum()))
+    assert len(dark) == 10
+    assert dark[-1] > 1.3 * dark[0]
+
+
+def test_an_animation_has_a_name_that_says_its_kind(run: Path) -> None:
+    with pytest.raises(InputError, match=r"\.webp or \.gif"):
+        write_animation(RunRecord.open(run), run / "map.mp4")
+
+
+def test_walls_appear_where_they_are_seen_and_once() -> None:
+    lines = SeenWalls(np.array([[[0.0, 0.0], [1.0, 0.0]]]))
+    points = np.column_stack([np.linspace(0.0, 0.5, 20), np.zeros(20)])
+    first = lines.seen(0, points)
+    assert 0.4 < first[:, :, 0].max() < 0.7
+    assert len(lines.seen(1, points)) == 0
+    assert len(lines.seen(2, points + np.array([0.5, 0.0]))) > 3
+
+
+def test_the_commands_say_where_their_files_are(own: Path, tmp_path: Path) -> None:
+    runner = CliRunner()
+    page, film = tmp_path / "r.html", tmp_path / "m.webp"
+    done = runner.invoke(app, ["report", str(own), "--out", str(page)], catch_exceptions=False)
+    assert f"report in {page}" in done.stdout.replace("\n", "")
+    animated = ["animate", str(own), "--out", str(film), "--seconds", "1", "--width", "200"]
+    assert runner.invoke(app, animated, catch_exceptions=False).exit_code == 0
+    assert page.is_file()
+    assert film.is_file()
+    wrong = runner.invoke(app, ["report", str(own), "--out", str(tmp_path / "no" / "r.html")])
+    assert "choose another place" in str(wrong.exception)

@@ -18,6 +18,7 @@ from slam.run.env_cli import env
 from slam.run.hardware_cli import doctor, emulate
 from slam.run.lines_cli import lines
 from slam.run.localize_cli import localize
+from slam.run.replay_cli import replay
 from slam.run.world_cli import world
 
 app = typer.Typer(
@@ -28,6 +29,7 @@ app = typer.Typer(
     add_completion=False,
 )
 app.command()(lines)
+app.command()(replay)
 app.command()(localize)
 app.command()(env)
 app.command()(world)
@@ -109,41 +111,6 @@ def run(
     by_seed = [] if seed is None else [f"seed={seed}"]
     options = {"yes": yes, "dry_run": dry_run} if backend == "hardware" else {}
     experiment = scenario_experiment(load_scenario(scenario, [*(settings or []), *by_seed]), backend, **options)
-    if saved_map is not None:
-        from slam.run.localization import continued
-
-        experiment = continued(experiment, saved_map, start)
-    finish(experiment.run(out, rerun, console))
-
-
-@app.command()
-def replay(
-    log: Annotated[Path, typer.Argument(help="A CARMEN log, a URG-04LX text log, both maybe gzipped, or a ROS 1 bag.")],
-    scenario: Annotated[str, typer.Option(help="Where the settings of the method come from.")] = "replay",
-    out: Out = None,
-    settings: Settings = None,
-    rerun: Rerun = None,
-    saved_map: SavedMap = None,
-    start: Annotated[
-        Literal["search", "saved"], typer.Option(help="Where in that map: to be found, or where the other run ended.")
-    ] = "search",
-) -> None:
-    """Map a recorded log of a real robot.
-
-    [bold]Examples[/bold]
-
-    hopslam replay fr079.log.gz
-
-    hopslam replay mines1.dat.gz --out /tmp/mines --set slam.update_distance=0.1
-
-    hopslam replay second_half.log --map runs/latest/map.json --start saved
-    """
-    from slam.run.experiment import replay_experiment
-    from slam.run.finish import finish
-    from slam.run.scenario.file import load_scenario
-
-    experiment = replay_experiment(log, load_scenario(scenario, settings or []))
-    console.print(experiment.notes["log_report"], highlight=False)
     if saved_map is not None:
         from slam.run.localization import continued
 

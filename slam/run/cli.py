@@ -15,6 +15,7 @@ from slam.errors import HopslamError, InputError
 from slam.run.bench.cli import app as bench
 from slam.run.calibrate_cli import app as calibrate
 from slam.run.env_cli import env
+from slam.run.export_cli import export
 from slam.run.hardware_cli import doctor, emulate
 from slam.run.lines_cli import lines
 from slam.run.localize_cli import localize
@@ -33,6 +34,7 @@ app.command()(replay)
 app.command()(localize)
 app.command()(env)
 app.command()(world)
+app.command()(export)
 app.command()(emulate)
 app.command()(doctor)
 app.add_typer(bench, name="bench")

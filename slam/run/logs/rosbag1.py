@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-import lz4.frame  # type: ignore[import-untyped]  # ships no type information
+import lz4.frame
 
 from slam.errors import LogError
 from slam.run.logs.text import CutShort
@@ -35,7 +35,8 @@ def messages(path: Path) -> Iterator[RawMessage]:
                 connections[header[b"conn"]] = header[b"topic"].decode(), name
             else:
                 topic, name = connections.get(header[b"conn"], ("", ""))
-                yield RawMessage(topic, name, "ros1", data)
+                seconds, rest = struct.unpack("<II", header[b"time"])
+                yield RawMessage(topic, name, "ros1", data, 10**9 * seconds + rest)
     except (struct.error, KeyError, IndexError, ValueError, EOFError, RuntimeError) as error:
         raise CutShort(f"{path}: the bag is damaged or ends early") from error
 

@@ -17,7 +17,7 @@ def messages(path: Path) -> Iterator[RawMessage]:
     """The messages of all topics; LogError for what rosbags does not read."""
     try:
         with Reader(path) as reader:
-            for connection, _, data in reader.messages():
-                yield RawMessage(connection.topic, connection.msgtype, "cdr", bytes(data))
+            for connection, time, data in reader.messages():
+                yield RawMessage(connection.topic, connection.msgtype, "cdr", bytes(data), time)
     except (ReaderError, sqlite3.Error, struct.error, ValueError, LookupError) as error:
         raise LogError(f"{path}: not a ROS 2 bag that can be read: {error}") from error

@@ -20,7 +20,7 @@ from slam.run.ros.topics import GROUND_TRUTH, ODOM, SCAN, TF_STATIC
 def logged_observations(path: Path) -> Iterator[Observation]:
     """What the robot saw, scan by scan; ranges in single precision. InputError when there is no such file."""
     odometry, truth = Odometry(0.0, Pose2D()), None
-    for message in _messages(path):
+    for message in logged_messages(path):
         if message.topic == ODOM:
             odometry = decode_odometry(message).odometry
         elif message.topic == GROUND_TRUTH:
@@ -31,13 +31,14 @@ def logged_observations(path: Path) -> Iterator[Observation]:
 
 def logged_mount(path: Path) -> Pose2D:
     """``T_base_laser``; InputError when there is no such file or it ends before that."""
-    for message in _messages(path):
+    for message in logged_messages(path):
         if message.topic == TF_STATIC:
             return decode_transforms(message)[0].pose
     raise InputError(f"{path}: holds no scan; the run was ended before its first")
 
 
-def _messages(path: Path) -> Iterator[RawMessage]:
+def logged_messages(path: Path) -> Iterator[RawMessage]:
+    """All of it, in the order of the file; InputError when there is no such file."""
     try:
         with suppress(CutShort):
             yield from mcap_messages(path)

@@ -39,5 +39,5 @@ def _messages(records: Iterator[McapRecord]) -> Iterator[RawMessage]:
             channels[record.id] = record
         elif isinstance(record, Message):
             channel = channels[record.channel_id]
-            name = schemas[channel.schema_id].name if channel.schema_id else ""
-            yield RawMessage(channel.topic, ros2_type(name), channel.message_encoding, record.data)
+            name = ros2_type(schemas[channel.schema_id].name) if channel.schema_id else ""
+            yield RawMessage(channel.topic, name, channel.message_encoding, record.data, record.log_time)

@@ -14,6 +14,8 @@ class RawMessage(NamedTuple):
     encoding: str
     """``cdr`` or ``ros1``."""
     data: bytes
+    time: int
+    """When it was logged, nanoseconds."""
 
 
 def ros2_type(name: str) -> str:

@@ -14,7 +14,9 @@ from rich.console import Console
 from slam.errors import HopslamError, InputError
 from slam.run.bench.cli import app as bench
 from slam.run.calibrate_cli import app as calibrate
+from slam.run.compare_cli import compare
 from slam.run.env_cli import env
+from slam.run.eval_cli import evaluate
 from slam.run.export_cli import export
 from slam.run.hardware_cli import doctor, emulate
 from slam.run.lines_cli import lines
@@ -35,6 +37,8 @@ app.command()(localize)
 app.command()(env)
 app.command()(world)
 app.command()(export)
+app.command("eval")(evaluate)
+app.command()(compare)
 app.command()(emulate)
 app.command()(doctor)
 app.add_typer(bench, name="bench")

@@ -34,7 +34,7 @@ def write(record: RunRecord, out: Path) -> None:
 
 def _params(record: RunRecord, first: Observation) -> Iterator[str]:
     scan = first.scan
-    params = CarmenParams(scan.time_increment, _single(scan.range_min), *record.traces.estimate[0].tolist())
+    params = CarmenParams(scan.time_increment, scan.range_min, *record.traces.estimate[0].tolist())
     for name, value in params._asdict().items():
         yield f"PARAM hopslam_{name} {value:.12g} {_times(scan.stamp)}\n"
 
@@ -52,17 +52,12 @@ def _messages(seen: Observation, T_base_laser: Pose2D) -> Iterator[str]:
 def _scan(seen: Observation) -> str:
     """``type start fov resolution max_range accuracy remission_mode n ranges[n]``; 0 m for a reading that is void."""
     scan = seen.scan
-    reach = _single(scan.range_max)
+    reach = scan.range_max
     measured = np.minimum(scan.ranges, reach - _STEP)
     ranges = np.where(scan.echoes, measured, np.where(scan.ranges == np.inf, reach, 0.0))
     readings = " ".join(f"{reading:.7g}" for reading in ranges.tolist())
     fov = scan.angle_max - scan.angle_min
-    return f"0 {scan.angle_min:.9g} {fov:.9g} {scan.angle_increment:.9g} {reach:.7g} 0 0 {len(ranges)} {readings}"
-
-
-def _single(value: float) -> float:
-    """The short decimal that a number in single precision stands for."""
-    return float(f"{value:.7g}")
+    return f"0 {scan.angle_min!r} {fov!r} {scan.angle_increment!r} {reach:.7g} 0 0 {len(ranges)} {readings}"
 
 
 def _pose(pose: Pose2D) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from slam.pose import FloatArray
 from slam.run.logs.fields import BadLine
-from slam.run.ros.decoder import decode, frame_name, seconds
+from slam.run.ros.decoder import bearings, decimal, decode, frame_name, metres, seconds
 from slam.run.ros.raw_message import RawMessage
 
 
@@ -43,8 +43,10 @@ def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
     possible = step > 0.0 and scan.range_max > scan.range_min and abs(scan.angle_min) < 7.0
     if beams < 1 or not possible or turn >= 2.0 * np.pi + 1e-3 or not abs(scan.time_increment) < 1.0:
         raise BadLine("impossible value")
-    ranges = scan.ranges.astype(np.float64)
-    outside = np.isfinite(ranges) & ((ranges < scan.range_min) | (ranges > scan.range_max))
+    ranges = metres(scan.ranges)
+    outside = np.isfinite(ranges) & ((scan.ranges < scan.range_min) | (scan.ranges > scan.range_max))
     ranges[outside] = np.inf
-    fan = BagFan(scan.angle_min, step, beams, scan.range_min, scan.range_max)
-    return BagScan(number, seconds(scan.header), frame_name(scan.header.frame_id), fan, ranges, scan.time_increment)
+    reach = decimal(scan.range_min), decimal(scan.range_max)
+    fan = BagFan(*bearings(scan.angle_min, step), beams, *reach)
+    frame, between = frame_name(scan.header.frame_id), decimal(scan.time_increment)
+    return BagScan(number, seconds(scan.header), frame, fan, ranges, between)

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import struct
-from math import atan2
+from math import atan2, pi
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from rosbags.serde import SerdeError
 
 from slam.odometry import Odometry, Twist2D
-from slam.pose import Pose2D
+from slam.pose import FloatArray, Pose2D
 from slam.run.logs.fields import LARGEST, BadLine
 from slam.run.ros.raw_message import RawMessage
 from slam.run.ros.typestores import ros1_types, ros2_types
 from slam.scan import LaserScan
 
 _GARBLED: Final = (SerdeError, struct.error, ValueError, LookupError, AssertionError, OverflowError, MemoryError)
+_SINGLE: Final = 1.5e-7
+"""Single precision, relative."""
+_FAR: Final = 16.0
+"""Metres, from which single precision is coarser than a micrometre."""
 _LEVEL: Final = 0.98
 """Cosine of the tilt up to which a frame counts as level."""
 
@@ -61,18 +65,41 @@ def decode(raw: RawMessage) -> Any:
         raise BadLine("truncated") from None
 
 
+def metres(ranges: Any) -> FloatArray:
+    """Ranges in single precision as the decimals they stand for: of a lidar that reports whole micrometres or
+    millimetres, the very numbers."""
+    exact: FloatArray = ranges.astype(np.float64)
+    rounded: FloatArray = np.where(np.abs(exact) < _FAR, np.round(exact, 6), np.round(exact, 4))
+    return rounded
+
+
+def bearings(angle_min: float, angle_increment: float) -> tuple[float, float]:
+    """First bearing and step, given in single precision, as what they stand for: a lidar divides the turn into a whole
+    number of steps, and begins at a whole number of half ones. Where that does not fit, they are left as they are."""
+    step = 2.0 * pi / max(round(2.0 * pi / angle_increment), 1) if angle_increment > 0.0 else 0.0
+    first = round(2.0 * angle_min / step) * step / 2.0 if step else 0.0
+    fits = abs(step - angle_increment) <= _SINGLE * step and abs(first - angle_min) <= _SINGLE * abs(angle_min)
+    return (first, step) if fits else (angle_min, angle_increment)
+
+
+def decimal(value: float) -> float:
+    """The short decimal that a number in single precision stands for."""
+    return float(f"{value:.7g}")
+
+
 def decode_scan(raw: RawMessage) -> LaserScan:
     """A ``sensor_msgs/LaserScan``."""
     message = decode(raw)
+    angle_min, angle_increment = bearings(message.angle_min, message.angle_increment)
     return LaserScan(
         stamp=seconds(message.header),
-        angle_min=message.angle_min,
-        angle_increment=message.angle_increment,
-        range_min=message.range_min,
-        range_max=message.range_max,
-        ranges=message.ranges.astype(np.float64),
-        time_increment=message.time_increment,
-        scan_time=message.scan_time,
+        angle_min=angle_min,
+        angle_increment=angle_increment,
+        range_min=decimal(message.range_min),
+        range_max=decimal(message.range_max),
+        ranges=metres(message.ranges),
+        time_increment=decimal(message.time_increment),
+        scan_time=decimal(message.scan_time),
     )
 
 

@@ -84,7 +84,7 @@ def bearings(angle_min: float, angle_increment: float) -> tuple[float, float]:
 
 def decimal(value: float) -> float:
     """The short decimal that a number in single precision stands for."""
-    return float(f"{value:.7g}")
+    return float(str(np.float32(value)))
 
 
 def decode_scan(raw: RawMessage) -> LaserScan:

@@ -11,15 +11,18 @@ from rich.console import Console
 
 from slam.config import SlamConfig
 from slam.pose import FloatArray
+from slam.run.bench.crispness import crispness
 from slam.run.bench.hour_report import hour_tables
 from slam.run.bench.loop_fit import loop_fit
 from slam.run.bench.open_report import open_tables
 from slam.run.bench.shape_report import off_axes
 from slam.run.bench.sim_report import tables as sim_tables
 from slam.run.bench.sim_runs import run_scenario
-from slam.run.bench.slam_metrics import absolute_error, crispness, poses_at, relation_errors, relative_error
 from slam.run.bench.slam_report import tables
 from slam.run.bench.slam_runs import doubled_noise, run_log
+from slam.run.scoring.pose_errors import absolute_error, relative_error
+from slam.run.scoring.poses_at import poses_at
+from slam.run.scoring.relations import read_relations, relation_errors
 
 
 def wander(seed: int, count: int = 60) -> FloatArray:
@@ -56,7 +59,9 @@ def test_relations_by_hand(tmp_path: Path) -> None:
     path = tmp_path / "a.relations.gz"
     with gzip.open(path, "wt") as file:
         file.write("1 4 2.9 0 0 0 0 0.1\n2 5 3 0 0 0 0 0\n")
-    found = relation_errors(path, np.arange(9.0), np.column_stack([np.arange(9.0), np.zeros(9), np.zeros(9)]))
+    found = relation_errors(
+        read_relations(path), np.arange(9.0), np.column_stack([np.arange(9.0), np.zeros(9), np.zeros(9)])
+    )
     np.testing.assert_allclose(found.metres, [0.1, 0.0], atol=1e-12)
     np.testing.assert_allclose(found.radians, [0.1, 0.0], atol=1e-12)
 

@@ -25,11 +25,9 @@ COVARIANCE = np.array([[4.0, 0.5, 0.25], [0.5, 3.0, 0.125], [0.25, 0.125, 2.0]])
 
 
 def observation(k: int) -> Observation:
-    ranges = np.random.default_rng(k).uniform(0.1, 4.0, 300)
+    ranges = np.round(np.random.default_rng(k).uniform(0.1, 4.0, 300), 3)  # whole millimetres
     ranges[:3] = np.inf, -np.inf, np.nan
-    scan = LaserScan(
-        0.1 * k, -2.0, 0.0125, 0.0625, 4.0, ranges.astype(np.float32).astype(float), 0.0001220703125, 0.125
-    )
+    scan = LaserScan(0.1 * k, -2.0, 0.0125, 0.0625, 4.0, ranges, 0.0001220703125, 0.125)
     return Observation(scan, Odometry(0.1 * k, Pose2D(k, -k, 0.5), Twist2D(0.5, -0.25)), Pose2D(0.1 * k, 0.2, -3.0))
 
 

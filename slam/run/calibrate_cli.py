@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slam.errors import InputError
+from slam.run.options import Settings
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -39,9 +40,7 @@ def square(
     picture: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The squares before and after; default: beside the file, .png.")
     ] = None,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
-    ] = None,
+    settings: Settings = None,
     backend: Annotated[str, typer.Option(metavar="NAME", help="sim, or hardware: the real robot.")] = "sim",
     yes: Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")] = False,
 ) -> None:

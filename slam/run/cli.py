@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import signal
 import sys
-from pathlib import Path
-from typing import Annotated, Any, Literal, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import typer
 from rich.console import Console
 
-from slam.errors import HopslamError, InputError
+from slam.errors import HopslamError
 from slam.run.bench.cli import app as bench
 from slam.run.calibrate_cli import app as calibrate
+from slam.run.compare_cli import compare
 from slam.run.env_cli import env
+from slam.run.eval_cli import evaluate
+from slam.run.export_cli import export
 from slam.run.hardware_cli import doctor, emulate
 from slam.run.lines_cli import lines
 from slam.run.localize_cli import localize
+from slam.run.replay_cli import replay
 from slam.run.report_cli import animate, report
+from slam.run.run_cli import run
 from slam.run.view_cli import view
 from slam.run.world_cli import world
 
@@ -28,36 +32,23 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
+app.command()(run)
 app.command()(lines)
+app.command()(replay)
 app.command()(localize)
 app.command()(env)
 app.command()(view)
 app.command()(world)
 app.command()(report)
 app.command()(animate)
+app.command()(export)
+app.command("eval")(evaluate)
+app.command()(compare)
 app.command()(emulate)
 app.command()(doctor)
 app.add_typer(bench, name="bench")
 app.add_typer(calibrate, name="calibrate")
 console = Console()
-
-Settings = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
-]
-Out = Annotated[
-    Path | None,
-    typer.Option(metavar="DIR", help="Folder for the results; default runs/<name>-<time>, and runs/latest."),
-]
-Rerun = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="WHERE", help="Show it: in FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again."
-    ),
-]
-
-SavedMap = Annotated[
-    Path | None, typer.Option("--map", metavar="FILE", help="Go on mapping in this map.json of another run.")
-]
 
 
 def _show_version(asked: bool) -> None:
@@ -73,90 +64,6 @@ def _hopslam(
     version: Annotated[bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show it.")] = False,
 ) -> None:
     """A robot testbed for line-based SLAM with a cheap 2-D lidar."""
-
-
-@app.command()
-def run(
-    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")] = "corridor",
-    seed: Annotated[int | None, typer.Option(help="Seed of all that is random; default: the scenario's.")] = None,
-    out: Out = None,
-    settings: Settings = None,
-    rerun: Rerun = None,
-    backend: Annotated[str, typer.Option(metavar="NAME", help="sim, or hardware: the real robot.")] = "sim",
-    yes: Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="The real robot's sensors only: it never moves.")] = False,
-    saved_map: SavedMap = None,
-    start: Annotated[
-        Literal["given", "search"], typer.Option(help="Where in that map: the scenario's start, or to be found.")
-    ] = "given",
-) -> None:
-    """Drive a robot through a scenario, and map it.
-
-    The robot is simulated, or the real one at the ports in the scenario's section hardware: see docs/bench.md.
-
-    [bold]Examples[/bold]
-
-    hopslam run corridor
-
-    hopslam run paper_simulation --seed 3 --out /tmp/paper
-
-    hopslam run paper_corridor --set slam.lines.psi=0 --set robot.odometry.track=0.33 --rerun corridor.rrd
-
-    hopslam run office_loop --map runs/latest/map.json --start search
-
-    hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
-    """
-    from slam.run.experiment import scenario_experiment
-    from slam.run.finish import conduct
-    from slam.run.scenario.file import load_scenario
-
-    if backend == "replay":
-        raise InputError("--backend replay has no log to play; run: hopslam replay LOG")
-    if backend != "hardware" and (yes or dry_run):
-        raise InputError("--yes and --dry-run are for the real robot; add --backend hardware")
-    by_seed = [] if seed is None else [f"seed={seed}"]
-    options = {"yes": yes, "dry_run": dry_run} if backend == "hardware" else {}
-    experiment = scenario_experiment(load_scenario(scenario, [*(settings or []), *by_seed]), backend, **options)
-    if saved_map is not None:
-        from slam.run.localization import continued
-
-        experiment = continued(experiment, saved_map, start)
-    conduct(experiment, out, rerun, console)
-
-
-@app.command()
-def replay(
-    log: Annotated[Path, typer.Argument(help="A CARMEN log, a URG-04LX text log, both maybe gzipped, or a ROS 1 bag.")],
-    scenario: Annotated[str, typer.Option(help="Where the settings of the method come from.")] = "replay",
-    out: Out = None,
-    settings: Settings = None,
-    rerun: Rerun = None,
-    saved_map: SavedMap = None,
-    start: Annotated[
-        Literal["search", "saved"], typer.Option(help="Where in that map: to be found, or where the other run ended.")
-    ] = "search",
-) -> None:
-    """Map a recorded log of a real robot.
-
-    [bold]Examples[/bold]
-
-    hopslam replay fr079.log.gz
-
-    hopslam replay mines1.dat.gz --out /tmp/mines --set slam.update_distance=0.1
-
-    hopslam replay second_half.log --map runs/latest/map.json --start saved
-    """
-    from slam.run.experiment import replay_experiment
-    from slam.run.finish import conduct
-    from slam.run.scenario.file import load_scenario
-
-    experiment = replay_experiment(log, load_scenario(scenario, settings or []))
-    console.print(experiment.notes["log_report"], highlight=False)
-    if saved_map is not None:
-        from slam.run.localization import continued
-
-        experiment = continued(experiment, saved_map, start)
-    conduct(experiment, out, rerun, console)
 
 
 def _fail(error: HopslamError) -> NoReturn:

@@ -23,7 +23,7 @@ from slam.pose import FloatArray, Pose2D
 from slam.run.backends import make_robot
 from slam.run.estimator import Estimator, map_made_by
 from slam.run.interruption import Interruption
-from slam.run.logs import read_log
+from slam.run.logs import BagTopics, read_log
 from slam.run.loop import Ending, Watcher, run_loop
 from slam.run.maps.file import write_map
 from slam.run.pilot import Passenger, Pilot, WaypointPilot
@@ -177,15 +177,23 @@ def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: boo
     )
 
 
-def replay_experiment(path: Path, scenario: Scenario) -> Experiment:
-    """A recorded log, through the method as the scenario sets it; its world and robot are not used."""
-    log = read_log(path)
-    name = re.sub(r"[^A-Za-z0-9._ -]", "-", path.name.lstrip(".")).split(".")[0] or "log"
-    scenario = Scenario(name=name, description=f"replay of {path.name}", slam=scenario.slam, seed=scenario.seed)
+def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None = None) -> Experiment:
+    """A recorded log, through the method as the scenario sets it; its world and robot are not used.
+
+    The robot begins where the log says it is in the map, or at the origin; without odometry in the log, none is used.
+    """
+    log = read_log(path, topics)
+    name = re.sub(r"[^A-Za-z0-9._ -]", "-", path.resolve().name.lstrip(".")).split(".")[0] or "log"
+    slam = (
+        scenario.slam
+        if log.has_odometry
+        else scenario.slam.model_copy(update={"odometry": False, "update_distance": 0.0})
+    )
+    scenario = Scenario(name=name, description=f"replay of {path.name}", slam=slam, seed=scenario.seed)
     return Experiment(
         scenario=scenario,
         env=RobotEnv(lambda seed: make_robot("replay", log), log.lidar, Twist2D(10.0, 10.0)),
-        slam=LineSlam(scenario.slam, log.T_base_laser, Pose2D(), scenario.seed),
+        slam=LineSlam(scenario.slam, log.T_base_laser, log.start, scenario.seed),
         pilot=Passenger(len(log)),
         seed=scenario.seed,
         notes={"log": str(path), "log_report": log.report},

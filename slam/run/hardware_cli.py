@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slam.errors import InputError
+from slam.run.options import Rerun, Settings
 
 if TYPE_CHECKING:
     from slam.scan import LaserScan
@@ -32,16 +33,8 @@ def emulate(
     plant: Annotated[str, typer.Option(metavar="NAME", help="What moves it: sim, or plan: no physics.")] = "sim",
     seed: Annotated[int, typer.Option(min=0, help="Of the damage to bytes.")] = 0,
     truth: Annotated[Path | None, typer.Option(metavar="FILE", help="Where the robot really is, as TUM text.")] = None,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
-    ] = None,
-    rerun: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="WHERE",
-            help="Show its world: in FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again.",
-        ),
-    ] = None,
+    settings: Settings = None,
+    rerun: Rerun = None,
 ) -> None:
     """A P3-DX and a URG-04LX that are not there, for any ARCOS or SCIP software.
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from slam.run.options import Out, Rerun, Settings
+
 if TYPE_CHECKING:
     from slam.run.experiment import Experiment
 
@@ -18,20 +20,9 @@ def localize(
     ],
     saved_map: Annotated[Path, typer.Option("--map", metavar="FILE", help="The map.json of another run.")],
     seed: Annotated[int | None, typer.Option(help="Of a scenario: of all that is random; default: its own.")] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Folder for the results; default runs/<name>-<time>, and runs/latest."),
-    ] = None,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
-    ] = None,
-    rerun: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="WHERE",
-            help="Show it: in FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again.",
-        ),
-    ] = None,
+    out: Out = None,
+    settings: Settings = None,
+    rerun: Rerun = None,
 ) -> None:
     """Find the robot in a saved map, from nothing, and track it. The map stays as it is.
 

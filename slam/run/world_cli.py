@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from slam.run.options import Settings
+
 
 def world(
     scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")],
@@ -14,9 +16,7 @@ def world(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The picture: .png, .svg or .pdf; default <name>.png.")
     ] = None,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
-    ] = None,
+    settings: Settings = None,
 ) -> None:
     """Draw the world of a scenario, and what moves in it.
 

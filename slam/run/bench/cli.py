@@ -10,6 +10,7 @@ import typer
 from rich.console import Console
 
 from slam.run.bench.hardware_cli import bench_hardware
+from slam.run.options import Settings
 
 app = typer.Typer(
     help="Measure: the paper's figures, extractors, matchers, localisation, SLAM, the simulator, the drivers.",
@@ -104,9 +105,7 @@ def slam(
         list[str] | None, typer.Argument(metavar="[LOG]...", help="Names such as fr079; all without one.")
     ] = None,
     data: Annotated[Path, typer.Option(metavar="DIR", help="Where the recorded logs are.")] = Path("../shared/data"),
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
-    ] = None,
+    settings: Settings = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the tables to a Markdown file.")] = None,
 ) -> None:
     """Measure the whole method on recorded logs, with one set of settings for all, beside other systems.
@@ -141,9 +140,7 @@ def localize(
     trials: Annotated[int, typer.Option(min=1, help="Robots that are set down, and then moved, in each.")] = 100,
     seconds: Annotated[float, typer.Option(min=1.0, help="Simulated time of each stay.")] = 10.0,
     seed: Annotated[int, typer.Option(help="Of the places, and of the trials' noise.")] = 1,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
-    ] = None,
+    settings: Settings = None,
 ) -> None:
     """Measure localisation in a saved map: from a random place, and after the robot was moved without being told.
 
@@ -205,9 +202,7 @@ def slam_sim(
     seeds: Annotated[int, typer.Option(min=0, max=100, help="Runs of each scenario; 0 with --hour alone.")] = 10,
     first_seed: Annotated[int, typer.Option(min=0, help="Of these runs; the others follow.")] = 0,
     hour: Annotated[bool, typer.Option("--hour", help="Also one simulated hour around office_loop: minutes.")] = False,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
-    ] = None,
+    settings: Settings = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the tables to a Markdown file.")] = None,
 ) -> None:
     """Measure the whole method in the simulator, against the truth: errors, covariances, costs.

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 
 from slam.pose import FloatArray
+from slam.run.bench.crispness import end_points
 from slam.run.bench.loop_fit import loop_fit
-from slam.run.bench.slam_metrics import end_points
 from slam.run.bench.slam_runs import SlamRun
 from slam.run.bench.tables import ResultTable
 

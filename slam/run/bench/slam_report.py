@@ -16,12 +16,15 @@ from rich.console import Console
 
 from slam.config import SlamConfig
 from slam.pose import FloatArray, wrap_angle
+from slam.run.bench.crispness import crispness
 from slam.run.bench.shape_report import shape_table
-from slam.run.bench.slam_metrics import absolute_error, crispness, poses_at, relation_errors, relative_error
 from slam.run.bench.slam_runs import LOGS, SlamRun, doubled_noise, run_log
 from slam.run.bench.tables import ResultTable
 from slam.run.logs.log import relative_poses
 from slam.run.logs.tum import read_tum
+from slam.run.scoring.pose_errors import absolute_error, relative_error
+from slam.run.scoring.poses_at import poses_at
+from slam.run.scoring.relations import read_relations, relation_errors
 
 WORKERS: Final = 2
 DOUBLED: Final = "corridor, noise x 2"
@@ -90,9 +93,10 @@ def _error_row(name: str, run: SlamRun, folder: Path) -> tuple[str, ...]:
         cells["extent"] = f"{_extent(estimate) / _extent(truth):.4f}"
         end = relative_poses(truth[0], truth[-1:])[0] - relative_poses(estimate[0], estimate[-1:])[0]
     if relations.is_file():
+        known = read_relations(relations)
         cells["relations"] = " / ".join(
             f"{np.mean(found.metres):.4f}+-{np.std(found.metres):.3f}, {np.degrees(np.mean(found.radians)):.2f}"
-            for found in (relation_errors(relations, stamps, poses) for poses in (run.poses, _ahead(run.poses)))
+            for found in (relation_errors(known, stamps, poses) for poses in (run.poses, _ahead(run.poses)))
         )
     cells["end"] = f"{np.hypot(*end[:2]):.3f}, {abs(np.degrees(wrap_angle(float(end[2])))):.2f}"
     urg = run.log.lidar.beams > 600

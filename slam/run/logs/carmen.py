@@ -13,6 +13,7 @@ import numpy as np
 
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.run.logs.carmen_message import PARSERS, Fan, Message, parse
+from slam.run.logs.carmen_params import param, params_of, twists
 from slam.run.logs.fields import BadLine
 from slam.run.logs.log import Log, relative_poses, scan_time
 from slam.run.logs.stamps import in_order
@@ -39,7 +40,8 @@ def recognises(line: bytes) -> bool:
 
 def read(lines: Iterable[tuple[int, bytes]], tally: Tally) -> Log:
     """The log in these numbered lines; LogError when there is not one scan."""
-    messages = in_order(_of_one_fan(list(_messages(lines, tally)), tally), tally)
+    values: dict[str, float] = {}
+    messages = in_order(_of_one_fan(list(_messages(lines, tally, values)), tally), tally)
     if not messages:
         raise tally.no_scans("FLASER or ROBOTLASER1 messages")
     fan = messages[0].fan
@@ -48,22 +50,33 @@ def read(lines: Iterable[tuple[int, bytes]], tally: Tally) -> Log:
     robot = np.array([message.T_odom_base for message in messages])
     laser = np.array([message.T_odom_laser for message in messages])
     range_max = _reach(fan, ranges)
-    ranges[(ranges == 0.0) | (ranges >= range_max)] = np.inf
+    params = params_of(values)
+    ranges[ranges == 0.0] = np.inf if params is None else np.nan
+    ranges[ranges >= range_max] = np.inf
     return Log(
-        lidar=Lidar(fan.angle_min, fan.angle_increment, fan.beams, 0.0, range_max, scan_time(stamps)),
+        lidar=Lidar(
+            fan.angle_min,
+            fan.angle_increment,
+            fan.beams,
+            params.range_min if params else 0.0,
+            range_max,
+            scan_time(stamps),
+        ),
         T_base_laser=_mount(robot, laser, tally),
         stamps=stamps,
         ranges=ranges,
         T_odom_base=relative_poses(robot[0], robot),
-        time_increment=0.0,
+        time_increment=params.time_increment if params else 0.0,
         skipped=tally.skipped,
         ignored=tally.ignored,
         report=tally.report(len(messages)),
+        twists=twists(messages) if params else None,
+        start=params.start if params else Pose2D(),
     )
 
 
-def _messages(lines: Iterable[tuple[int, bytes]], tally: Tally) -> Iterator[Message]:
-    """The laser messages; other types are counted and garbled lines skipped."""
+def _messages(lines: Iterable[tuple[int, bytes]], tally: Tally, values: dict[str, float]) -> Iterator[Message]:
+    """The laser messages; this project's parameters go to ``values``; others are counted, garbled lines skipped."""
     for number, line in lines:
         words = line.split()
         if not words or words[0].startswith(b"#"):
@@ -73,6 +86,8 @@ def _messages(lines: Iterable[tuple[int, bytes]], tally: Tally) -> Iterator[Mess
                 yield parse(words, number)
             except BadLine as fault:
                 tally.skip(str(fault), number)
+        elif words[0] == b"PARAM" and (named := param(words)):
+            values.setdefault(*named)
         else:
             _pass_by(words[0], number, tally)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, pi
 from typing import Final, NamedTuple
 
@@ -30,6 +30,8 @@ class Message:
     T_odom_laser: tuple[float, float, float]
     T_odom_base: tuple[float, float, float]
     stamp: float
+    twist: Sequence[bytes] = ()
+    """Two words: linear and angular velocity, m/s and rad/s, as the message has them; none in an old one."""
 
 
 def parse(words: Sequence[bytes], line: int) -> Message:
@@ -52,7 +54,8 @@ def _robotlaser1(words: Sequence[bytes], line: int) -> Message:
     _check_length(words, tail + 14)
     angle_min, _, angle_increment, range_max = bounded(words[2:6])
     fan = Fan(angle_min, angle_increment, end - 9, range_max)
-    return _message(line, fan, words[9:end], words[tail : tail + 6], words[tail + 11])
+    scan = _message(line, fan, words[9:end], words[tail : tail + 6], words[tail + 11])
+    return replace(scan, twist=words[tail + 6 : tail + 8])
 
 
 PARSERS: Final[dict[bytes, Callable[[Sequence[bytes], int], Message]]] = {

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import cos, sin
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,10 +35,19 @@ class Log:
     """How many messages of other types went by, by their names."""
     report: str
     """What was read and what was not, one line to show."""
+    has_odometry: bool = True
+    """False: nobody measured the motion, and ``T_odom_base`` stands still."""
+    twists: FloatArray | None = None
+    """Linear and angular velocity that the base measured while the beams were taken, m/s and rad/s, shape (N, 2)."""
+    start: Pose2D = field(default_factory=Pose2D)
+    """``T_map_base`` at the first scan, where the log knows a map."""
+    T_map_base: FloatArray | None = None
+    """The truth as rows x, y, theta, where the log knows it; shape (N, 3)."""
 
     def __post_init__(self) -> None:
-        for array in (self.stamps, self.ranges, self.T_odom_base):
-            array.flags.writeable = False
+        for array in (self.stamps, self.ranges, self.T_odom_base, self.twists, self.T_map_base):
+            if array is not None:
+                array.flags.writeable = False
 
     def __len__(self) -> int:
         """Number of scans."""
@@ -58,8 +68,13 @@ class Log:
         )
 
     def odometry(self, index: int) -> Odometry:
-        """Dead reckoning at that scan; its twist is that of the motion which led there."""
-        return Odometry(float(self.stamps[index]), self.pose(index), self.twist(index - 1))
+        """Dead reckoning at that scan; where no twist was measured, it is that of the motion which led there."""
+        twist = self.twist(index - 1) if self.twists is None else Twist2D(*self.twists[index].tolist())
+        return Odometry(float(self.stamps[index]), self.pose(index), twist)
+
+    def truth(self, index: int) -> Pose2D | None:
+        """``T_map_base`` at that scan, where the log knows it."""
+        return None if self.T_map_base is None else Pose2D(*self.T_map_base[index].tolist())
 
     def pose(self, index: int) -> Pose2D:
         """``T_odom_base`` at that scan."""
@@ -73,6 +88,13 @@ class Log:
         motion = self.pose(index).between(self.pose(index + 1))
         seconds = float(self.stamps[index + 1] - self.stamps[index])
         return Twist2D(_arc(motion) / seconds, motion.theta / seconds)
+
+
+class BagTopics(NamedTuple):
+    """Which topics of a bag to read; None: the only one of its type."""
+
+    scan: str | None = None
+    odometry: str | None = None
 
 
 def _arc(motion: Pose2D) -> float:

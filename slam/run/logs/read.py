@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Final, Protocol
 
 from slam.errors import LogError
-from slam.run.logs import carmen, rosbag1, urg_text
-from slam.run.logs.log import Log
+from slam.run.logs import carmen, urg_text
+from slam.run.logs.containers import container
+from slam.run.logs.log import BagTopics, Log
 from slam.run.logs.tally import Tally
 from slam.run.logs.text import CutShort, read_lines
 
@@ -28,21 +29,26 @@ class Format(Protocol):
 
 
 _FORMATS: Final[tuple[Format, ...]] = (carmen, urg_text)
-_NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip, or a ROS 1 bag"
+_NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
 _HEAD: Final = 200
 """The format shows in one of that many first lines."""
 
 
-def read_log(path: str | Path) -> Log:
-    """The recorded run in a file: CARMEN messages or the text of a URG-04LX with wheel encoders, plain or gzip; or the
-    laser scans of a ROS 1 bag.
+def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
+    """The recorded run at a path: CARMEN messages or the text of a URG-04LX with wheel encoders, plain or gzip; the
+    laser scans and the odometry of a ROS 1 bag, of a folder of a ROS 2 bag, or of an MCAP file; the folder of a run.
 
     Lines that cannot be used are skipped and counted in ``Log.report``. Raises LogError, of one line, when the file
-    cannot be read, is no such log, or holds no scan.
+    cannot be read, is no such log, holds no scan, or has more topics than one and ``topics`` chooses none.
     """
-    if rosbag1.recognises(Path(path)):
-        return rosbag1.read(Path(path))
-    tally = Tally(Path(path))
+    path = Path(path)
+    if (messages := container(path)) is not None:
+        from slam.run.logs import bag
+
+        return bag.read(path, messages, topics or BagTopics())
+    if topics is not None and any(topics):
+        raise LogError(f"{path}: has no topics, as it is no bag; leave out --scan-topic and --odom-topic")
+    tally = Tally(path)
     with closing(_readable_lines(tally)) as lines:
         head = list(islice(lines, _HEAD))
         for form in _FORMATS:

@@ -16,8 +16,8 @@ from slam.scan import Lidar
 class ReplayRobot:
     """Plays a log from its first scan to its last, as fast as it is asked for; ``len()`` is the number of scans.
 
-    Made from a path, or from a log already read; LogError when the path holds none that can be read. A log knows no
-    truth, so ``Observation.T_map_base`` is None.
+    Made from a path, or from a log already read; LogError when the path holds none that can be read. The truth is known
+    where the log holds it.
     """
 
     def __init__(self, log: Log | str | Path) -> None:
@@ -53,7 +53,7 @@ class ReplayRobot:
         if index == len(self.log):
             return None
         self._observed += 1
-        return Observation(self.log.scan(index), self.log.odometry(index))
+        return Observation(self.log.scan(index), self.log.odometry(index), self.log.truth(index))
 
     def drive(self, command: Twist2D) -> Twist2D:
         """The mean velocity recorded from the scan last observed to the next one, whatever the command; zero before the

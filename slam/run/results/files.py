@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,6 +29,19 @@ def whole_file(path: Path) -> Iterator[Path]:
         draft.replace(path)
     finally:
         draft.unlink(missing_ok=True)
+
+
+@contextmanager
+def whole_folder(path: Path) -> Iterator[Path]:
+    """Where to make and fill a folder, which takes the place ``path`` when the block is left without an error."""
+    drafts = path.with_name(f".draft-{path.name}")
+    shutil.rmtree(drafts, ignore_errors=True)
+    drafts.mkdir()
+    try:
+        yield drafts / path.name
+        (drafts / path.name).rename(path)
+    finally:
+        shutil.rmtree(drafts, ignore_errors=True)
 
 
 class GrowingText:

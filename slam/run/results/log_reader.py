@@ -3,39 +3,44 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from slam.errors import InputError
 from slam.odometry import Odometry
 from slam.pose import Pose2D
 from slam.robot import Observation
+from slam.run.logs.text import CutShort
 from slam.run.ros.decoder import decode_odometry, decode_pose, decode_scan, decode_transforms
-from slam.run.ros.mcap_messages import RawMessage, mcap_messages
+from slam.run.ros.mcap_messages import mcap_messages
+from slam.run.ros.raw_message import RawMessage
 from slam.run.ros.topics import GROUND_TRUTH, ODOM, SCAN, TF_STATIC
 
 
 def logged_observations(path: Path) -> Iterator[Observation]:
     """What the robot saw, scan by scan; ranges in single precision. InputError when there is no such file."""
     odometry, truth = Odometry(0.0, Pose2D()), None
-    for message in _messages(path):
+    for message in logged_messages(path):
         if message.topic == ODOM:
-            odometry = decode_odometry(message.data)
+            odometry = decode_odometry(message).odometry
         elif message.topic == GROUND_TRUTH:
-            truth = decode_pose(message.data)
+            truth = decode_pose(message).pose
         elif message.topic == SCAN:
-            yield Observation(decode_scan(message.data), odometry, truth)
+            yield Observation(decode_scan(message), odometry, truth)
 
 
 def logged_mount(path: Path) -> Pose2D:
     """``T_base_laser``; InputError when there is no such file or it ends before that."""
-    for message in _messages(path):
+    for message in logged_messages(path):
         if message.topic == TF_STATIC:
-            return decode_transforms(message.data)[0][3]
+            return decode_transforms(message)[0].pose
     raise InputError(f"{path}: holds no scan; the run was ended before its first")
 
 
-def _messages(path: Path) -> Iterator[RawMessage]:
+def logged_messages(path: Path) -> Iterator[RawMessage]:
+    """All of it, in the order of the file; InputError when there is no such file."""
     try:
-        yield from mcap_messages(path)
+        with suppress(CutShort):
+            yield from mcap_messages(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}; the folder of a run has this file") from error

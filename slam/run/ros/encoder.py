@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-from functools import cache
 from math import cos, sin
 from typing import Any, Final
 
 import numpy as np
-from rosbags.typesys import Stores, get_typestore
-from rosbags.typesys.store import Typestore
 
 from slam.odometry import Odometry
 from slam.pose import Pose2D
 from slam.run.ros.topics import LASER_SCAN, ODOMETRY, POSE, TRANSFORMS
+from slam.run.ros.typestores import ros2_types
 from slam.scan import LaserScan
 
 _LAST_SECOND: Final = 2**31 - 1
 _NO_COVARIANCE: Final = np.zeros(36)
 _NO_INTENSITIES: Final = np.empty(0, np.float32)
-
-
-@cache
-def typestore() -> Typestore:
-    """The message types of ROS 2 Humble; those used here are the same in every later one."""
-    return get_typestore(Stores.ROS2_HUMBLE)
 
 
 def nanoseconds(stamp: float) -> int:
@@ -35,7 +27,7 @@ class Encoder:
     """Values to the bytes of messages. Poses lie in the plane, z = 0."""
 
     def __init__(self) -> None:
-        self._store = typestore()
+        self._store = ros2_types()
         self._types = self._store.types
 
     def scan(self, scan: LaserScan) -> bytes:

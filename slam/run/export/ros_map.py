@@ -1,0 +1,47 @@
+"""An occupancy map for ROS: a folder with ``map.pgm`` and ``map.yaml``, as map_server loads it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+from PIL import Image
+
+from slam.run.export.occupancy import Occupancy, occupancy
+from slam.run.results.files import whole_folder
+from slam.run.results.run_record import RunRecord
+
+_CELL: Final = 0.05
+"""Metres."""
+_OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205
+_FREE_THRESH: Final = 0.196
+"""Just below what 205 stands for, 50 / 255: every map_server, old or new, takes it for unknown."""
+
+
+def write(record: RunRecord, out: Path) -> None:
+    """Cells of 5 cm: occupied black, free white, unknown grey; the origin is the lower left corner, map frame."""
+    grid = occupancy(record, _CELL)
+    header = {
+        "image": "map.pgm",
+        "mode": "trinary",
+        "resolution": _CELL,
+        "origin": [*np.round(grid.corner, 6).tolist(), 0.0],
+        "negate": 0,
+        "occupied_thresh": 0.65,
+        "free_thresh": _FREE_THRESH,
+    }
+    with whole_folder(out) as draft:
+        draft.mkdir()
+        Image.fromarray(_pixels(grid)).save(draft / "map.pgm")
+        (draft / "map.yaml").write_text(yaml.safe_dump(header, sort_keys=False))
+
+
+def _pixels(grid: Occupancy) -> NDArray[np.uint8]:
+    """(rows, columns), the highest row first."""
+    pixels = np.full(grid.hits.shape, _UNKNOWN, np.uint8)
+    pixels[grid.free] = _FREE
+    pixels[grid.occupied] = _OCCUPIED
+    return pixels[::-1]

@@ -1,0 +1,37 @@
+"""The log of a run as the folder of a ROS 2 bag, sqlite3: what ``ros2 bag play`` of every ROS 2 takes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+from rosbags.rosbag2 import Writer
+
+from slam.run.results.files import whole_folder
+from slam.run.results.log_reader import logged_messages
+from slam.run.results.run_log import LOG
+from slam.run.results.run_record import RunRecord
+from slam.run.ros.topics import TF_STATIC
+from slam.run.ros.typestores import ros2_types
+
+_VERSION: Final = 8
+_NEVER: Final = QosTime(2147483647, 4294967295)
+_LATCHED: Final = Qos(
+    QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, _NEVER, _NEVER,
+    QosLiveliness.AUTOMATIC, _NEVER, False,
+)  # fmt: skip
+"""Who listens late hears the static transforms too."""
+
+
+def write(record: RunRecord, out: Path) -> None:
+    """The topics of ``log.mcap``, message by message."""
+    connections: dict[str, Connection] = {}
+    with whole_folder(out) as draft, Writer(draft, version=_VERSION) as writer:
+        for message in logged_messages(record.folder / LOG):
+            if message.topic not in connections:
+                profiles = [_LATCHED] if message.topic == TF_STATIC else []
+                connections[message.topic] = writer.add_connection(
+                    message.topic, message.type, typestore=ros2_types(), offered_qos_profiles=profiles
+                )
+            writer.write(connections[message.topic], message.time, message.data)

@@ -1,0 +1,25 @@
+"""Options that several commands have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(metavar="DIR", help="Folder for the results; default runs/<name>-<time>, and runs/latest."),
+]
+Rerun = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="WHERE", help="Show it: in FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again."
+    ),
+]
+SavedMap = Annotated[
+    Path | None, typer.Option("--map", metavar="FILE", help="Go on mapping in this map.json of another run.")
+]

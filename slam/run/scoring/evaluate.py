@@ -1,0 +1,99 @@
+"""The scores of a trajectory, to be shown as a table."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from slam.errors import InputError
+from slam.pose import FloatArray
+from slam.run.logs.tum import read_tum
+from slam.run.results.run_record import RunRecord
+from slam.run.scoring.pose_errors import PoseErrors, absolute_errors, errors_by_frames, errors_by_path
+from slam.run.scoring.poses_at import poses_at
+from slam.run.scoring.relations import read_relations, relation_errors
+
+Unit = Literal["m", "frames"]
+
+
+class Trajectory(NamedTuple):
+    """Stamps (N,), seconds, and poses (N, 3), metres and radians."""
+
+    stamps: FloatArray
+    poses: FloatArray
+
+
+class Score(NamedTuple):
+    """One measure: the errors of all that it looked at, and of how many there were."""
+
+    name: str
+    errors: PoseErrors
+    asked: int
+
+
+class Delta(NamedTuple):
+    """Over what the relative error is taken."""
+
+    size: float = 1.0
+    unit: Unit = "m"
+
+
+def read_trajectory(path: Path) -> Trajectory:
+    """The estimate of a run folder, or the poses of a TUM file; InputError for what is neither."""
+    if path.is_dir():
+        traces = RunRecord.open(path).traces
+        return Trajectory(traces.stamps, traces.estimate)
+    return Trajectory(*read_tum(path))
+
+
+def reference_of(path: Path, given: Path | None) -> Path:
+    """The given reference, or the truth of a run; InputError where there is none."""
+    if given is not None:
+        return given
+    if (path / "groundtruth.tum").is_file():
+        return path / "groundtruth.tum"
+    raise InputError(f"{path}: knows no truth; give --reference FILE.tum or --relations FILE")
+
+
+def against_reference(
+    estimate: Trajectory, reference: Trajectory, delta: Delta, align: bool, gap: float
+) -> tuple[Score, Score]:
+    """ATE and RPE at the stamps of the reference that the estimate covers; InputError where these are fewer than 3."""
+    at = poses_at(reference.stamps, *estimate, gap)
+    poses, truth = at.poses[at.known], reference.poses[at.known]
+    if len(poses) < 3:
+        raise InputError(f"the two trajectories share {len(poses)} stamps; need 3, on one clock, within {gap:g} s")
+    relative = (
+        errors_by_path(poses, truth, delta.size)
+        if delta.unit == "m"
+        else errors_by_frames(poses, truth, round(delta.size))
+    )
+    name = f"RPE over {delta.size:g} {delta.unit}"
+    return (
+        Score("ATE, aligned" if align else "ATE", absolute_errors(poses, truth, align), len(reference.stamps)),
+        Score(name, relative, len(relative.metres)),
+    )
+
+
+def against_relations(estimate: Trajectory, path: Path, gap: float) -> Score:
+    """The metric of Kuemmerle et al.; InputError where the estimate covers no relation."""
+    relations = read_relations(path)
+    errors = relation_errors(relations, *estimate, gap)
+    if not len(errors.metres):
+        raise InputError(f"{path}: none of its {len(relations)} relations lies in the time of the trajectory")
+    return Score("relations", errors, len(relations))
+
+
+def statistics(errors: FloatArray) -> dict[str, float]:
+    """Mean, standard deviation of all (not of a sample), root mean square, median and maximum; nan of none."""
+    if not len(errors):
+        return dict.fromkeys(("mean", "std", "rmse", "median", "max"), float("nan"))
+    return {
+        "mean": float(errors.mean()),
+        "std": float(errors.std()),
+        "rmse": float(np.sqrt(np.mean(errors**2))),
+        "median": float(np.median(errors)),
+        "max": float(errors.max()),
+    }

@@ -1,0 +1,75 @@
+"""Errors of a trajectory against a reference: absolute and relative (Sturm et al., IROS 2012).
+
+Poses are rows x, y, theta (N, 3), metres and radians, pose by pose at the same times.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray
+from slam.run.logs.log import relative_poses
+
+
+class PoseErrors(NamedTuple):
+    """Sizes of errors, (K,) each."""
+
+    metres: FloatArray
+    radians: FloatArray
+
+
+def rmse(errors: FloatArray) -> float:
+    """Root mean square; nan of none."""
+    return float(np.sqrt(np.mean(errors**2))) if len(errors) else float("nan")
+
+
+def aligned(poses: FloatArray, onto: FloatArray) -> FloatArray:
+    """The poses moved rigidly so that their places fit best, by least squares."""
+    a, b = poses[:, :2].mean(axis=0), onto[:, :2].mean(axis=0)
+    H = (poses[:, :2] - a).T @ (onto[:, :2] - b)
+    turn = np.arctan2(H[0, 1] - H[1, 0], H[0, 0] + H[1, 1])
+    c, s = np.cos(turn), np.sin(turn)
+    return np.column_stack([(poses[:, :2] - a) @ np.array([[c, s], [-s, c]]) + b, poses[:, 2] + turn])
+
+
+def absolute_errors(poses: FloatArray, truth: FloatArray, align: bool = True) -> PoseErrors:
+    """Of every pose, after a rigid alignment or as it stands."""
+    moved = aligned(poses, truth) if align else poses
+    return _sizes(relative_poses(truth, moved))
+
+
+def absolute_error(poses: FloatArray, truth: FloatArray) -> float:
+    """ATE: root mean square of the distances after alignment, metres."""
+    return rmse(absolute_errors(poses, truth).metres)
+
+
+def errors_by_path(poses: FloatArray, truth: FloatArray, length: float) -> PoseErrors:
+    """Of the motions over all pieces of this length, metres, of the true path."""
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T))])
+    last = np.searchsorted(way, way + length)
+    first = np.flatnonzero(last < len(way))
+    first = first[way[last[first]] - way[first] < 2 * length + 1]
+    return _motion_errors(poses, truth, first, last[first])
+
+
+def errors_by_frames(poses: FloatArray, truth: FloatArray, frames: int) -> PoseErrors:
+    """Of the motions from every pose to the one that many later."""
+    first = np.arange(max(len(poses) - frames, 0))
+    return _motion_errors(poses, truth, first, first + frames)
+
+
+def relative_error(poses: FloatArray, truth: FloatArray, length: float = 10.0) -> float:
+    """RPE: root mean square of the translation error over all pieces of this length of the true path, metres."""
+    return rmse(errors_by_path(poses, truth, length).metres)
+
+
+def _motion_errors(poses: FloatArray, truth: FloatArray, first: IntArray, last: IntArray) -> PoseErrors:
+    true, found = relative_poses(truth[first], truth[last]), relative_poses(poses[first], poses[last])
+    return _sizes(relative_poses(true, found))
+
+
+def _sizes(errors: FloatArray) -> PoseErrors:
+    return PoseErrors(np.hypot(errors[:, 0], errors[:, 1]), np.abs(errors[:, 2]))

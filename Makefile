@@ -8,7 +8,7 @@ run: .venv/.run
 	.venv/bin/hopslam run corridor
 
 test: .venv/.dev
-	.venv/bin/python -m pytest -q
+	.venv/bin/python -m pytest -q -n auto --dist loadfile
 
 lint: .venv/.dev
 	.venv/bin/ruff check .

@@ -235,7 +235,10 @@ def test_damage_to_one_line_never_loses_another(tmp_path: Path, data: st.DataObj
     last = data.draw(st.integers(first, end))
     damaged = text[:first] + data.draw(st.binary(max_size=20)) + text[last:]
     path = tmp_path / "damaged"
-    path.write_bytes(b"\n".join([*(g.encode() for g in GOOD[:line]), damaged, *(g.encode() for g in GOOD[line + 1 :])]))
+    header = b"# CARMEN Logfile"  # the first bytes of a file say what kind it is, and are not damaged here
+    path.write_bytes(
+        b"\n".join([header, *(g.encode() for g in GOOD[:line]), damaged, *(g.encode() for g in GOOD[line + 1 :])])
+    )
     assert set(read_log(path).stamps.tolist()) | {line + 1.0} == {1.0, 2.0, 3.0, 4.0, 5.0}
 
 

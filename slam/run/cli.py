@@ -17,6 +17,7 @@ from slam.run.env_cli import env
 from slam.run.hardware_cli import doctor, emulate
 from slam.run.lines_cli import lines
 from slam.run.localize_cli import localize
+from slam.run.sweep_cli import app as sweep
 from slam.run.world_cli import world
 
 app = typer.Typer(
@@ -34,6 +35,7 @@ app.command()(emulate)
 app.command()(doctor)
 app.add_typer(bench, name="bench")
 app.add_typer(calibrate, name="calibrate")
+app.add_typer(sweep, name="sweep")
 console = Console()
 
 Settings = Annotated[

@@ -16,7 +16,7 @@ console = Console()
 
 
 class _SweepGroup(TyperGroup):
-    """``hopslam sweep SCENARIO`` is short for ``hopslam sweep run SCENARIO``, and ``--ray`` alone for ``--ray local``."""
+    """``hopslam sweep SCENARIO`` is ``hopslam sweep run SCENARIO``, and ``--ray`` alone is ``--ray local``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if args and args[0] not in self.commands and args[0] != "--help":
@@ -128,8 +128,8 @@ def run(
 def report(
     out: Out,
     metric: Annotated[
-        str, typer.Option(metavar="COLUMN", help="Of results.parquet: what is compared and drawn.")
-    ] = "ate_rmse_m",
+        str | None, typer.Option(metavar="COLUMN", help="Of results.parquet; default ate_rmse_m.")
+    ] = None,
 ) -> None:
     """Tables, comparisons and pictures of a sweep, as report.html and PNG in DIR/report.
 
@@ -147,6 +147,8 @@ def report(
     made = write_report(out, metric)
     for table in made.tables:
         console.print(table.rich())
+    for run in [*made.worst[:3], *made.failed[:3]]:
+        console.print(f"{run.case}: {run.reason} ({run.id})\n  {run.command}", highlight=False, soft_wrap=True)
     console.print(f"report in {made.page}", highlight=False)
 
 
@@ -184,5 +186,3 @@ def _show_plan(plan: Plan, out: str, jobs: int) -> None:
     with console.status("timing one run of each kind"):
         table = plan_table(plan, out, jobs)
     console.print(table.rich())
-
-

@@ -64,11 +64,11 @@ class SweepConfig(Section):
     to the defaults of this one, or to that of ``paper_corridor`` (a log: ``paper_replay``) where it is the paper's."""
     seeds: Seeds = (0,)
     """``first:end``, without the end, or a list."""
-    grid: dict[str, Several] = {}
+    grid: dict[str, Several] = Field({})
     """Settings such as ``slam.matching.floor``, and the values of each that are tried."""
-    sample: dict[str, Annotated[Any, AfterValidator(_random)]] = {}
+    sample: dict[str, Annotated[Any, AfterValidator(_random)]] = Field({})
     """Settings that are drawn for each seed: ``{uniform: [low, high]}`` and the like, as in scenarios."""
-    settings: dict[str, Any] = {}
+    settings: dict[str, Any] = Field({})
     """Settings that all runs have."""
     seed: int = Field(0, ge=0)
     """Of the sampled settings: together with a run's own seed, it says what they are."""

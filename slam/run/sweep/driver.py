@@ -29,7 +29,7 @@ class Driver:
         """... and those of them without a result."""
 
     def run(self, jobs: Iterable[Job]) -> bool:
-        """All of them; whether Ctrl-C came first. However it ends, the rows that are there are in ``results.parquet``."""
+        """All of them; whether Ctrl-C came first. However it ends, ``results.parquet`` has the rows that are there."""
         waiting = iter(jobs)
         try:
             while self._feed(waiting):

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from tempfile import TemporaryDirectory
+from typing import IO, Any, Final
 
 from slam.errors import InputError, StorageError
 from slam.run.optional import optional
 from slam.run.results.files import write_whole
+
+_DRAFT: Final = ".draft-"
 
 
 class Folder:
@@ -60,15 +65,30 @@ class Folder:
         file: IO[bytes] = self._fs.open(self._place(name), "rb")
         return file
 
+    @contextmanager
+    def draft(self) -> Iterator[Path]:
+        """A new folder on this machine, for what ``take_in`` then gets: on the same file system, if this is on one."""
+        if self.path is not None:
+            self.path.mkdir(parents=True, exist_ok=True)
+        with TemporaryDirectory(prefix=_DRAFT, dir=self.path, ignore_cleanup_errors=True) as draft:
+            yield Path(draft)
+
     def take_in(self, draft: Path, name: str) -> None:
-        """A file or a folder of this machine gets this name here, in the place of what had it."""
+        """A file or a folder in a draft of this one gets this name here, in the place of what had it."""
         if self.path is None:
             self._fs.put(str(draft), self._place(name), recursive=draft.is_dir())
             return
         place = self.path / name
-        if place.is_dir():
+        if draft.is_file():
+            _onto_the_disk(draft)
+        elif place.is_dir():
             shutil.rmtree(place)
         draft.replace(place)
+
+    def clear_drafts(self) -> None:
+        """Remove what processes that were killed have left."""
+        for left in self.path.glob(f"{_DRAFT}*") if self.path is not None else ():
+            shutil.rmtree(left, ignore_errors=True)
 
     def remove(self, name: str) -> None:
         """Of a file that may be gone already."""
@@ -93,6 +113,11 @@ class Folder:
     def _read(self, name: str) -> str:
         assert self.path is not None
         return (self.path / name).read_text(encoding="utf-8")
+
+
+def _onto_the_disk(path: Path) -> None:
+    with path.open("rb") as file:
+        os.fsync(file.fileno())
 
 
 def _open(url: str) -> tuple[Any, str]:

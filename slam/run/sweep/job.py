@@ -8,6 +8,7 @@ from hashlib import sha256
 from typing import Any, Final, Literal, Self
 
 import yaml
+from pydantic import Field
 
 from slam.config import Section
 
@@ -33,9 +34,9 @@ class Job(Section):
     """What ``hopslam run`` or ``hopslam replay`` takes."""
     mode: str
     seed: int
-    grid: dict[str, Any] = {}
+    grid: dict[str, Any] = Field({})
     """The values of the settings that the sweep tries ..."""
-    drawn: dict[str, Any] = {}
+    drawn: dict[str, Any] = Field({})
     """... and of those that it draws."""
     settings: tuple[str, ...] = ()
     """All settings, as ``--set`` takes them, in order."""

@@ -51,7 +51,8 @@ class Lock:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
             self._file.seek(0)
-            raise self._taken(self._file.read()) from error
+            with self._file:
+                raise self._taken(self._file.read()) from error
         self._file.truncate(0)
         self._file.write(self._me)
         self._file.flush()
@@ -65,8 +66,8 @@ class Lock:
     def _taken(self, other: str) -> InputError:
         who = json.loads(other) if other else {}
         return InputError(
-            f"{self._folder.address}: process {who.get('pid')} on {who.get('host')} runs a sweep there; wait for it, or "
-            f"choose another --out (if it is gone, remove {_NAME})"
+            f"{self._folder.address}: process {who.get('pid')} on {who.get('host')} runs a sweep there; wait for it, "
+            f"or choose another --out (if it is gone, remove {_NAME})"
         )
 
 

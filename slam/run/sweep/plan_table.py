@@ -26,7 +26,9 @@ def plan_table(plan: Plan, out: str, jobs: int) -> ResultTable:
         todo = len(plan.config.seeds) - len(known)
         left, runs_left = left + todo * seconds, runs_left + todo
         rows.append([case.label, str(len(plan.config.seeds)), str(len(known)), f"{seconds:.1f}"])
-    notes = f"{len(plan)} runs, {runs_left} of them to do: about {_duration(left / jobs)} with {jobs} at a time; in {out}"
+    notes = (
+        f"{len(plan)} runs, {runs_left} of them to do: about {_duration(left / jobs)} with {jobs} at a time; in {out}"
+    )
     return ResultTable(f"Plan of {plan.config.name}", ("case", "runs", "done", "s a run"), rows, notes)
 
 

@@ -16,9 +16,9 @@ from slam.run.sweep.executor import Finished, Lost
 from slam.run.sweep.job import Job
 from slam.run.sweep.worker import work
 
-ONE_THREAD: Final = {
-    name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-}
+ONE_THREAD: Final = dict.fromkeys(
+    ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
+)
 """The environment of a worker: there are as many of them as processors, and the same sums in the same order."""
 
 

@@ -8,10 +8,10 @@ from slam.run.experiment import Outcome
 from slam.run.sweep.job import Job, setting
 
 Row: TypeAlias = dict[str, Any]
-"""``id``, ``name``, ``source``, ``kind``, ``mode``, ``seed``; ``set.<key>`` and ``drawn.<key>`` for settings; ``status``
-(``done`` or ``failed``), ``ending``, ``error``, ``tries``; every number of ``metrics.json`` by its name, those of
-WALL_TIMES after ``wall.``; ``error_m``: the error along the way, (STATIONS,); ``seconds``, ``host``, ``version`` and
-``command``, which repeats the run."""
+"""``id``, ``name``, ``source``, ``kind``, ``mode``, ``seed``; ``set.<key>`` and ``drawn.<key>`` for settings;
+``status`` (``done`` or ``failed``), ``ending``, ``error``, ``tries``; every number of ``metrics.json`` by its name,
+those of WALL_TIMES after ``wall.``; ``error_m``: the error along the way, (STATIONS,); ``seconds``, ``host``, ``version``;
+``settings`` and ``command``, which repeat the run."""
 
 WALL_TIMES: Final = frozenset(
     {"slam_ms_median", "slam_ms_p99", "slam_s_total", "extraction_ms_median", "real_time_factor"}
@@ -26,7 +26,7 @@ def job_columns(job: Job) -> Row:
     row = job.model_dump(include={"id", "name", "source", "kind", "mode", "seed"})
     row |= {f"set.{key}": _plain(value) for key, value in job.grid.items()}
     row |= {f"drawn.{key}": _plain(value) for key, value in job.drawn.items()}
-    return row | {"command": job.command}
+    return row | {"settings": list(job.settings), "command": job.command}
 
 
 def done(job: Job, outcome: Outcome) -> Row:
@@ -44,9 +44,13 @@ def failed(job: Job, error: str) -> Row:
 
 
 def comparable(row: Row) -> Row:
-    """What must be the same when the run is repeated."""
+    """What must be the same when the run is repeated: all that came out, but for times, and what has no value."""
     apart = {"seconds", "host", "tries", "started", "version", "command"}
-    return {key: value for key, value in row.items() if key not in apart and not key.startswith("wall.")}
+    return {
+        key: value
+        for key, value in row.items()
+        if value is not None and key not in apart and not key.startswith(("wall.", "set.", "drawn."))
+    }
 
 
 def _plain(value: Any) -> Any:

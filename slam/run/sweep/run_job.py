@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import platform
-import shutil
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter
@@ -51,24 +47,11 @@ def experiment_of(job: Job) -> Experiment:
 
 
 def _run(job: Job, runs: str, keep: Keep) -> Row | None:
-    with _draft(runs) as draft:
-        outcome = experiment_of(job).run(draft, keep=keep)
+    folder = Folder(runs)
+    with folder.draft() as draft:
+        outcome = experiment_of(job).run(draft / job.id, keep=keep)
         if outcome.ending == "interrupted":
             return None
-        row = done(job, outcome) | {"error_m": error_curve(draft)}
-        Folder(runs).take_in(draft, job.id)
+        row = done(job, outcome) | {"error_m": error_curve(outcome.folder)}
+        folder.take_in(outcome.folder, job.id)
     return row
-
-
-@contextmanager
-def _draft(runs: str) -> Iterator[Path]:
-    """A new folder for a run: where its place will be, if that is on this machine, so that it need only be renamed."""
-    folder = Folder(runs).path
-    if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-    draft = Path(tempfile.mkdtemp(prefix=".draft-", dir=folder))
-    try:
-        yield draft
-    finally:
-        with suppress(OSError):
-            shutil.rmtree(draft, ignore_errors=True)

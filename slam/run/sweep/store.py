@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from time import monotonic
 from typing import Final
 
 from slam.errors import InputError
@@ -15,6 +15,8 @@ from slam.run.sweep.table import BATCH, read_rows, write_table
 
 RESULTS: Final = "results.parquet"
 _JOURNAL: Final = "rows"
+_EVERY: Final = 30.0
+"""Seconds after which the results are brought up to date, while there are few new rows."""
 
 
 class SweepStore:
@@ -29,12 +31,13 @@ class SweepStore:
         self.folder = folder
         self._journal = folder / _JOURNAL
         self._waiting = len(self._journal.names())
+        self._compacted = monotonic()
 
     def add(self, row: Row) -> None:
         """Keep a row; when this returns, it is on the disk."""
         self._journal.write(f"{row['id']}.json", json.dumps(row))
         self._waiting += 1
-        if self._waiting >= BATCH:
+        if self._waiting >= BATCH or monotonic() - self._compacted > _EVERY:
             self.compact()
 
     def compact(self) -> None:
@@ -44,7 +47,7 @@ class SweepStore:
             self._rewrite(names)
             for name in names:
                 self._journal.remove(name)
-        self._waiting = 0
+        self._waiting, self._compacted = 0, monotonic()
 
     def rows(self, columns: list[str] | None = None) -> Iterator[Row]:
         """Those of ``results.parquet``, one after another: all but what was added since it was last compacted."""
@@ -60,12 +63,9 @@ class SweepStore:
 
     def _rewrite(self, names: list[str]) -> None:
         ids = {name.removesuffix(".json") for name in names}
-        if self.folder.path is not None:
-            self._write(self.folder.path / RESULTS, names, ids)
-            return
-        with TemporaryDirectory() as here:
-            self._write(Path(here) / RESULTS, names, ids)
-            self.folder.take_in(Path(here) / RESULTS, RESULTS)
+        with self.folder.draft() as draft:
+            self._write(draft / RESULTS, names, ids)
+            self.folder.take_in(draft / RESULTS, RESULTS)
 
     def _write(self, path: Path, names: list[str], ids: set[str]) -> None:
         try:

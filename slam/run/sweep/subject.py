@@ -36,7 +36,9 @@ class Subject:
         path = find_scenario(name, beside)
         source = ScenarioSource(path)
         given = path.stem if path.parent == SHIPPED else str(path.resolve())
-        return cls("scenario", str(source.data["name"]), given, given, _digest_of(source), _slam_of(source), _own_files(source))
+        return cls(
+            "scenario", str(source.data["name"]), given, given, _digest_of(source), _slam_of(source), _own_files(source)
+        )
 
     @classmethod
     def of_log(cls, name: str, beside: Path = Path()) -> Self:
@@ -60,7 +62,9 @@ class Subject:
         if mode == self.mode:
             return []
         section = {"mode": mode} | (_papers_settings(self.kind) if mode == "paper" else {})
-        return [setting("slam", section | {key: self.slam[key] for key in ("odometry",) if key in self.slam})]
+        if "odometry" in self.slam and mode != "dead_reckoning":
+            section["odometry"] = self.slam["odometry"]
+        return [setting("slam", section)]
 
 
 def _slam_of(source: ScenarioSource) -> dict[str, Any]:

@@ -61,6 +61,8 @@ def run_sweep(plan: Plan, out: str, means: Means, console: Console) -> SweepOutc
     with Lock(folder):
         store = SweepStore(folder)
         store.compact()
+        for place in (folder, folder / RUNS):
+            place.clear_drafts()
         folder.write(CONFIG, yaml.safe_dump(_whole(plan), sort_keys=False, allow_unicode=True))
         over = store.done()
         todo = sum(job.id not in over for job in plan.jobs())

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import IO, Any, Final
 
 from slam.run.optional import optional
-from slam.run.results.files import whole_file
 from slam.run.sweep.row import Row
 
 BATCH: Final = 500
@@ -21,7 +20,7 @@ def write_table(path: Path, old: IO[bytes] | None, ids: set[str], batches: Calla
     """
     pq, before = optional("pyarrow.parquet", "sweep"), _open(old)
     schema = _schema(before, batches())
-    with whole_file(path) as draft, pq.ParquetWriter(draft, schema, compression="zstd") as writer:
+    with pq.ParquetWriter(path, schema, compression="zstd") as writer:
         for table in _gathered(_old_tables(before, ids, schema)):
             writer.write_table(table)
         for rows in batches():
@@ -62,7 +61,9 @@ def _schema(before: Any, batches: Iterable[list[Row]]) -> Any:
 
 def _unified(pa: Any, one: Any, other: Any) -> Any:
     names = dict.fromkeys([*one.names, *other.names])
-    return pa.schema([_wider(pa, name, [s.field(name).type for s in (one, other) if name in s.names]) for name in names])
+    return pa.schema(
+        [_wider(pa, name, [s.field(name).type for s in (one, other) if name in s.names]) for name in names]
+    )
 
 
 def _wider(pa: Any, name: str, types: list[Any]) -> Any:

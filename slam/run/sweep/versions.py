@@ -18,7 +18,9 @@ def versions() -> dict[str, str]:
 
 def difference(here: dict[str, str], there: dict[str, str]) -> str:
     """What differs, in words; empty where nothing does."""
-    return ", ".join(f"{name} {there.get(name)} instead of {here[name]}" for name in here if there.get(name) != here[name])
+    return ", ".join(
+        f"{name} {there.get(name)} instead of {here[name]}" for name in here if there.get(name) != here[name]
+    )
 
 
 def _version(package: str) -> str:

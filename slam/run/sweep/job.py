@@ -45,7 +45,7 @@ class Job(Section):
     def of(cls, digest: str, **content: Any) -> Self:
         """The job with its id; ``digest`` is that of the content of its source."""
         job = cls(id="", **content)
-        canonical = json.dumps([job.kind, digest, job.settings, job.seed])
+        canonical = json.dumps([job.kind, job.name, digest, job.settings, job.seed])
         return job.model_copy(update={"id": sha256(canonical.encode()).hexdigest()[:_ID_LENGTH]})
 
     @property

@@ -48,7 +48,14 @@ def _column(pa: Any, values: list[Any]) -> Any:
     try:
         return pa.array(values)
     except (pa.ArrowInvalid, pa.ArrowTypeError):
-        return pa.array([None if value is None else str(value) for value in values])
+        return pa.array([_text(value) for value in values])
+
+
+def _text(value: Any) -> str | None:
+    """As a cast of the whole column would write it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return None if value is None else str(value)
 
 
 def _schema(before: Any, batches: Iterable[list[Row]]) -> Any:

@@ -1,12 +1,14 @@
 """Sweeps on a Ray cluster of two nodes on one machine, parts of which are killed. Minutes: HOPSLAM_CLUSTER_TESTS=1."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -19,9 +21,14 @@ pytestmark = pytest.mark.skipif(
     "HOPSLAM_CLUSTER_TESTS" not in os.environ, reason="takes minutes; set HOPSLAM_CLUSTER_TESTS=1 to run them"
 )
 RUNS = 200
+"""Short ones, so that there are many while parts are killed."""
 PORT = 46379
 WORDS = ["paper_simulation", "--mode", "dead_reckoning", "--set", "duration=4", "--seeds", f"0:{RUNS}"]
-ENVIRONMENT = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1]), "RAY_USAGE_STATS_ENABLED": "0"}
+ENVIRONMENT = os.environ | {
+    "PYTHONPATH": str(Path(__file__).parents[1]),
+    "RAY_USAGE_STATS_ENABLED": "0",
+    "RAY_AUTH_MODE": "disabled",  # all of it is on the loopback
+}
 
 
 class TwoNodes:
@@ -29,6 +36,11 @@ class TwoNodes:
 
     def __init__(self, temporary: Path) -> None:
         self._temporary = temporary
+        self.head: set[int] = set()
+
+    def start(self) -> None:
+        """Both nodes."""
+        temporary = self._temporary
         self._start("--head", f"--port={PORT}", "--include-dashboard=false", f"--temp-dir={temporary}")
         self.head = self.raylets()
         self.add()
@@ -38,40 +50,47 @@ class TwoNodes:
         self._start(f"--address=127.0.0.1:{PORT}")
 
     def raylets(self) -> set[int]:
-        return self._processes("raylet/raylet ")
+        """One a node; each names the folder of the cluster."""
+        return {pid for pid in self._processes(str(self._temporary)) if "raylet/raylet " in line_of(pid)}
 
     def workers(self) -> set[int]:
-        """Those that run a task now."""
-        return self._processes("ray::run_on_cluster")
+        """Those that run a task now: children of these raylets."""
+        return {pid for pid in self._processes("ray::run_on_cluster") if parent_of(pid) in self.raylets()}
 
     def stop(self) -> None:
-        """All processes of this cluster, which all name its folder or stand under its raylets."""
-        for pid in self.raylets() | self._processes(str(self._temporary)) | self._processes(f"127.0.0.1:{PORT}"):
-            if pid != os.getpid():
-                kill(pid)
+        """All processes that name the folder of the cluster; their children end with them."""
+        for pid in self._processes(str(self._temporary)):
+            kill(pid)
 
     def _start(self, *words: str) -> None:
         command = [sys.executable, "-m", "ray.scripts.scripts", "start", "--num-cpus=1", "--node-ip-address=127.0.0.1"]
         subprocess.run([*command, *words], env=ENVIRONMENT, check=True, capture_output=True)
 
     def _processes(self, text: str) -> set[int]:
-        """Ids of the processes with this in their command line, and of this cluster's session."""
-        found = set()
-        for path in Path("/proc").glob("[0-9]*/cmdline"):
-            try:
-                line = path.read_bytes().replace(b"\0", b" ").decode(errors="replace")
-            except OSError:
-                continue
-            if text in line and "pytest" not in line:
-                found.add(int(path.parent.name))
-        return found
+        """Ids of the processes with this in their command line."""
+        everyone = [int(path.name) for path in Path("/proc").glob("[0-9]*")]
+        return {pid for pid in everyone if pid != os.getpid() and text in line_of(pid)}
+
+
+def line_of(pid: int) -> str:
+    """The command line of a process; empty for one that is gone."""
+    try:
+        return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+    except OSError:
+        return ""
+
+
+def parent_of(pid: int) -> int:
+    """0 for a process that is gone."""
+    try:
+        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    except OSError:
+        return 0
 
 
 def kill(pid: int) -> None:
-    try:
+    with suppress(ProcessLookupError):
         os.kill(pid, signal.SIGKILL)
-    except ProcessLookupError:
-        pass
 
 
 @pytest.fixture
@@ -79,8 +98,12 @@ def cluster() -> Iterator[TwoNodes]:
     """Two nodes; short paths, because Ray's sockets lie in its folder."""
     folder = Path(f"/tmp/hopslam-ray-{os.getpid()}")
     nodes = TwoNodes(folder)
-    yield nodes
-    nodes.stop()
+    try:
+        nodes.start()
+        yield nodes
+    finally:
+        nodes.stop()
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def start_driver(out: Path) -> subprocess.Popen[bytes]:

@@ -85,7 +85,8 @@ class Experiment:
         if rerun is not None:
             check_recording(rerun)
         self.env.prepare(self.seed)
-        warm_up(console, self.scenario.slam, search=not isinstance(self.slam, LineSlam | DeadReckoning))
+        if not isinstance(self.slam, DeadReckoning):
+            warm_up(console, self.scenario.slam, search=not isinstance(self.slam, LineSlam))
         folder = make_run_folder(self.scenario.name, out)
         try:
             return self._run_in(folder, rerun, console, keep)

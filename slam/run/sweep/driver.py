@@ -40,7 +40,6 @@ class Driver:
         except KeyboardInterrupt:
             return True
         finally:
-            self._executor.close()
             self._store.compact()
 
     def _feed(self, waiting: Iterable[Job]) -> bool:

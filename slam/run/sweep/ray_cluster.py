@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import logging
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from pathlib import Path
 from typing import Any, Final
 
 from slam.errors import ClusterError, InputError
@@ -32,11 +33,12 @@ class RayCluster:
     one of another version of Ray or Python; ClusterError where it goes away, or its packages differ from those here.
     """
 
-    def __init__(self, address: str, jobs: int, runs: str, keep: Keep, files: Shipment) -> None:
+    def __init__(self, address: str, jobs: int, runs: str, keep: Keep, files: Iterable[Path] = ()) -> None:
         os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # its new default, and it would warn
         self._ray = optional("ray", "cluster")
-        self._runs, self._keep, self._files = runs, keep, files
+        self._runs, self._keep = runs, keep
+        self._shipment = None if address == LOCAL else Shipment(files)
         self._pending: dict[Any, Job] = {}
         self._connect(address, jobs)
         remote = self._ray.remote(num_cpus=1, memory=MEMORY, max_retries=0)
@@ -67,12 +69,16 @@ class RayCluster:
     def close(self) -> None:
         """Cancel what runs, and leave the cluster; one that was made for this sweep ends."""
         self._ray.shutdown()
-        self._files.close()
+        if self._shipment is not None:
+            self._shipment.close()
 
     def _connect(self, address: str, jobs: int) -> None:
-        here = {"num_cpus": jobs, "include_dashboard": False, "_node_ip_address": "127.0.0.1"}
-        there = {"address": address, "runtime_env": {"working_dir": str(self._files.folder), "env_vars": ONE_THREAD}}
-        options = here | {"runtime_env": {"env_vars": ONE_THREAD}} if address == LOCAL else there
+        runtime_env: dict[str, Any] = {"env_vars": ONE_THREAD}
+        options: dict[str, Any] = {"num_cpus": jobs, "include_dashboard": False, "_node_ip_address": "127.0.0.1"}
+        if self._shipment is not None:
+            runtime_env["working_dir"] = str(self._shipment.folder)
+            options = {"address": address}
+        options["runtime_env"] = runtime_env
         try:
             self._ray.init(**options, logging_level=logging.ERROR, log_to_driver=False, configure_logging=False)
         except (ConnectionError, RuntimeError, ValueError, self._ray.exceptions.RayError) as error:

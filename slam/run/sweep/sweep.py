@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import dataclass
 
 import yaml
@@ -68,8 +69,9 @@ def run_sweep(plan: Plan, out: str, means: Means, console: Console) -> SweepOutc
         todo = sum(job.id not in over for job in plan.jobs())
         if not todo:
             return SweepOutcome(0, 0, len(plan), interrupted=False)
-        with SweepProgress(console, plan.config.name, todo) as progress:
-            driver = Driver(_executor(plan, folder, means, todo), store, means.retry, progress.show)
+        executor = _executor(plan, folder, means, todo)
+        with closing(executor), SweepProgress(console, plan.config.name, todo) as progress:
+            driver = Driver(executor, store, means.retry, progress.show)
             interrupted = driver.run(job for job in plan.jobs() if job.id not in over)
     return SweepOutcome(driver.done, driver.failed, len(plan) - todo, interrupted)
 
@@ -79,9 +81,8 @@ def _executor(plan: Plan, folder: Folder, means: Means, todo: int) -> Executor:
     if means.ray is None:
         return Pool(max(min(means.jobs, todo), 1), runs, keep)
     from slam.run.sweep.ray_cluster import RayCluster
-    from slam.run.sweep.shipment import Shipment
 
-    return RayCluster(means.ray, means.jobs, runs, keep, Shipment(plan.files()))
+    return RayCluster(means.ray, means.jobs, runs, keep, plan.files())
 
 
 def _whole(plan: Plan) -> dict[str, object]:

@@ -36,6 +36,8 @@ class RayCluster:
     def __init__(self, address: str, jobs: int, runs: str, keep: Keep, files: Iterable[Path] = ()) -> None:
         os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # its new default, and it would warn
+        if address == LOCAL:
+            os.environ["RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"] = "0"  # what makes Ray stay on the loopback, on Linux too
         self._ray = optional("ray", "cluster")
         self._runs, self._keep = runs, keep
         self._shipment = None if address == LOCAL else Shipment(files)
@@ -108,6 +110,7 @@ def run_on_cluster(job: str, runs: str, pictures: bool, expected: dict[str, str]
         return json.dumps({"host": platform.node(), "versions": versions()})
     from slam.run.sweep.run_job import run_job
 
+    os.chdir("/")  # the folder of the code is written anew when a second node of this machine starts: no place to stand
     return json.dumps({"row": run_job(Job.model_validate_json(job), runs, Keep(pictures))})
 
 

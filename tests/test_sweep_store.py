@@ -126,3 +126,14 @@ def test_results_that_are_none_and_places_that_are_none(tmp_path: Path) -> None:
         store.compact()
     with pytest.raises(InputError, match="nowhere"):
         Folder("nowhere://there")
+
+
+def test_a_folder_that_is_taken_in_again_takes_the_place_of_the_other(new_folder: Callable[[], Folder]) -> None:
+    folder = new_folder()
+    for text in ("old", "new"):
+        with folder.draft() as draft:
+            (draft / "run").mkdir()
+            (draft / "run" / "metrics.json").write_text(text)
+            folder.take_in(draft / "run", "run")
+    assert (folder / "run").names() == ["metrics.json"]
+    assert (folder / "run").read("metrics.json") == "new"

@@ -24,6 +24,7 @@ class Folder:
     """
 
     def __init__(self, address: str) -> None:
+        address = address.removeprefix("file://")
         self.path = None if "://" in address else Path(address).absolute()
         """None where it is a URL."""
         self.address = address if self.path is None else str(self.path)
@@ -38,6 +39,7 @@ class Folder:
             self.path.mkdir(parents=True, exist_ok=True)
             write_whole(self.path / name, text)
         else:
+            self._fs.makedirs(self._root, exist_ok=True)
             self._fs.pipe_file(self._place(name), text.encode())
 
     def read(self, name: str) -> str | None:
@@ -76,7 +78,7 @@ class Folder:
     def take_in(self, draft: Path, name: str) -> None:
         """A file or a folder in a draft of this one gets this name here, in the place of what had it."""
         if self.path is None:
-            self._fs.put(str(draft), self._place(name), recursive=draft.is_dir())
+            self._send(draft, self._place(name))
             return
         place = self.path / name
         if draft.is_file():
@@ -96,6 +98,12 @@ class Folder:
             (self.path / name).unlink(missing_ok=True)
         elif self._fs.exists(self._place(name)):
             self._fs.rm_file(self._place(name))
+
+    def _send(self, draft: Path, place: str) -> None:
+        self._fs.makedirs(self._root, exist_ok=True)
+        if draft.is_dir() and self._fs.exists(place):
+            self._fs.rm(place, recursive=True)  # else the folder would be put into it
+        self._fs.put(str(draft), place, recursive=draft.is_dir())
 
     @property
     def _fs(self) -> Any:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import yaml
 from rich.console import Console
 
+from slam.errors import StorageError
 from slam.run.results.keep import Keep
 from slam.run.sweep.driver import Driver
 from slam.run.sweep.executor import Executor
@@ -54,11 +55,19 @@ class SweepOutcome:
 def run_sweep(plan: Plan, out: str, means: Means, console: Console) -> SweepOutcome:
     """Run the jobs that have no row under ``out``, a path or URL, or one that failed.
 
-    InputError for settings that are wrong, before anything is run, and while another driver works there.
+    InputError for settings that are wrong, before anything is run, and while another driver works there; StorageError
+    where rows cannot be kept any more.
     """
     folder = Folder(out)
     with console.status("checking the settings"):
         plan.check()
+    try:
+        return _run_in(folder, plan, means, console)
+    except OSError as error:
+        raise StorageError(f"{out}: {error.strerror or error}; the rows that are there are kept") from error
+
+
+def _run_in(folder: Folder, plan: Plan, means: Means, console: Console) -> SweepOutcome:
     with Lock(folder):
         store = SweepStore(folder)
         store.compact()

@@ -9,7 +9,7 @@ from typing import IO, Any, Final
 from slam.run.optional import optional
 from slam.run.sweep.row import Row
 
-BATCH: Final = 500
+BATCH: Final = 200
 """Rows that are in memory, and in a row group of the file, at most."""
 
 

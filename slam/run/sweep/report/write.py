@@ -76,7 +76,7 @@ def _page(report: Report, pictures: list[Path], config: str, folder: Folder) -> 
     template = jinja2.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
         Path(__file__).with_name("page.html").read_text(encoding="utf-8")
     )
-    images = [base64.b64encode(path.read_bytes()).decode() for path in pictures]
+    images = [{"name": path.stem, "data": base64.b64encode(path.read_bytes()).decode()} for path in pictures]
     return str(
         template.render(
             report=report,

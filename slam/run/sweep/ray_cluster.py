@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+import socket
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -42,6 +43,7 @@ class RayCluster:
         self._runs, self._keep = runs, keep
         self._shipment = None if address == LOCAL else Shipment(files)
         self._pending: dict[Any, Job] = {}
+        _check_reachable(address)
         self._connect(address, jobs)
         remote = self._ray.remote(num_cpus=1, memory=MEMORY, max_retries=0)
         self._run = remote(run_on_cluster)
@@ -112,6 +114,17 @@ def run_on_cluster(job: str, runs: str, pictures: bool, expected: dict[str, str]
 
     os.chdir("/")  # the folder of the code is written anew when a second node of this machine starts: no place to stand
     return json.dumps({"row": run_job(Job.model_validate_json(job), runs, Keep(pictures))})
+
+
+def _check_reachable(address: str) -> None:
+    """Ray itself waits for minutes where nobody listens."""
+    host, _, port = address.rpartition(":")
+    if not port.isdigit() or "/" in host:
+        return
+    try:
+        socket.create_connection((host, int(port)), timeout=5.0).close()
+    except (OSError, OverflowError) as error:
+        raise InputError(f"--ray {address}: {error}; start a cluster there: ray start --head") from error
 
 
 def _first_line(error: Exception) -> str:

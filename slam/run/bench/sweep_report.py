@@ -26,8 +26,8 @@ def sweep_tables(runs: int, ray: bool, console: Console) -> Iterator[ResultTable
     columns = ("executor", "jobs", "runs/s", "x one", "driver\n% of a core", "overhead\ns a run")
     notes = (
         f"{runs} warm runs of paper_simulation, this project's method; the better of two turns. Additions alone, in "
-        f"two processes of this machine: {allowed:.2f} x one, just before. Overhead: a worker's time less that in which "
-        f"the robot drives."
+        f"two processes of this machine: {allowed:.2f} x one, just before. Overhead: a worker's time less that in "
+        f"which the robot drives."
     )
     yield ResultTable("Sweeps, one job and two at a time", columns, rows, notes)
     with console.status("10,000 rows"):

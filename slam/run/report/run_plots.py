@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
 from slam.pose import FloatArray
 from slam.run.results.palette import PAPER, Palette
@@ -52,7 +52,7 @@ def _panel(colours: Palette) -> tuple[Figure, Axes]:
 def _plain_numbers(axis: Axis) -> None:
     """0.01 in the place of a power of ten, on an axis of logarithms."""
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
+    axis.set_minor_locator(NullLocator())
 
 
 def _band(axes: Axes, traces: Traces, variance: str, scale: float, colours: Palette) -> None:

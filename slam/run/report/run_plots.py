@@ -43,7 +43,7 @@ def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
 def _panel(colours: Palette) -> tuple[Figure, Axes]:
     """A figure with one pair of axes. Its margins are given, as finding them takes as long as drawing."""
     figure = Figure(figsize=(5.4, 3.0))
-    figure.subplots_adjust(0.14, 0.15, 0.965, 0.98)
+    figure.subplots_adjust(0.14, 0.15, 0.965, 0.9)
     axes = figure.add_subplot()
     plain_axes(axes, colours)
     return figure, axes
@@ -137,4 +137,7 @@ def _dash(k: int) -> str:
 
 def _legend(axes: Axes, colours: Palette) -> None:
     if len(axes.get_legend_handles_labels()[1]) > 1:
-        axes.legend(frameon=False, fontsize="small", labelcolor=colours.ink)
+        axes.legend(
+            frameon=False, fontsize="small", labelcolor=colours.ink, ncols=3, loc="lower left",
+            bbox_to_anchor=(-0.02, 0.99), borderaxespad=0.0, handlelength=1.6, columnspacing=1.4,
+        )  # fmt: skip

@@ -38,8 +38,9 @@ def measure(ranges: FloatArray, time: float, config: LidarConfig, rng: np.random
 
 
 def quantised(ranges: FloatArray, model: LidarModel) -> FloatArray:
-    """Ranges (N,) to the nearest step from ``range_min``; beyond the reach inf, closer than that -inf (REP-117)."""
-    return _quantised(ranges, model.lidar.range_min, model.lidar.range_max, model.resolution)
+    """Ranges (N,) to the nearest step from ``range_min``, in whole micrometres, which logs keep to the bit; beyond the
+    reach inf, closer than that -inf (REP-117)."""
+    return np.round(_quantised(ranges, model.lidar.range_min, model.lidar.range_max, model.resolution), 6)
 
 
 @compiled

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, radians
+from math import pi
 from typing import Final
 
 import numpy as np
@@ -34,10 +34,12 @@ class LidarModel:
         return np.where(ranges <= self.near_range, self.near_accuracy, self.far_accuracy * ranges)
 
 
+_EIGHT_STEPS: Final = 2.0 * pi / 192
+"""240 degrees by 128 beams."""
 TABLE1: Final = LidarModel(
     lidar=Lidar(
-        angle_min=radians(-120.0 + 240.0 / 128 / 2),
-        angle_increment=radians(240.0 / 128),
+        angle_min=-63.5 * _EIGHT_STEPS,
+        angle_increment=_EIGHT_STEPS,
         beams=128,
         range_min=0.06,
         range_max=4.0,

@@ -171,8 +171,13 @@ def test_a_run_that_was_cut_off_is_exported_as_far_as_it_goes(record: RunRecord,
 
 def test_what_cannot_be_exported(record: RunRecord, tmp_path: Path) -> None:
     (tmp_path / "there").write_text("")
-    with pytest.raises(InputError, match="already there; choose another --out"):
+    with pytest.raises(InputError, match="already there; add --force to replace it, or choose another"):
         export(record, "tum", tmp_path / "there")
+    with pytest.raises(InputError, match="a folder that is already there"):
+        export(record, "tum", tmp_path, force=True)
+    export(record, "tum", tmp_path / "there", force=True)
+    assert (tmp_path / "there").stat().st_size
+    (tmp_path / "there").write_text("")
     with pytest.raises(InputError, match="no such format; there are tum, csv, ros"):
         export(record, "pdf", tmp_path / "new")
     with pytest.raises(StorageError, match="cannot be written: File exists"):

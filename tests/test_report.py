@@ -16,6 +16,7 @@ from slam.errors import InputError
 from slam.run.cli import app
 from slam.run.experiment import scenario_experiment
 from slam.run.report.animation import write_animation
+from slam.run.report.chapter import command
 from slam.run.report.faults import faults
 from slam.run.report.figure_files import write_figures
 from slam.run.report.growing_lines import SeenWalls
@@ -221,3 +222,16 @@ def test_the_commands_say_where_their_files_are(own: Path, tmp_path: Path) -> No
     assert film.is_file()
     wrong = runner.invoke(app, ["report", str(own), "--out", str(tmp_path / "no" / "r.html")])
     assert "choose another place" in str(wrong.exception)
+
+
+def test_the_command_that_repeats_a_run_is_exact(own: Path) -> None:
+    record = RunRecord.open(own)
+    config = own / "config.yaml"
+    mapped = {"map": "m.json", "start": "search"}
+    assert command(record, mapped) == f"hopslam run {config} --map m.json --start search"
+    assert command(record, {"log": "a.log", "sure_after_s": 1.0, "map": "m.json"}) == (
+        f"hopslam localize a.log --scenario {config} --map m.json"
+    )
+    assert command(record, {"backend": "hardware", "dry_run": True}) == (
+        f"hopslam run {config} --backend hardware --dry-run"
+    )

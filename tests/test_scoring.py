@@ -113,6 +113,8 @@ def test_a_file_is_scored(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     rmse = statistics(absolute_errors(ESTIMATE, TRUTH).metres)["rmse"]
     assert f"{rmse:.4f}" in next(line for line in done.output.splitlines() if line.startswith("ATE, aligned [m]"))
+    as_json = CliRunner().invoke(app, ["eval", str(estimate), "--reference", str(truth), "--json"])
+    assert json.loads(as_json.output)["ATE, aligned"]["metres"]["rmse"] == pytest.approx(rmse, abs=1e-6)
     assert "2 of 3" in next(line for line in done.output.splitlines() if line.startswith("relations [deg]"))
 
 
@@ -128,6 +130,8 @@ def test_runs_are_compared(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["compare", str(tmp_path / "a"), str(tmp_path / "b")])
     assert done.exit_code == 0, done.output
     assert done.output.splitlines()[1].split() == ["ate_rmse_m", "0.5", "0.25", "-0.25", "(-50", "%)"]
+    as_json = CliRunner().invoke(app, ["compare", str(tmp_path / "a"), str(tmp_path / "b"), "--json"])
+    assert [run["ate_rmse_m"] for run in json.loads(as_json.output).values()] == [0.5, 0.25]
 
 
 def test_what_cannot_be_scored(tmp_path: Path) -> None:

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import monotonic
 from typing import Final
 
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.motion import FACTORY
+from hardware.emulator.ports import PtyPort
 from hardware.robot import HardwareRobot
 from slam.errors import RobotTimeout
 from slam.odometry import Twist2D
@@ -55,16 +58,23 @@ class Bench:
 def bench(watchdog: float = FACTORY.watchdog) -> Iterator[Bench]:
     """Both on pseudo-terminals, the lidar on USB, the robot at 38400 baud with this watchdog in its FLASH, seconds."""
     with (
-        make_emulator(load_scenario("corridor"), watchdog) as emulator,
+        emulated(load_scenario("corridor"), watchdog) as emulator,
+        emulator,
         HardwareRobot(load_scenario("corridor", port_settings(emulator)), yes=True) as robot,
     ):
         yield Bench(emulator, robot)
 
 
-def make_emulator(scenario: Scenario, watchdog: float = FACTORY.watchdog) -> Emulator:
-    """Both devices in the scenario's world."""
+@contextmanager
+def emulated(scenario: Scenario, watchdog: float = FACTORY.watchdog) -> Iterator[Emulator]:
+    """Both devices in the scenario's world, not begun yet.
+
+    They are at links: a terminal that was unplugged may come back under another number.
+    """
     config = replace(FACTORY, watchdog=watchdog)
-    return Emulator(make_plant("sim", scenario), seed=scenario.seed, robot_config=config)
+    with TemporaryDirectory(prefix="hopslam-") as links:
+        ports = PtyPort(Path(links) / "p3dx"), PtyPort(Path(links) / "urg04lx")
+        yield Emulator(make_plant("sim", scenario), *ports, seed=scenario.seed, robot_config=config)
 
 
 def port_settings(emulator: Emulator) -> list[str]:

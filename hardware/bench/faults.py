@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
-from hardware.bench.bench import FORWARD, Bench, bench, make_emulator, port_settings
+from hardware.bench.bench import FORWARD, Bench, bench, emulated, port_settings
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.motion import Motion
 from hardware.robot import HardwareRobot
@@ -79,20 +79,24 @@ def _happen(at: Bench, fault: _Fault) -> FaultResult:
 
 def kill_result(watchdog: float) -> FaultResult:
     """kill -9 of a program that drives: a fork of this one, whose emulated robot stays. The next program finds it."""
-    emulator = make_emulator(load_scenario("corridor"), watchdog)
-    scenario = load_scenario("corridor", port_settings(emulator))
-    program = os.fork()
-    if not program:
-        _drive_for_ever(scenario)
-    with emulator:
-        _wait(lambda: emulator.p3dx.motion.setpoint.linear > 0.9 * FORWARD.linear)
-        os.kill(program, signal.SIGKILL)
-        os.waitpid(program, 0)
-        to_stand = _wait(lambda: not emulator.p3dx.motion.moving)
-        stopped_by = _stopper(emulator.p3dx.motion)
-        with HardwareRobot(scenario, yes=True) as robot:
-            again = Bench(emulator, robot)
-            to_drive = again.drive_until(lambda: not again.standing)
+    with emulated(load_scenario("corridor"), watchdog) as emulator:
+        scenario = load_scenario("corridor", port_settings(emulator))
+        program = os.fork()
+        if not program:
+            _drive_for_ever(scenario)
+        with emulator:
+            return _killed(emulator, scenario, program)
+
+
+def _killed(emulator: Emulator, scenario: Scenario, program: int) -> FaultResult:
+    _wait(lambda: emulator.p3dx.motion.setpoint.linear > 0.9 * FORWARD.linear)
+    os.kill(program, signal.SIGKILL)
+    os.waitpid(program, 0)
+    to_stand = _wait(lambda: not emulator.p3dx.motion.moving)
+    stopped_by = _stopper(emulator.p3dx.motion)
+    with HardwareRobot(scenario, yes=True) as robot:
+        again = Bench(emulator, robot)
+        to_drive = again.drive_until(lambda: not again.standing)
     return FaultResult("kill -9, started again", to_stand, stopped_by, "(nobody is left to name one)", to_drive)
 
 

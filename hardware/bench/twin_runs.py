@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from rich.console import Console
 
-from hardware.bench.bench import make_emulator, port_settings
+from hardware.bench.bench import emulated, port_settings
 from hardware.emulator.emulator import Emulator
 from hardware.robot import HardwareRobot
 from slam.pose import FloatArray, Pose2D
@@ -68,7 +68,7 @@ def simulated_way(name: str, settings: Sequence[str], console: Console) -> Drive
 
 def emulated_way(name: str, settings: Sequence[str], console: Console) -> DrivenWay:
     """On devices emulated at two pseudo-terminals, in real time."""
-    with make_emulator(load_scenario(name, settings)) as emulator:
+    with emulated(load_scenario(name, settings)) as emulator, emulator:
         scenario = load_scenario(name, [*settings, *port_settings(emulator)])
         return _drive(scenario_experiment(scenario, "hardware", yes=True), _Notes(emulator), console, "hardware")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Callable
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -33,23 +34,18 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-app.command()(run)
-app.command()(lines)
-app.command()(replay)
-app.command()(localize)
-app.command()(env)
-app.command()(view)
-app.command()(world)
-app.command()(report)
-app.command()(animate)
-app.command()(export)
-app.command("eval")(evaluate)
-app.command()(compare)
-app.command()(emulate)
-app.command()(doctor)
-app.add_typer(bench, name="bench")
-app.add_typer(calibrate, name="calibrate")
-app.add_typer(sweep, name="sweep")
+_PANELS: dict[str, dict[str, Callable[..., None]]] = {
+    "Run": {"run": run, "replay": replay, "localize": localize, "env": env, "lines": lines},
+    "Look": {"view": view, "report": report, "animate": animate, "world": world},
+    "Share and score": {"export": export, "eval": evaluate, "compare": compare},
+    "The robot": {"doctor": doctor, "emulate": emulate},
+}
+for panel, commands in _PANELS.items():
+    for name, command in commands.items():
+        app.command(name, rich_help_panel=panel)(command)
+app.add_typer(sweep, name="sweep", rich_help_panel="Run")
+app.add_typer(calibrate, name="calibrate", rich_help_panel="The robot")
+app.add_typer(bench, name="bench", rich_help_panel="Measure")
 console = Console()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,7 +16,10 @@ if TYPE_CHECKING:
     from slam.run.results.run_record import RunRecord
 
 
-def compare(runs: Annotated[list[Path], typer.Argument(metavar="RUN RUN ...", help="The folders of runs.")]) -> None:
+def compare(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN RUN ...", help="The folders of runs.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, and no table.")] = False,
+) -> None:
     """Show the metrics of runs side by side, each with its difference from the first.
 
     [bold]Examples[/bold]
@@ -23,19 +27,30 @@ def compare(runs: Annotated[list[Path], typer.Argument(metavar="RUN RUN ...", he
     hopslam compare runs/before runs/after
 
     hopslam compare runs/corridor-*
+
+    hopslam compare runs/corridor-* --json
     """
     from slam.run.results.run_record import RunRecord
 
     if len(runs) < 2:
         raise InputError(f"compare: {runs[0]} alone; give two runs or more")
-    Console().print(comparison([RunRecord.open(run) for run in runs]))
+    records = [RunRecord.open(run) for run in runs]
+    if as_json:
+        typer.echo(json.dumps(dict(zip(map(str, runs), metrics_of(records), strict=True)), indent=2))
+    else:
+        Console().print(comparison(records))
+
+
+def metrics_of(records: list[RunRecord]) -> list[dict[str, Any]]:
+    """Of each run; of one that was cut off, those that can be measured afterwards."""
+    from slam.run.results.metrics import measure
+
+    return [measure(record.folder) if record.metrics is None else record.metrics for record in records]
 
 
 def comparison(records: list[RunRecord]) -> Table:
-    """A row for each metric that a run has; of a run that was cut off, those that can be measured afterwards."""
-    from slam.run.results.metrics import measure
-
-    metrics = [measure(record.folder) if record.metrics is None else record.metrics for record in records]
+    """A row for each metric that a run has."""
+    metrics = metrics_of(records)
     table = Table(box=None, pad_edge=False)
     table.add_column("")
     for number, record in enumerate(records):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -31,6 +32,7 @@ def evaluate(
     max_gap: Annotated[
         float, typer.Option(min=0.0, help="Seconds to the nearest pose, at most, where one is interpolated.")
     ] = 1.0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, metres and radians, and no table.")] = False,
 ) -> None:
     """Score a trajectory: absolute and relative error against a reference, or the relations metric.
 
@@ -41,6 +43,8 @@ def evaluate(
     hopslam eval runs/latest --reference fr079.gt.tum --delta 10
 
     hopslam eval other_slam.tum --reference fr079.gt.tum --delta 1 --delta-unit frames --no-align
+
+    hopslam eval runs/latest --json
 
     hopslam eval runs/latest --relations fr079.relations.gz --max-gap 10
     """
@@ -55,7 +59,23 @@ def evaluate(
         scores.extend(against_reference(estimate, true, Delta(delta, delta_unit), align, max_gap))
     if relations is not None:
         scores.append(against_relations(estimate, relations, max_gap))
-    Console().print(_table(scores))
+    typer.echo(_json(scores)) if as_json else Console().print(_table(scores))
+
+
+def _json(scores: list[Score]) -> str:
+    """An object a score, by its name."""
+    from slam.run.scoring.evaluate import statistics
+
+    values = {
+        score.name: {
+            "metres": statistics(score.errors.metres) if len(score.errors.metres) else None,
+            "radians": statistics(score.errors.radians) if len(score.errors.radians) else None,
+            "used": len(score.errors.metres),
+            "of": score.asked,
+        }
+        for score in scores
+    }
+    return json.dumps(values, indent=2)
 
 
 def _table(scores: list[Score]) -> Table:

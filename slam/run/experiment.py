@@ -183,6 +183,7 @@ def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: boo
         pilot=WaypointPilot(scenario.route, start),
         seed=scenario.seed,
         outlines=scenario.world.outlines(lidar.height),
+        notes={} if backend == "sim" else {"backend": backend, "dry_run": options.get("dry_run", False)},
     )
 
 

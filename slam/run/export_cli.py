@@ -15,6 +15,7 @@ def export(
     run: Annotated[Path, typer.Argument(help="The folder of a run.")],
     to: Annotated[Format, typer.Option(help="The format.")],
     out: Annotated[Path, typer.Option(metavar="PATH", help="The new file, or the new folder for ros and rosbag2.")],
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is already there.")] = False,
 ) -> None:
     """Write a run in a format of other tools: see docs/formats.md.
 
@@ -28,12 +29,12 @@ def export(
 
     hopslam export runs/latest --to dxf --out walls.dxf
 
-    hopslam export runs/latest --to carmen --out run.log
+    hopslam export runs/latest --to carmen --out run.log --force
     """
     from slam.run.export.formats import export as write
     from slam.run.results.run_record import RunRecord
 
     console = Console()
     with console.status(f"writing {out}"):
-        write(RunRecord.open(run), to, out)
+        write(RunRecord.open(run), to, out, force)
     console.print(f"{out} written", highlight=False)

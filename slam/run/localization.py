@@ -25,7 +25,7 @@ def continued(experiment: Experiment, path: Path, start: Literal["given", "saved
     """
     config, mount = experiment.scenario.slam, experiment.slam.T_base_laser
     saved = read_map(path, config)
-    experiment = replace(experiment, notes=experiment.notes | {"map": str(path)})
+    experiment = replace(experiment, notes=experiment.notes | {"map": str(path), "start": start})
     if start == "search":
         continuation = LineContinuation(config, mount, saved)
         return _searching(replace(experiment, slam=continuation), lambda: continuation.slam is not None)

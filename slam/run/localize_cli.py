@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
+from slam.errors import InputError
 from slam.run.options import Out, Rerun, Settings
 
 if TYPE_CHECKING:
@@ -20,6 +21,9 @@ def localize(
     ],
     saved_map: Annotated[Path, typer.Option("--map", metavar="FILE", help="The map.json of another run.")],
     seed: Annotated[int | None, typer.Option(help="Of a scenario: of all that is random; default: its own.")] = None,
+    scenario: Annotated[
+        str | None, typer.Option(help="Of a log: where the settings of the method come from; default: replay.")
+    ] = None,
     out: Out = None,
     settings: Settings = None,
     rerun: Rerun = None,
@@ -40,19 +44,23 @@ def localize(
     from slam.run.localization import localized
 
     console = Console()
-    experiment = localized(_experiment(source, settings or [], seed, console), saved_map)
+    experiment = localized(_experiment(source, scenario, settings or [], seed, console), saved_map)
     conduct(experiment, out, rerun, console)
 
 
-def _experiment(source: str, settings: list[str], seed: int | None, console: Console) -> Experiment:
+def _experiment(
+    source: str, scenario: str | None, settings: list[str], seed: int | None, console: Console
+) -> Experiment:
     """Of a scenario where the source is one, of a log where it is another file."""
     from slam.run.experiment import replay_experiment, scenario_experiment
     from slam.run.scenario.file import load_scenario
 
     path = Path(source)
     if path.is_file() and path.suffix not in {".yaml", ".yml"}:
-        experiment = replay_experiment(path, load_scenario("replay", settings))
+        experiment = replay_experiment(path, load_scenario(scenario or "replay", settings))
         console.print(experiment.notes["log_report"], highlight=False)
         return experiment
+    if scenario is not None:
+        raise InputError(f"--scenario {scenario}: {source} is one itself, and no log; leave it out")
     by_seed = [] if seed is None else [f"seed={seed}"]
     return scenario_experiment(load_scenario(source, [*settings, *by_seed]))

@@ -13,7 +13,7 @@ from slam.run.bench.hardware_cli import bench_hardware
 from slam.run.options import Settings
 
 app = typer.Typer(
-    help="Measure: the paper's figures, extractors, matchers, localisation, SLAM, the simulator, the drivers, sweeps.",
+    help="Measure the paper's figures, extractors, matchers, localisation, SLAM, simulator, drivers, sweeps, start-up.",
     no_args_is_help=True,
 )
 console = Console()
@@ -268,3 +268,21 @@ def viewer(
     from slam.run.bench.viewer_cost import viewer_table
 
     console.print(viewer_table(scenario, scans, console).rich())
+
+
+@app.command()
+def start(
+    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")] = "corridor",
+    repeats: Annotated[int, typer.Option(min=1, help="Starts of each kind.")] = 5,
+) -> None:
+    """Measure how long a user waits: for the help, and for the first scan of a run, with warm caches.
+
+    [bold]Examples[/bold]
+
+    hopslam bench start
+
+    hopslam bench start office_loop --repeats 20
+    """
+    from slam.run.bench.start_up import start_up_table
+
+    console.print(start_up_table(scenario, repeats, console).rich())

@@ -34,9 +34,10 @@ def write(record: RunRecord, out: Path) -> None:
 
 def _params(record: RunRecord, first: Observation) -> Iterator[str]:
     scan = first.scan
-    params = CarmenParams(scan.time_increment, scan.range_min, *record.traces.estimate[0].tolist())
+    start = record.start
+    params = CarmenParams(scan.time_increment, scan.range_min, start.x, start.y, start.theta)
     for name, value in params._asdict().items():
-        yield f"PARAM hopslam_{name} {value:.12g} {_times(scan.stamp)}\n"
+        yield f"PARAM hopslam_{name} {value!r} {_times(scan.stamp)}\n"
 
 
 def _messages(seen: Observation, T_base_laser: Pose2D) -> Iterator[str]:
@@ -55,7 +56,7 @@ def _scan(seen: Observation) -> str:
     reach = scan.range_max
     measured = np.minimum(scan.ranges, reach - _STEP)
     ranges = np.where(scan.echoes, measured, np.where(scan.ranges == np.inf, reach, 0.0))
-    readings = " ".join(f"{reading:.7g}" for reading in ranges.tolist())
+    readings = " ".join(f"{reading:.9g}" for reading in ranges.tolist())
     fov = scan.angle_max - scan.angle_min
     return f"0 {scan.angle_min!r} {fov!r} {scan.angle_increment!r} {reach:.7g} 0 0 {len(ranges)} {readings}"
 

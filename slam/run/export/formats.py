@@ -22,15 +22,18 @@ _FORMATS: Final = {
 }
 
 
-def export(record: RunRecord, to: str, out: Path) -> None:
+def export(record: RunRecord, to: str, out: Path, force: bool = False) -> None:
     """Write a run in that format to ``out``: a file, or a folder for ``ros`` and ``rosbag2``.
 
-    InputError for an unknown format, for what is already there, and for what the run does not have.
+    InputError for an unknown format, for what is already there, and for what the run does not have. With ``force`` a
+    file that is already there is replaced; a folder never is.
     """
     if to not in _FORMATS:
         raise InputError(f"--to {to}: no such format; there are {', '.join(_FORMATS)}")
-    if out.exists():
-        raise InputError(f"{out}: already there; choose another --out, or remove it")
+    if out.is_dir():
+        raise InputError(f"{out}: a folder that is already there; choose another --out, or remove it")
+    if out.exists() and not force:
+        raise InputError(f"{out}: already there; add --force to replace it, or choose another --out")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
         import_module(_FORMATS[to]).write(record, out)

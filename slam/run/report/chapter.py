@@ -23,7 +23,7 @@ from slam.run.report.run_plots import (
     timing_figure,
 )
 from slam.run.report.settings import Change, changes
-from slam.run.results.map_picture import map_figure
+from slam.run.results.map_picture import map_figure, where_it_ends
 from slam.run.results.metrics import measure
 from slam.run.results.plan import Plan
 from slam.run.results.run_record import RunRecord
@@ -44,6 +44,10 @@ class Chapter:
     metrics: Mapping[str, Any]
     faults: list[str]
     log_report: str
+    outlined: bool
+    """Whether the true walls are known ..."""
+    truth_known: bool
+    """... and the true way."""
     plots: list[tuple[Markup, str]]
     """Each with its caption; the map first."""
     timing: list[tuple[str, list[str]]]
@@ -66,6 +70,8 @@ def chapter(record: RunRecord, key: str) -> Chapter:
         metrics=metrics,
         faults=faults(record, metrics),
         log_report=str(metrics.get("log_report", "")),
+        outlined=bool(record.outlines),
+        truth_known=record.traces.truth is not None,
         plots=_plots(record, key),
         timing=_timing(record),
         changes=changes(record.config),
@@ -81,15 +87,13 @@ def plan_of(record: RunRecord) -> Plan:
 
 
 def command(record: RunRecord, metrics: Mapping[str, Any]) -> str:
-    """What repeats the run, for a shell; a saved map that it was in is named."""
+    """What repeats the run, for a shell: with the same settings, on the same robot or log, in the same saved map."""
     config = str(record.folder / "config.yaml")
-    words = ["run", config]
-    if "sure_after_s" in metrics:
-        words = ["localize", str(metrics.get("log", config))]
-    elif "log" in metrics:
-        words = ["replay", str(metrics["log"]), "--scenario", config]
-    in_map = ["--map", str(metrics["map"])] if "map" in metrics else []
-    return shlex.join(["hopslam", *words, *in_map])
+    verb = "localize" if "sure_after_s" in metrics else "replay" if "log" in metrics else "run"
+    words = [verb, str(metrics["log"]), "--scenario", config] if "log" in metrics else [verb, config]
+    options = {"--backend": "backend", "--map": "map", "--start": "start"}
+    words += [word for option, key in options.items() if key in metrics for word in (option, str(metrics[key]))]
+    return shlex.join(["hopslam", *words, *(["--dry-run"] if metrics.get("dry_run") else [])])
 
 
 def _date(record: RunRecord, metrics: Mapping[str, Any]) -> str:
@@ -104,9 +108,11 @@ def _plots(record: RunRecord, key: str) -> list[tuple[Markup, str]]:
     traces, alone = record.traces, [("iterations", record.traces)]
     known = traces.truth is not None
     against = "Estimate less truth" if known else "Estimate less dead reckoning, as no truth is known"
+    plan = plan_of(record)
+    ends = "" if plan.truth is None else f" {where_it_ends(plan, plan.truth)}."
     band = f" The band is ±{SIGMAS:g} standard deviations, as the estimate claims them." if _has_bounds(record) else ""
     figures = {
-        "map": (map_figure(plan_of(record), THEMED, 8.4), "The map, from above, metres."),
+        "map": (map_figure(plan, THEMED, 8.4, bare=True), f"From above, metres.{ends}"),
         "errors": (error_figure(traces, THEMED), f"{against}, scan by scan.{band if known else ''}"),
         "distance": (distance_figure([("", traces)], THEMED), "Position error over the way travelled."),
         "iterations": (iterations_figure(alone, THEMED), "Iterations of the matcher."),

@@ -58,7 +58,7 @@ def fig_21(record: RunRecord, scans: ScanPoints) -> Figure:
     count = 3 if outlines else 2
     wide = bool(np.greater(*np.ptp(record.traces.odometry[:, :2], axis=0)))
     figure = Figure(figsize=(8.0, 2.2 * count) if wide else (3.6 * count, 5.6), layout="constrained")
-    panels = list(figure.subplots(count, 1) if wide else figure.subplots(1, count))
+    panels = list(figure.subplots(*((count, 1) if wide else (1, count)), sharex=True, sharey=True))
     if outlines:
         panels[0].add_collection(PolyCollection(outlines, facecolors="0.75", edgecolors="0.3", linewidths=0.6))
         panels[0].autoscale_view()
@@ -69,6 +69,7 @@ def fig_21(record: RunRecord, scans: ScanPoints) -> Figure:
     panels[-1].plot(*record.traces.estimate.T[:2], color="green", linewidth=1.2, zorder=6)
     for letter, axes in zip("abc"[3 - count :], panels, strict=True):
         axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
+        axes.label_outer()
         axes.set_title(f"({letter})", loc="left", fontsize="medium")
     return figure
 

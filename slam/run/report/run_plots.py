@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
 from slam.pose import FloatArray
 from slam.run.results.palette import PAPER, Palette
@@ -43,7 +43,7 @@ def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
 def _panel(colours: Palette) -> tuple[Figure, Axes]:
     """A figure with one pair of axes. Its margins are given, as finding them takes as long as drawing."""
     figure = Figure(figsize=(5.4, 3.0))
-    figure.subplots_adjust(0.14, 0.15, 0.965, 0.98)
+    figure.subplots_adjust(0.14, 0.15, 0.965, 0.9)
     axes = figure.add_subplot()
     plain_axes(axes, colours)
     return figure, axes
@@ -52,7 +52,7 @@ def _panel(colours: Palette) -> tuple[Figure, Axes]:
 def _plain_numbers(axis: Axis) -> None:
     """0.01 in the place of a power of ten, on an axis of logarithms."""
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
+    axis.set_minor_locator(NullLocator())
 
 
 def _band(axes: Axes, traces: Traces, variance: str, scale: float, colours: Palette) -> None:
@@ -137,4 +137,7 @@ def _dash(k: int) -> str:
 
 def _legend(axes: Axes, colours: Palette) -> None:
     if len(axes.get_legend_handles_labels()[1]) > 1:
-        axes.legend(frameon=False, fontsize="small", labelcolor=colours.ink)
+        axes.legend(
+            frameon=False, fontsize="small", labelcolor=colours.ink, ncols=3, loc="lower left",
+            bbox_to_anchor=(-0.02, 0.99), borderaxespad=0.0, handlelength=1.6, columnspacing=1.4,
+        )  # fmt: skip

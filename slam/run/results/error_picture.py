@@ -8,6 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from slam.run.results.files import whole_file
+from slam.run.results.palette import PAPER
+from slam.run.results.plan import plain_axes
 from slam.run.results.traces import Traces, pose_errors
 
 _ROWS = (("x", 100.0, "cm"), ("y", 100.0, "cm"), ("heading", 180.0 / np.pi, "deg"))
@@ -25,13 +27,16 @@ def draw_errors(folder: Path) -> None:
     errors = pose_errors(traces.estimate, traces.odometry if traces.truth is None else traces.truth)
     figure = Figure(figsize=(9, 9), dpi=110, layout="constrained")
     rows = figure.subplots(4, 1, sharex=True)
+    for axes in rows:
+        plain_axes(axes, PAPER)
     for axes, column, (name, scale, unit) in zip(rows, errors.T, _ROWS, strict=False):
-        axes.axhline(0.0, color="0.7", linewidth=0.8)
-        axes.plot(scale * column, color="tab:green", linewidth=1.0)
+        axes.axhline(0.0, color=PAPER.faint, linewidth=0.8)
+        axes.plot(scale * column, color=PAPER.slam, linewidth=1.1)
         axes.set_ylabel(f"{name} {'error' if known else 'correction'} [{unit}]")
     mapped = np.flatnonzero(traces.steps["mapped"] == 1)
-    rows[3].plot(mapped, traces.steps["iterations"][mapped], ".-", color="tab:blue", linewidth=0.6, markersize=3)
-    rows[3].set(ylabel="iterations q", xlabel="step k")
-    figure.suptitle("Estimate less truth" if known else "Estimate less dead reckoning (no ground truth)")
+    rows[3].plot(mapped, traces.steps["iterations"][mapped], color=PAPER.accent, linewidth=0.9)
+    rows[3].set(ylabel="iterations q", xlabel="step k", ylim=(0.0, None))
+    title = "Estimate less truth" if known else "Estimate less dead reckoning (no ground truth)"
+    figure.suptitle(title, fontsize="medium", color=PAPER.ink)
     with whole_file(folder / "errors.png") as draft:
         figure.savefig(draft)

@@ -11,10 +11,10 @@ from slam.odometry import Odometry
 from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.logs.text import CutShort
-from slam.run.ros.decoder import decode_odometry, decode_pose, decode_scan, decode_transforms
+from slam.run.ros.decoder import Transform, decode_odometry, decode_pose, decode_scan, decode_transforms
 from slam.run.ros.mcap_messages import mcap_messages
 from slam.run.ros.raw_message import RawMessage
-from slam.run.ros.topics import GROUND_TRUTH, ODOM, SCAN, TF_STATIC
+from slam.run.ros.topics import GROUND_TRUTH, ODOM, SCAN, TF, TF_STATIC
 
 
 def logged_observations(path: Path) -> Iterator[Observation]:
@@ -31,9 +31,19 @@ def logged_observations(path: Path) -> Iterator[Observation]:
 
 def logged_mount(path: Path) -> Pose2D:
     """``T_base_laser``; InputError when there is no such file or it ends before that."""
+    return _first_transforms(path, TF_STATIC)[0].pose
+
+
+def logged_start(path: Path) -> Pose2D:
+    """``T_map_base`` at the first scan, as estimated; InputError likewise."""
+    T_odom_base, T_map_odom = _first_transforms(path, TF)
+    return T_map_odom.pose @ T_odom_base.pose
+
+
+def _first_transforms(path: Path, topic: str) -> list[Transform]:
     for message in logged_messages(path):
-        if message.topic == TF_STATIC:
-            return decode_transforms(message)[0].pose
+        if message.topic == topic:
+            return decode_transforms(message)
     raise InputError(f"{path}: holds no scan; the run was ended before its first")
 
 

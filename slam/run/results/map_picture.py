@@ -29,15 +29,17 @@ def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outline
         map_figure(plan).savefig(draft, dpi=130)
 
 
-def map_figure(plan: Plan, colours: Palette = PAPER, longest: float = 13.0) -> Figure:
-    """The picture; at most ``longest`` inches wide."""
+def map_figure(plan: Plan, colours: Palette = PAPER, longest: float = 13.0, bare: bool = False) -> Figure:
+    """The picture; at most ``longest`` inches wide. A ``bare`` one has neither title nor legend."""
     low, high = plan.extent
     figure = Figure(figsize=_size(high - low, longest), layout="constrained")
     axes = figure.add_subplot()
     plain_axes(axes, colours)
     draw_plan(axes, plan, colours)
+    if bare:
+        return figure
     if plan.truth is not None:
-        axes.set_title(_where_it_ends(plan, plan.truth), fontsize="medium", color=colours.ink)
+        axes.set_title(where_it_ends(plan, plan.truth), fontsize="medium", color=colours.ink)
     columns = max(2, round(float(figure.get_figwidth()) / 1.7))
     figure.legend(
         loc="outside upper center", ncols=columns, fontsize="small", frameon=False, labelcolor=colours.ink,
@@ -46,7 +48,7 @@ def map_figure(plan: Plan, colours: Palette = PAPER, longest: float = 13.0) -> F
     return figure
 
 
-def _where_it_ends(plan: Plan, truth: FloatArray) -> str:
+def where_it_ends(plan: Plan, truth: FloatArray) -> str:
     """How far the ends of both ways are from the true one."""
     ends = (way[min(len(way), len(truth)) - 1] for way in (plan.estimate, plan.odometry))
     ours, off = (length(float(np.hypot(*(end - truth[-1])[:2]))) for end in ends)

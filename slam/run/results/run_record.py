@@ -16,7 +16,7 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
 from slam.run.maps.file import read_map
-from slam.run.results.log_reader import logged_mount, logged_observations
+from slam.run.results.log_reader import logged_mount, logged_observations, logged_start
 from slam.run.results.run_log import LOG
 from slam.run.results.traces import Traces
 from slam.run.scenario.file import load_scenario
@@ -66,6 +66,11 @@ class RunRecord:
     def T_base_laser(self) -> Pose2D:
         """The mount of the lidar; InputError where the log does not say."""
         return logged_mount(self.folder / LOG)
+
+    @property
+    def start(self) -> Pose2D:
+        """``T_map_base`` at the first scan, in all the digits of the log."""
+        return logged_start(self.folder / LOG)
 
     def observations(self) -> Iterator[Observation]:
         """What the robot saw, scan by scan, in the order of ``traces``; InputError without a log."""

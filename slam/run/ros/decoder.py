@@ -10,7 +10,7 @@ import numpy as np
 from rosbags.serde import SerdeError
 
 from slam.odometry import Odometry, Twist2D
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.run.logs.fields import LARGEST, BadLine
 from slam.run.ros.raw_message import RawMessage
 from slam.run.ros.typestores import ros1_types, ros2_types
@@ -142,7 +142,9 @@ def _transform(placed: Any) -> Transform:
 
 
 def _planar(point: Any, q: Any) -> Pose2D:
-    """Heading: where the x axis points, seen from above."""
+    """Heading: where the x axis points, seen from above; of a level pose, to the last bit."""
     if not all(abs(value) <= LARGEST for value in (point.x, point.y, q.x, q.y, q.z, q.w)):
         raise BadLine("impossible value")
+    if q.x == q.y == 0.0:
+        return Pose2D(point.x, point.y, wrap_angle(2.0 * atan2(q.z, q.w)))
     return Pose2D(point.x, point.y, atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z)))

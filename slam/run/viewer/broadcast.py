@@ -11,7 +11,7 @@ import numpy as np
 from slam.run.viewer.blueprint import UNKNOWN, extent_of
 from slam.run.viewer.chunks import Chunk
 from slam.run.viewer.events import Event
-from slam.run.viewer.feed import FILE_PERIOD, LIVE_PERIOD, Feed
+from slam.run.viewer.feed import FILE_PACE, LIVE_PACE, Feed, Pace
 from slam.run.viewer.frame import Frame
 from slam.run.viewer.outlets import FileOutlet, LiveOutlet, Outlet
 from slam.run.viewer.setting import Setting
@@ -32,9 +32,9 @@ class Broadcast:
         self._unknown = extent_of(setting) is UNKNOWN
         self._low, self._high = np.full(2, np.inf), np.full(2, -np.inf)
         if self._file is not None:
-            self._add(FILE_PERIOD, setting, self._file)
+            self._add(FILE_PACE, setting, self._file)
         if urls:
-            self._add(LIVE_PERIOD, setting, *(LiveOutlet(url, setting, say) for url in urls))
+            self._add(LIVE_PACE, setting, *(LiveOutlet(url, setting, say) for url in urls))
 
     def show(self, frame: Frame, events: Sequence[Event] = ()) -> None:
         """Show one scan."""
@@ -53,16 +53,16 @@ class Broadcast:
         for feed in self._feeds:
             feed.put(chunks)
 
-    def _add(self, period: float, setting: Setting, *outlets: Outlet) -> None:
+    def _add(self, pace: Pace, setting: Setting, *outlets: Outlet) -> None:
         self._outlets += outlets
-        self._feeds.append(Feed([outlet.send for outlet in outlets], period, setting))
+        self._feeds.append(Feed([outlet.send for outlet in outlets], pace, setting))
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         for feed in self._feeds:
-            feed.flush(last=True)
+            feed.close()
         if self._file is not None and self._unknown and np.isfinite(self._high - self._low).all():
             self._file.look_at((self._low, self._high))
         for outlet in self._outlets:

@@ -1,74 +1,121 @@
-"""A watcher that gathers what is to be shown of the scans, and hands it on in batches."""
+"""Gathers what is to be shown of the scans, and hands it on in batches."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from time import monotonic
-from typing import Final
+from typing import Final, NamedTuple
 
-from slam.run.viewer.chunks import Chunk, event_chunk, frame_chunks, stroke_chunks
+from slam.run.viewer.chunks import Chunk, event_chunk, frame_chunks, map_chunks, stroke_chunks
 from slam.run.viewer.events import Event
 from slam.run.viewer.frame import Frame
-from slam.run.viewer.map_layer import MapLayer
+from slam.run.viewer.map_layer import MapAt, MapLayer
 from slam.run.viewer.plots import plot_chunks
 from slam.run.viewer.setting import Setting
 
-FILE_PERIOD: Final = 0.85
-"""Seconds of wall time between two batches for files: what kill -9 can cost. The head of a chunk is over 1 kB ..."""
-LIVE_PERIOD: Final = 0.09
+Send = Callable[[Sequence[Chunk]], None]
+
+
+class Pace(NamedTuple):
+    """Seconds of wall time between two batches, of the scans and of what changes slowly, or costs most."""
+
+    scans: float
+    trail: float
+    """Curves and trajectories, which are most of the chunks."""
+
+
+FILE_PACE: Final = Pace(0.85, 0.85)
+"""What kill -9 can cost. The head of a chunk is over 1 kB ..."""
+LIVE_PACE: Final = Pace(0.09, 0.85)
 """... but eyes want every scan at 10 Hz."""
-_SLOWER: Final = 3
-"""Curves and trajectories, which are most of the chunks, go with every third batch."""
 _MOST: Final = 256
 """Scans in a batch, however fast they come."""
 
 
-class Feed:
-    """Frames in, chunks out."""
+class Batch(NamedTuple):
+    """What goes to the viewers at once."""
 
-    def __init__(self, sends: Sequence[Callable[[Sequence[Chunk]], None]], period: float, setting: Setting) -> None:
-        self._sends, self._period, self._plots = sends, period, setting.plots
+    frames: Sequence[Frame]
+    trail: Sequence[Frame]
+    """Those whose curves and strokes are due ..."""
+    before: Frame | None
+    """... and where the strokes begin."""
+    events: Sequence[Event]
+    map: MapAt | None
+
+    def chunks(self, plots: Sequence[str]) -> Iterator[Chunk]:
+        """As rerun takes it."""
+        if self.frames:
+            yield from frame_chunks(self.frames)
+        if self.trail:
+            yield from stroke_chunks(self.before, self.trail)
+            yield from plot_chunks(self.trail, plots)
+        if self.events:
+            yield event_chunk(self.events)
+        if self.map is not None:
+            yield from map_chunks(*self.map)
+
+
+class Feed:
+    """Frames in, chunks out. A thread beside the loop makes the chunks, one batch at a time; what goes wrong there is
+    raised at the next batch."""
+
+    def __init__(self, sends: Sequence[Send], pace: Pace, setting: Setting) -> None:
+        self._sends, self._pace, self._plots = sends, pace, setting.plots
         self._layer = None if setting.slam is None else MapLayer(setting.slam)
         self._frames: list[Frame] = []
         self._trail: list[Frame] = []
         self._events: list[Event] = []
         self._before: Frame | None = None  # the last of the strokes that were sent
         self._last: Frame | None = None
-        self._batches = 0
-        self._sent_at = 0.0  # so that the first scan is there at once
+        self._sent_at = self._trail_sent_at = 0.0  # so that the first scan is there at once
+        self._packer = ThreadPoolExecutor(1, "viewer feed")
+        self._packing: Future[None] | None = None
 
     def show(self, frame: Frame, events: Sequence[Event]) -> None:
         """Take one scan; send, when it is time."""
         self._frames.append(frame)
+        self._trail.append(frame)
         self._events += events
-        if monotonic() - self._sent_at >= self._period or len(self._frames) >= _MOST:
-            self.flush()
-
-    def put(self, chunks: Sequence[Chunk]) -> None:
-        """Send these now."""
-        for send in self._sends:
-            send(chunks)
+        self._last = frame
+        if monotonic() - self._sent_at >= self._pace.scans or len(self._frames) >= _MOST:
+            self._flush()
 
     def tell(self, event: Event) -> None:
         """Take an event that came without a scan."""
         self._events.append(event)
 
-    def flush(self, last: bool = False) -> None:
-        """Send what was gathered; the map too if it is due."""
-        chunks: list[Chunk] = []
-        if frames := self._frames:
-            chunks += frame_chunks(frames)
-            self._trail += frames
-            self._last, self._frames = frames[-1], []
-        self._batches += 1
-        if self._trail and (last or self._batches % _SLOWER == 1):
-            chunks += [*stroke_chunks(self._before, self._trail), *plot_chunks(self._trail, self._plots)]
-            self._before, self._trail = self._trail[-1], []
-        if self._events:
-            chunks.append(event_chunk(self._events))
-            self._events = []
-        if self._layer is not None and self._last is not None:
-            chunks += self._layer.chunks(self._last, last)
-        if chunks:
-            self.put(chunks)
-        self._sent_at = monotonic()
+    def put(self, chunks: Sequence[Chunk]) -> None:
+        """Send these as they are."""
+        self._submit(lambda: chunks)
+
+    def close(self) -> None:
+        """Send all that was gathered, and the map as it is in the end."""
+        self._flush(last=True)
+        self._packer.shutdown()
+        self._wait()
+
+    def _flush(self, last: bool = False) -> None:
+        now = self._sent_at = monotonic()
+        trail: list[Frame] = []
+        if last or now - self._trail_sent_at >= self._pace.trail or len(self._trail) >= _MOST:
+            trail, self._trail, self._trail_sent_at = self._trail, [], now
+        seen = self._layer.due(self._last, last) if self._layer is not None and self._last is not None else None
+        batch = Batch(self._frames, trail, self._before, self._events, seen)
+        self._before = trail[-1] if trail else self._before
+        self._frames, self._events = [], []
+        self._submit(lambda: list(batch.chunks(self._plots)))
+
+    def _submit(self, make: Callable[[], Sequence[Chunk]]) -> None:
+        self._wait()
+        self._packing = self._packer.submit(self._pack, make)
+
+    def _wait(self) -> None:
+        if self._packing is not None:
+            self._packing.result()
+
+    def _pack(self, make: Callable[[], Sequence[Chunk]]) -> None:
+        if chunks := make():
+            for send in self._sends:
+                send(chunks)

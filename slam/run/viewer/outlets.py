@@ -115,7 +115,7 @@ class LiveOutlet:
             _send(stream, chunks)
             stream.flush(timeout_sec=_PATIENCE)
         except RuntimeError:
-            self._stream = None
+            self._stream, self._missed = None, True
             stream.disconnect()
             self._say(f"the viewer at {self._url} does not answer any more; the run goes on")
 

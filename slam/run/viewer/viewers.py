@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 from collections.abc import Iterable
 from contextlib import suppress
@@ -24,6 +25,9 @@ NO_DISPLAY: Final = (
     "elsewhere, or --rerun FILE.rrd"
 )
 
+_QUIET: Final = "warn,re_grpc_client=off,re_sdk::recording_stream=off"
+"""That a viewer has gone is told by us, in one line."""
+
 
 class Viewers:
     """What ``--rerun`` asks for. Leaving the block ends the servers; a viewer's window stays."""
@@ -37,6 +41,7 @@ class Viewers:
         """Start them; None without a target. With a file, one is also made in the folder of the run."""
         if not self._targets:
             return None
+        os.environ.setdefault("RUST_LOG", _QUIET)  # rerun reads it when it is imported
         from slam.run.viewer.broadcast import Broadcast
 
         files = [target.path for target in self._targets if target.kind == "file"]

@@ -22,6 +22,7 @@ from slam.run.localize_cli import localize
 from slam.run.replay_cli import replay
 from slam.run.report_cli import animate, report
 from slam.run.run_cli import run
+from slam.run.schema_cli import schema
 from slam.run.view_cli import view
 from slam.run.world_cli import world
 
@@ -39,6 +40,7 @@ app.command()(localize)
 app.command()(env)
 app.command()(view)
 app.command()(world)
+app.command()(schema)
 app.command()(report)
 app.command()(animate)
 app.command()(export)

@@ -12,9 +12,9 @@ import gymnasium
 def manual(env_id: str) -> str:
     """Of the registered environment of this whole id, with its default arguments."""
     with gymnasium.make(env_id) as made:
-        env: Any = made.unwrapped
-        rows = "\n".join(f"| {name} | {value} |" for name, value in _as_built(env))
-        return f"# {env_id}\n\n{getdoc(type(env))}\n\n## As built\n\n| | |\n|---|---|\n{rows}\n"
+        docstring = getdoc(type(made.unwrapped))
+        rows = "\n".join(f"| {name} | {value} |" for name, value in _as_built(made.unwrapped))
+    return f"# {env_id}\n\n{docstring}\n\n## As built\n\n| | |\n|---|---|\n{rows}\n"
 
 
 def _as_built(env: Any) -> Iterator[tuple[str, str]]:

@@ -6,7 +6,8 @@ HopslamError
 │   └── LogError        a recorded log
 ├── RobotError          a device or back end failed                (exit code 3)
 │   └── RobotTimeout    no data within the time asked for
-└── StorageError        results cannot be written any more         (exit code 3)
+├── StorageError        results cannot be written any more         (exit code 3)
+└── ClusterError        the machines that run the jobs cannot      (exit code 3)
 """
 
 
@@ -42,5 +43,11 @@ class RobotTimeout(RobotError, TimeoutError):
 
 class StorageError(HopslamError):
     """Results cannot be written any more: the disk is full, or the folder is gone."""
+
+    exit_code = 3
+
+
+class ClusterError(HopslamError):
+    """The machines that jobs were sent to went away, or cannot run them."""
 
     exit_code = 3

@@ -15,6 +15,7 @@ from slam.config.section import Section
 
 _MODES: Final = {
     "hopslam": {"lines": "chi_square", "map": "surfels", "matching": "least_squares"},
+    "dead_reckoning": {"lines": "chi_square", "map": "surfels", "matching": "least_squares"},  # none of them is used
     "paper": {"lines": "paper", "map": "points", "matching": "force_field"},
 }
 """The methods of the three parts, where they are not named."""
@@ -23,9 +24,10 @@ _FINE_LINES: Final = {"min_points": 5, "min_length": 0.10, "shared_error": 0.02}
 
 
 class SlamConfig(Section):
-    """The whole method, Fig. 14: by default this project's own; ``mode: paper`` makes it the paper's."""
+    """The whole method, Fig. 14: by default this project's own; ``mode: paper`` makes it the paper's, and ``mode:
+    dead_reckoning`` none at all: wheel odometry alone, to compare with."""
 
-    mode: Literal["hopslam", "paper"] = "hopslam"
+    mode: Literal["hopslam", "paper", "dead_reckoning"] = "hopslam"
     """Which methods the three parts below have where they name none."""
     lines: LineConfig = ChiSquareConfig.model_validate(_FINE_LINES)
     """How lines are found in a scan."""

@@ -23,6 +23,7 @@ from slam.run.replay_cli import replay
 from slam.run.report_cli import animate, report
 from slam.run.run_cli import run
 from slam.run.schema_cli import schema
+from slam.run.sweep_cli import app as sweep
 from slam.run.view_cli import view
 from slam.run.world_cli import world
 
@@ -50,6 +51,7 @@ app.command()(emulate)
 app.command()(doctor)
 app.add_typer(bench, name="bench")
 app.add_typer(calibrate, name="calibrate")
+app.add_typer(sweep, name="sweep")
 console = Console()
 
 

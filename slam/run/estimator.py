@@ -1,15 +1,17 @@
-"""What a run asks of whoever estimates the pose: LineSlam, LineLocalizer and LineContinuation are such."""
+"""What a run asks of whoever estimates the pose: LineSlam, LineLocalizer, LineContinuation, DeadReckoning are such."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
+from slam.config import SlamConfig
 from slam.line_continuation import LineContinuation
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import Estimate, LineSlam
 from slam.matching.mapper import Lines, Points
 from slam.odometry import Odometry
 from slam.pose import Pose2D
+from slam.run.dead_reckoning import DeadReckoning
 from slam.saved_slam import SavedSlam, put_aside
 from slam.scan import LaserScan
 
@@ -31,10 +33,17 @@ class Estimator(Protocol):
         ...
 
 
+def make_estimator(config: SlamConfig, T_base_laser: Pose2D, T_map_base: Pose2D, seed: int) -> Estimator:
+    """The method of these settings, with the robot's base at its start."""
+    if config.mode == "dead_reckoning":
+        return DeadReckoning(T_base_laser, T_map_base)
+    return LineSlam(config, T_base_laser, T_map_base, seed)
+
+
 def map_made_by(estimator: Estimator) -> SavedSlam | None:
     """What is worth saving after a run: None where the map was not changed, or is the paper's."""
     slam = estimator.slam if isinstance(estimator, LineContinuation) else estimator
     return put_aside(slam) if isinstance(slam, LineSlam) else None
 
 
-_: tuple[type[Estimator], ...] = (LineLocalizer, LineContinuation)
+_: tuple[type[Estimator], ...] = (LineLocalizer, LineContinuation, DeadReckoning)

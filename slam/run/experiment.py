@@ -21,13 +21,15 @@ from slam.line_slam import LineSlam
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.run.backends import make_robot
-from slam.run.estimator import Estimator, map_made_by
+from slam.run.dead_reckoning import DeadReckoning
+from slam.run.estimator import Estimator, make_estimator, map_made_by
 from slam.run.interruption import Interruption
 from slam.run.logs import BagTopics, read_log
 from slam.run.loop import Ending, Watcher, run_loop
 from slam.run.maps.file import write_map
 from slam.run.pilot import Passenger, Pilot, WaypointPilot
 from slam.run.results.files import write_whole
+from slam.run.results.keep import Keep
 from slam.run.results.metrics import measure
 from slam.run.results.progress import RunProgress
 from slam.run.results.recorder import Recorder
@@ -71,21 +73,28 @@ class Experiment:
     measures: Callable[[Path], dict[str, Any]] = measure
     """The metrics of the folder."""
 
-    def run(self, out: Path | None = None, viewers: Viewers | None = None, console: Console | None = None) -> Outcome:
+    def run(
+        self,
+        out: Path | None = None,
+        viewers: Viewers | None = None,
+        console: Console | None = None,
+        keep: Keep = Keep(),  # noqa: B008  # it is frozen
+    ) -> Outcome:
         """Run to the end, or to Ctrl-C, or to the failure of the robot; what was done is in the folder in every case.
 
         Raises InputError for files that cannot be written, before anything is done, and StorageError on the way.
         """
         console = console or Console(quiet=True)
         self.env.prepare(self.seed)
-        warm_up(console, self.scenario.slam, search=not isinstance(self.slam, LineSlam))
+        if not isinstance(self.slam, DeadReckoning):
+            warm_up(console, self.scenario.slam, search=not isinstance(self.slam, LineSlam))
         folder = make_run_folder(self.scenario.name, out)
         try:
-            return self._run_in(folder, viewers or Viewers(), console)
+            return self._run_in(folder, viewers or Viewers(), console, keep)
         except OSError as error:
             raise StorageError(f"{folder}: {error.strerror}; what was written until then is kept") from error
 
-    def _run_in(self, folder: Path, viewers: Viewers, console: Console) -> Outcome:
+    def _run_in(self, folder: Path, viewers: Viewers, console: Console, keep: Keep) -> Outcome:
         write_whole(folder / "config.yaml", dump_scenario(self.scenario))
         began, date = perf_counter(), datetime.now().astimezone().isoformat(timespec="seconds")
         ending, error = self._drive(folder, viewers, console)
@@ -95,7 +104,7 @@ class Experiment:
         if (made := map_made_by(self.slam)) is not None and metrics["scans"]:
             write_map(folder / "map.json", made)
         write_whole(folder / "metrics.json", json.dumps(metrics, indent=2) + "\n")
-        if metrics["scans"]:
+        if metrics["scans"] and keep.pictures:
             try:
                 self._draw(folder, console)
             except KeyboardInterrupt:
@@ -170,7 +179,7 @@ def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: boo
             lidar.description.lidar,
             Twist2D(scenario.robot.limits.linear, scenario.robot.limits.angular),
         ),
-        slam=LineSlam(scenario.slam, lidar.mount.pose, start, scenario.seed),
+        slam=make_estimator(scenario.slam, lidar.mount.pose, start, scenario.seed),
         pilot=WaypointPilot(scenario.route, start),
         seed=scenario.seed,
         outlines=scenario.world.outlines(lidar.height),
@@ -193,7 +202,7 @@ def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None =
     return Experiment(
         scenario=scenario,
         env=RobotEnv(lambda seed: make_robot("replay", log), log.lidar, Twist2D(10.0, 10.0)),
-        slam=LineSlam(scenario.slam, log.T_base_laser, log.start, scenario.seed),
+        slam=make_estimator(scenario.slam, log.T_base_laser, log.start, scenario.seed),
         pilot=Passenger(len(log)),
         seed=scenario.seed,
         notes={"log": str(path), "log_report": log.report},

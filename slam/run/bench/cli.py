@@ -13,7 +13,7 @@ from slam.run.bench.hardware_cli import bench_hardware
 from slam.run.options import Settings
 
 app = typer.Typer(
-    help="Measure: the paper's figures, extractors, matchers, localisation, SLAM, the simulator, the drivers.",
+    help="Measure: the paper's figures, extractors, matchers, localisation, SLAM, the simulator, the drivers, sweeps.",
     no_args_is_help=True,
 )
 console = Console()
@@ -192,6 +192,27 @@ def match(
         draw_comparison(png, found)
     if out is not None:
         write_tables(out, tables, "Matchers on the same scans")
+
+
+@app.command()
+def sweep(
+    runs: Annotated[int, typer.Option(min=2, help="Of each executor, with one job and with two.")] = 40,
+    ray: Annotated[bool, typer.Option("--ray/--no-ray", help="Ray too: pip install 'hopslam\\[cluster]'.")] = True,
+) -> None:
+    """Measure sweeps: runs a second with one job and with two, the driver's share of a core, overhead, memory.
+
+    Some minutes. Quiet machines give better numbers: what two processes can do at all is measured in the same run.
+
+    [bold]Examples[/bold]
+
+    hopslam bench sweep
+
+    hopslam bench sweep --runs 10 --no-ray
+    """
+    from slam.run.bench.sweep_report import sweep_tables
+
+    for table in sweep_tables(runs, ray, console):
+        console.print(table.rich())
 
 
 @app.command("slam-sim")

@@ -52,16 +52,17 @@ def _work(steps: NDArray[Any]) -> dict[str, Any]:
     """What the method did and what it cost; iterations and times are of the scans that were matched and mapped."""
     mapped = steps[steps["mapped"] == 1]
     matched = mapped[mapped["iterations"] > 0]
+    slam_ms, extraction_ms = (mapped[name] if len(mapped) else np.zeros(1) for name in ("slam_ms", "extraction_ms"))
     iterations = matched["iterations"] if len(matched) else np.zeros(1)
     return {
         "updates": len(mapped),
         "iterations_mean": round(float(iterations.mean()), 2),
         "iterations_max": int(iterations.max()),
         "not_converged": int((matched["converged"] == 0).sum()),
-        "slam_ms_median": round(float(np.median(mapped["slam_ms"])), 4),
-        "slam_ms_p99": round(float(np.percentile(mapped["slam_ms"], 99)), 4),
+        "slam_ms_median": round(float(np.median(slam_ms)), 4),
+        "slam_ms_p99": round(float(np.percentile(slam_ms, 99)), 4),
         "slam_s_total": round(float(steps["slam_ms"].sum()) / 1e3, 4),
-        "extraction_ms_median": round(float(np.median(mapped["extraction_ms"])), 4),
+        "extraction_ms_median": round(float(np.median(extraction_ms)), 4),
         "map_points": int(steps["map_points"][-1]),
         "segments": int(steps["segments"].sum()),
     }

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from slam.config import Section
-from slam.run.scenario.values import NotNegative
+from slam.run.scenario.values import NotNegative, Positive
 from slam.run.scenario.yaml_file import Location
 
 Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]
@@ -75,6 +75,23 @@ class Normal(Section):
         return float(mean + sigma * deviation)
 
 
+class LogUniform(Section):
+    """A number between two bounds above 0, each order of magnitude as likely."""
+
+    loguniform: Annotated[tuple[Positive, Positive], AfterValidator(_rising)]
+    """The bounds."""
+
+    @property
+    def extremes(self) -> tuple[Any, ...]:
+        """The values that the schema must accept."""
+        return self.loguniform
+
+    def draw(self, rng: np.random.Generator) -> Any:
+        """One value."""
+        low, high = self.loguniform
+        return float(np.clip(np.exp(rng.uniform(np.log(low), np.log(high))), low, high))
+
+
 class Choice(Section):
     """One of several values, each as likely."""
 
@@ -91,9 +108,9 @@ class Choice(Section):
         return self.choice[rng.integers(len(self.choice))]
 
 
-RandomValue = Uniform | Integer | Normal | Choice
+RandomValue = Uniform | Integer | Normal | LogUniform | Choice
 KINDS: Final[dict[str, type[RandomValue]]] = {
-    "uniform": Uniform, "integer": Integer, "normal": Normal, "choice": Choice,
+    "uniform": Uniform, "integer": Integer, "normal": Normal, "loguniform": LogUniform, "choice": Choice,
 }  # fmt: skip
 """By the key that a random value is written with. No section of a scenario has a key of such a name."""
 

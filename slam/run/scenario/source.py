@@ -37,6 +37,22 @@ class ScenarioSource:
         """What the path of a map is relative to: the folder of the file that names it."""
         return self._file_of(_MAP_FILE).path.parent
 
+    @property
+    def map_files(self) -> list[Path]:
+        """The ROS map that the scenario names, if any, and its image; those that are there."""
+        world = self.data.get("world")
+        named = world.get("map") if isinstance(world, dict) else None
+        header = self.folder / str(named.get("file")) if isinstance(named, dict) else None
+        if header is None or not header.is_file():
+            return []
+        image = header.parent / str(YamlFile(header).data.get("image"))
+        return [header, image] if image.is_file() else [header]
+
+    @property
+    def paths(self) -> list[Path]:
+        """All files that the scenario is made of."""
+        return [*(file.path for file in self._files), *self.map_files]
+
     def error(self, location: Location, reason: str) -> ScenarioError:
         """One line that says what is wrong with the key at this path, and where it was written."""
         key = ".".join(map(str, location)) or "scenario"

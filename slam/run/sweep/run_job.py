@@ -1,0 +1,57 @@
+"""What a worker does: one run, whatever becomes of it."""
+
+from __future__ import annotations
+
+import platform
+from datetime import UTC, datetime
+from pathlib import Path
+from time import perf_counter
+
+from slam.errors import HopslamError
+from slam.run.experiment import Experiment, replay_experiment, scenario_experiment
+from slam.run.results.keep import Keep
+from slam.run.scenario.file import load_scenario
+from slam.run.sweep.error_curve import error_curve
+from slam.run.sweep.folder import Folder
+from slam.run.sweep.job import Job
+from slam.run.sweep.row import Row, done, failed
+from slam.run.sweep.shipped_file import shipped_file
+from slam.run.sweep.versions import versions
+
+
+def run_job(job: Job, runs: str, keep: Keep) -> Row | None:
+    """Run it, and keep its folder as ``<id>`` under the address ``runs``; None when it was interrupted.
+
+    A run that fails has a row that says so: only an interruption leaves here.
+    """
+    began, started = perf_counter(), datetime.now(UTC)
+    try:
+        row = _run(job, runs, keep)
+    except HopslamError as error:
+        row = failed(job, str(error))
+    except Exception as error:  # whatever it is, the other runs go on
+        row = failed(job, f"{type(error).__name__}: {error}")
+    if row is None:
+        return None
+    seconds = round(perf_counter() - began, 4)
+    where = {"host": platform.node(), "started": started.isoformat(timespec="seconds"), "seconds": seconds}
+    return row | where | {"version": versions()["hopslam"]}
+
+
+def experiment_of(job: Job) -> Experiment:
+    """As ``job.command`` makes it."""
+    settings, source = [*job.settings, f"seed={job.seed}"], shipped_file(job.source)
+    if job.kind == "log":
+        return replay_experiment(Path(source), load_scenario("replay", settings))
+    return scenario_experiment(load_scenario(source, settings))
+
+
+def _run(job: Job, runs: str, keep: Keep) -> Row | None:
+    folder = Folder(runs)
+    with folder.draft() as draft:
+        outcome = experiment_of(job).run(draft / job.id, keep=keep)
+        if outcome.ending == "interrupted":
+            return None
+        row = done(job, outcome) | {"error_m": error_curve(outcome.folder)}
+        folder.take_in(outcome.folder, job.id)
+    return row

@@ -1,0 +1,43 @@
+"""What a sweep does with Ray, without a cluster."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from slam.errors import InputError
+from slam.run.results.keep import Keep
+from slam.run.sweep.options import make_plan
+from slam.run.sweep.ray_cluster import LOCAL, RayCluster, run_on_cluster
+from slam.run.sweep.shipment import Shipment
+from slam.run.sweep.versions import difference, versions
+
+
+def test_a_machine_with_other_versions_runs_nothing_and_says_what_it_has(tmp_path: Path) -> None:
+    job = next(make_plan(["paper_simulation"], {}).jobs())
+    expected = versions() | {"numba": "0.1"}
+    answer = json.loads(run_on_cluster(job.model_dump_json(), str(tmp_path / "runs"), False, expected))
+    assert answer["versions"] == versions()
+    assert difference(expected, answer["versions"]) == f"numba {versions()['numba']} instead of 0.1"
+    assert not (tmp_path / "runs").exists()
+
+
+def test_without_ray_the_command_that_installs_it_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setitem(sys.modules, "ray", None)
+    with pytest.raises(InputError, match=r"pip install 'hopslam\[cluster\]'"):
+        RayCluster(LOCAL, 1, str(tmp_path), Keep())
+
+
+def test_a_shipment_has_code_scenarios_and_the_files_of_the_jobs(tmp_path: Path) -> None:
+    (tmp_path / "base.yaml").write_text("extends: paper_simulation\n")
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("extends: base.yaml\n")
+    shipment = Shipment(make_plan([str(mine)], {}).files())
+    sent = shipment.folder / "sent" / tmp_path.relative_to("/")
+    assert {path.name for path in sent.iterdir()} == {"base.yaml", "mine.yaml"}
+    for name in ("slam/run/cli.py", "sim/robot.py", "scenarios/corridor.yaml", "assets"):
+        assert (shipment.folder / name).exists()
+    assert not list(shipment.folder.rglob("__pycache__"))
+    shipment.close()
+    assert not shipment.folder.exists()

@@ -1,0 +1,174 @@
+"""Sweeps that are run: by the pool, resumed, killed, reported, repeated."""
+
+import json
+import os
+import signal
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from slam.run.cli import app
+from slam.run.results.keep import Keep
+from slam.run.sweep.driver import Driver
+from slam.run.sweep.executor import Finished, Lost
+from slam.run.sweep.folder import Folder
+from slam.run.sweep.job import Job
+from slam.run.sweep.options import make_plan
+from slam.run.sweep.pool import Pool
+from slam.run.sweep.row import job_columns
+from slam.run.sweep.run_job import run_job
+from slam.run.sweep.store import SweepStore
+
+
+class Unsteady:
+    """An executor that runs nothing: the first tries of some jobs are lost, and one job fails always."""
+
+    def __init__(self, jobs: list[Job], lost: int, interrupt_after: int = 10**9) -> None:
+        self._left = {job.id: lost for job in jobs[::2]}
+        self._bad, self._jobs, self._until = jobs[-1].id, [], interrupt_after
+
+    @property
+    def free(self) -> int:
+        return 3 - len(self._jobs)
+
+    @property
+    def busy(self) -> int:
+        return len(self._jobs)
+
+    def submit(self, job: Job) -> None:
+        self._jobs.append(job)
+
+    def collect(self, timeout: float) -> Iterator[Finished | Lost]:
+        job = self._jobs.pop(0)
+        self._until -= 1
+        if self._until < 0:
+            raise KeyboardInterrupt
+        if self._left.get(job.id, 0) > 0:
+            self._left[job.id] -= 1
+            yield Lost(job, "the worker died")
+        else:
+            status = "failed" if job.id == self._bad else "done"
+            yield Finished(job, job_columns(job) | {"status": status, "error": None})
+
+    def close(self) -> None:
+        self._jobs.clear()
+
+
+@pytest.mark.parametrize(("lost", "retry", "failed"), [(0, 0, 1), (2, 2, 1), (2, 1, 6)])
+def test_each_job_has_one_row_whatever_is_lost(tmp_path: Path, lost: int, retry: int, failed: int) -> None:
+    """Five jobs of ten lose their worker, so often; the last one fails."""
+    jobs = list(make_plan(["paper_simulation"], {"seeds": "0:10"}).jobs())
+    executor, store = Unsteady(jobs, lost), SweepStore(Folder(str(tmp_path)))
+    driver = Driver(executor, store, retry, lambda done, failed: None)
+    assert not driver.run(iter(jobs))
+    assert (driver.done, driver.failed) == (10, failed)
+    assert sorted(row["id"] for row in store.rows()) == sorted(job.id for job in jobs)
+    assert {row["tries"] for row in store.rows()} == {1, lost + 1 if failed == 1 else retry + 1, retry + 1}
+
+
+def test_what_was_done_before_ctrl_c_is_kept(tmp_path: Path) -> None:
+    jobs = list(make_plan(["paper_simulation"], {"seeds": "0:10"}).jobs())
+    executor, store = Unsteady(jobs, 0, interrupt_after=4), SweepStore(Folder(str(tmp_path)))
+    assert Driver(executor, store, 0, lambda done, failed: None).run(iter(jobs))
+    assert len(store.done()) == 4
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A small sweep by the command, one process; one run of it fails."""
+    out = tmp_path_factory.mktemp("sweep") / "out"
+    words = ["sweep", "paper_simulation", "--seeds", "0:2", "--mode", "hopslam,dead_reckoning", "--set", "duration=1"]
+    done = CliRunner().invoke(app, [*words, "--grid", "physics.rate=240,480", "--jobs", "1", "--out", str(out)])
+    assert done.exit_code == 0, done.output
+    assert "8 runs done, 0 of them failed" in done.output
+    return out
+
+
+def test_a_sweep_leaves_a_table_and_ordinary_run_folders(sweep: Path) -> None:
+    rows = list(SweepStore(Folder(str(sweep))).rows())
+    assert len({row["id"] for row in rows}) == 8
+    assert {(row["mode"], row["seed"], row["set.physics.rate"]) for row in rows} == {
+        (mode, seed, rate) for mode in ("hopslam", "dead_reckoning") for seed in (0, 1) for rate in (240, 480)
+    }
+    for row in rows:
+        folder = sweep / "runs" / row["id"]
+        metrics = json.loads((folder / "metrics.json").read_text())
+        assert metrics["ate_rmse_m"] == row["ate_rmse_m"]
+        assert metrics["seed"] == row["seed"]
+        assert not (folder / "map.png").exists()
+    reckoned = [row for row in rows if row["mode"] == "dead_reckoning"]
+    assert all(row["ate_rmse_m"] == pytest.approx(row["odometry_ate_rmse_m"], abs=1e-6) for row in reckoned)
+    assert not list((sweep / "runs").glob(".draft*"))
+
+
+def test_a_sweep_that_is_started_again_runs_only_what_is_missing(sweep: Path) -> None:
+    before = {row["id"]: row["started"] for row in SweepStore(Folder(str(sweep))).rows()}
+    words = ["sweep", str(sweep / "sweep.yaml"), "--out", str(sweep)]
+    done = CliRunner().invoke(app, [*words, "--seeds", "0:3", "--plan"])
+    assert "12 runs, 4 of them to do" in " ".join(done.output.split())
+    done = CliRunner().invoke(app, words)
+    assert "0 runs done" in done.output
+    assert {row["id"]: row["started"] for row in SweepStore(Folder(str(sweep))).rows()} == before
+
+
+def test_the_report_is_one_file_with_pictures(sweep: Path) -> None:
+    done = CliRunner().invoke(app, ["sweep", "report", str(sweep)])
+    assert done.exit_code == 0, done.output
+    assert "hopslam run paper_simulation --seed" in done.output
+    page = (sweep / "report" / "report.html").read_text()
+    assert page.count("data:image/png;base64,") == 2
+    assert 'src="http' not in page
+    assert "dead_reckoning, rate=480" in page
+    for name in ("boxes.png", "bands.png"):
+        assert (sweep / "report" / name).read_bytes().startswith(b"\x89PNG")
+    wrong = CliRunner().invoke(app, ["sweep", "report", str(sweep), "--metric", "ate_rmse"])
+    assert "did you mean ate_rmse_m?" in str(wrong.exception)
+
+
+def test_a_row_that_is_run_again_has_the_same_bits(sweep: Path) -> None:
+    row = next(row for row in SweepStore(Folder(str(sweep))).rows() if row["mode"] == "hopslam")
+    done = CliRunner().invoke(app, ["sweep", "repeat", str(sweep), row["id"]])
+    assert done.exit_code == 0, done.output
+    assert "the same, bit for bit" in done.output
+    assert row["command"] in done.output
+    assert (sweep / "repeated" / row["id"] / "trajectory.tum").read_bytes() == (
+        sweep / "runs" / row["id"] / "trajectory.tum"
+    ).read_bytes()
+
+
+def test_a_worker_that_is_killed_is_replaced_and_its_job_run(tmp_path: Path) -> None:
+    changes = {"settings": {"duration": 0.5}, "modes": ["dead_reckoning"], "seeds": "0:8"}
+    plan = make_plan(["paper_simulation"], changes)
+    pool, store = Pool(2, str(tmp_path / "runs"), Keep(pictures=False)), SweepStore(Folder(str(tmp_path)))
+    killed: list[int] = []
+
+    def kill(done: int, failed: int) -> None:
+        if done > 1 and not killed:
+            killed.append(pool.pids[0])
+            os.kill(killed[-1], signal.SIGKILL)
+
+    with closing(pool):
+        assert not Driver(pool, store, retry=2, show=kill).run(plan.jobs())
+    assert killed
+    assert killed[0] not in pool.pids
+    rows = list(store.rows())
+    assert sorted(row["id"] for row in rows) == sorted(job.id for job in plan.jobs())
+    assert all(row["status"] == "done" for row in rows)
+
+
+def test_a_log_is_run_and_one_that_cannot_be_read_is_a_row_that_says_so(tmp_path: Path, small_log: Path) -> None:
+    other = small_log.with_name("other.log")
+    other.write_text(small_log.read_text())
+    plan = make_plan([str(small_log), str(other)], {"modes": ["dead_reckoning"]})
+    other.write_text("# nothing\n")
+    small, bad = (run_job(job, str(tmp_path / "runs"), Keep(pictures=False)) for job in plan.jobs())
+    assert small is not None
+    assert bad is not None
+    assert small["command"].startswith(f"hopslam replay {small_log}")
+    assert (small["status"], small["scans"], small["error_m"]) == ("done", 12, None)
+    assert bad["status"] == "failed"
+    assert "other.log" in bad["error"]
+    assert [path.name for path in (tmp_path / "runs").iterdir()] == [small["id"]]

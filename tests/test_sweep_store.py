@@ -1,0 +1,139 @@
+"""Rows of a sweep: each exactly once, whatever is killed when."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+from uuid import uuid4
+
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from slam.errors import InputError
+from slam.run.sweep import table
+from slam.run.sweep.folder import Folder
+from slam.run.sweep.lock import Lock
+from slam.run.sweep.store import RESULTS, SweepStore
+
+numbers = st.one_of(st.none(), st.integers(-100, 100), st.just(0.5), st.text("ab"), st.booleans())
+rows = st.lists(st.tuples(st.sampled_from("abcdefg"), st.dictionaries(st.sampled_from(["x", "y", "set.z"]), numbers)))
+
+
+@pytest.fixture(params=["path", "url"])
+def new_folder(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[[], Folder]:
+    """Makes empty folders: on the disk, and at a URL that fsspec serves from memory."""
+    place = str(tmp_path) if request.param == "path" else "memory://sweeps"
+    return lambda: Folder(f"{place}/{uuid4().hex}")
+
+
+def row(run: str, **values: Any) -> dict[str, Any]:
+    return {"id": run, "status": "done", **values}
+
+
+@settings(max_examples=10, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.lists(rows, max_size=4))
+def test_the_last_row_of_each_id_is_there_once(
+    new_folder: Callable[[], Folder], batches: list[list[tuple[str, dict[str, Any]]]]
+) -> None:
+    """However often the journal is taken in between, and whatever columns the rows have."""
+    folder, expected = new_folder(), {}
+    for batch in batches:
+        store = SweepStore(folder)  # another driver each time
+        for run, values in batch:
+            store.add(row(run, **values))
+            expected[run] = values
+        store.compact()
+    kept = list(SweepStore(folder).rows())
+    assert sorted(r["id"] for r in kept) == sorted(expected)
+    for r in kept:
+        for name, value in expected[r["id"]].items():
+            assert r[name] == value or r[name] == (str(value).lower() if isinstance(value, bool) else str(value))
+
+
+def test_a_row_that_was_taken_in_and_not_yet_removed_is_there_once(tmp_path: Path) -> None:
+    """As after a kill between the two."""
+    store = SweepStore(Folder(str(tmp_path)))
+    store.add(row("a", x=1))
+    journal = next((tmp_path / "rows").iterdir())
+    text = journal.read_text()
+    store.compact()
+    journal.write_text(text)
+    again = SweepStore(Folder(str(tmp_path)))
+    again.compact()
+    assert [r["x"] for r in again.rows()] == [1]
+    assert not list((tmp_path / "rows").iterdir())
+
+
+def test_numbers_keep_their_bits(tmp_path: Path) -> None:
+    store = SweepStore(Folder(str(tmp_path)))
+    store.add(row("a", x=0.1 + 0.2, n=3, error_m=[0.1, 1e-17]))
+    store.compact()
+    store.add(row("b", x=1, n=2.5))
+    store.compact()
+    a, b = sorted(store.rows(), key=lambda r: str(r["id"]))
+    assert (a["x"], a["n"], a["error_m"]) == (0.1 + 0.2, 3.0, [0.1, 1e-17])
+    assert (b["x"], b["n"], b["error_m"]) == (1.0, 2.5, None)
+
+
+def test_what_failed_is_not_done(tmp_path: Path) -> None:
+    store = SweepStore(Folder(str(tmp_path)))
+    store.add(row("a"))
+    store.add(row("b") | {"status": "failed"})
+    store.compact()
+    assert store.done() == {"a"}
+
+
+def test_the_file_is_of_whole_row_groups_though_rows_come_one_by_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(table, "BATCH", 10)
+    store = SweepStore(Folder(str(tmp_path)))
+    for index in range(35):
+        store.add(row(f"{index}", x=index))
+        store.compact()
+    file = pq.ParquetFile(tmp_path / RESULTS)
+    assert file.metadata.num_rows == 35
+    assert file.metadata.num_row_groups <= 5
+
+
+def test_a_folder_has_one_driver(new_folder: Callable[[], Folder]) -> None:
+    folder = new_folder()
+    with Lock(folder), pytest.raises(InputError, match="runs a sweep there"), Lock(folder):
+        pass
+    with Lock(folder):
+        pass
+
+
+def test_the_lock_of_a_dead_driver_is_taken_over() -> None:
+    folder = Folder(f"memory://sweeps/{uuid4().hex}")
+    import platform
+
+    folder.write("driver.lock", json.dumps({"host": platform.node(), "pid": 2**22 + 1}))
+    with Lock(folder):
+        pass
+    folder.write("driver.lock", json.dumps({"host": "elsewhere", "pid": 1}))
+    with pytest.raises(InputError, match="on elsewhere"), Lock(folder):
+        pass
+
+
+def test_results_that_are_none_and_places_that_are_none(tmp_path: Path) -> None:
+    (tmp_path / RESULTS).write_text("no parquet")
+    store = SweepStore(Folder(str(tmp_path)))
+    store.add(row("a"))
+    with pytest.raises(InputError, match=RESULTS):
+        store.compact()
+    with pytest.raises(InputError, match="nowhere"):
+        Folder("nowhere://there")
+
+
+def test_a_folder_that_is_taken_in_again_takes_the_place_of_the_other(new_folder: Callable[[], Folder]) -> None:
+    folder = new_folder()
+    for text in ("old", "new"):
+        with folder.draft() as draft:
+            (draft / "run").mkdir()
+            (draft / "run" / "metrics.json").write_text(text)
+            folder.take_in(draft / "run", "run")
+    assert (folder / "run").names() == ["metrics.json"]
+    assert (folder / "run").read("metrics.json") == "new"

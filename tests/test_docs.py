@@ -110,7 +110,7 @@ def check_yaml(text: str) -> None:
 
 
 def run_line(line: str) -> None:
-    words = shlex.split(re.sub(r"^\w+\$ |^PYTHONPATH=\S+ ", "", line), comments=True)
+    words = words_of(re.sub(r"^\w+\$ |^PYTHONPATH=\S+ ", "", line))
     if not words or words[0] in NOT_OURS:
         return
     program, *rest = words
@@ -127,6 +127,11 @@ def run_line(line: str) -> None:
             parse(rest)
         else:
             invoke(smaller(rest))
+
+
+def words_of(text: str) -> list[str]:
+    """Of a command, which may go over several lines, without what a shell does with its output."""
+    return shlex.split(re.split(r" [|>] ", " ".join(text.split()))[0], comments=True)
 
 
 def smaller(words: list[str]) -> list[str]:
@@ -169,7 +174,7 @@ def test_the_commands_in_the_text_take_their_options() -> None:
     commands = get_command(app).commands
     for page in PAGES:
         for text in re.findall(r"`(hopslam [a-z][^`]*)`", FENCE.sub("", page.read_text())):
-            name, *words = shlex.split(" ".join(text.split()))[1:]
+            name, *words = words_of(text)[1:]
             assert name in commands, f"{page.name}: {text}"
             if words:
                 parse([name, *words])
@@ -180,7 +185,7 @@ def test_the_examples_in_the_help_take_their_options() -> None:
         examples = re.findall(r"^hopslam .*(?:\n\S.*)*", leaf.help, re.MULTILINE)
         assert examples, leaf.name
         for text in examples:
-            parse(shlex.split(re.split(r" [|>] ", " ".join(text.split()))[0])[1:])
+            parse(words_of(text)[1:])
 
 
 def test_links_and_pictures_exist() -> None:

@@ -57,7 +57,8 @@ def on_page_content(content: str, page: Page, config: MkDocsConfig, files: Files
     def drawn(match: re.Match[str]) -> str:
         display = "block" if match["tag"] == "div" else "inline"
         formula = convert(html.unescape(match["tex"]).strip(), display=display)
-        return FUNCTION.sub(r'\1<mspace width="0.167em" />', formula)
+        formula = FUNCTION.sub(r'\1<mspace width="0.167em" />', formula)
+        return f'<div class="formula">{formula}</div>' if display == "block" else formula
 
     return FORMULA.sub(drawn, content)
 
@@ -95,7 +96,11 @@ def commands() -> str:
 
     command = get_command(app)
     context = command.make_context("hopslam", [], resilient_parsing=True)
-    return get_docs_for_click(obj=command, ctx=context, name="hopslam")
+    text = get_docs_for_click(obj=command, ctx=context, name="hopslam")
+    text = re.sub(r"(`[^`]*`)|<", lambda match: match[1] or "&lt;", text).replace(
+        "[bold]Examples[/bold]", "**Examples**:"
+    )
+    return re.sub(r"^(hopslam .*(?:\n\S.*)*)$", r"```sh\n\1\n```", text, flags=re.MULTILINE)
 
 
 def api_packages(config: MkDocsConfig) -> list[str]:

@@ -14,7 +14,7 @@ from hardware.arcos.commands import BAUDS, Command, CommandId
 from hardware.arcos.config_packet import AUTOBAUD_SWITCH, CONFIG_PACKET, ArcosConfig
 from hardware.arcos.identity import SYNC2, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
-from hardware.arcos.sip import is_sip
+from hardware.arcos.sip import is_sip, is_standing
 from hardware.damaged import Damaged
 from hardware.serial_port import PortLost, SerialPort
 from slam.errors import RobotError
@@ -27,6 +27,8 @@ _SILENCE: Final = 0.03
 """Seconds: within a packet bytes follow one another faster, by far."""
 _SENT: Final = 0.05
 """Seconds after which a command has left, which a change of the bit rate would spoil: 9 bytes are 10 ms at 9600."""
+_BRAKING: Final = 2.5
+"""Seconds within which a robot that was told to stop stands."""
 _BITS_PER_BYTE: Final = 10
 """8N1."""
 _TRIES: Final = 4
@@ -49,6 +51,8 @@ class ArcosLine:
         self._closing = closing
         self._decoder = PacketDecoder()
         self._began = 0.0
+        self.left_open: Arrival | None = None
+        """The last report of a robot that was found open, standing again: it has counted its way all the time."""
 
     def send(self, command: Command) -> None:
         """Write one command."""
@@ -155,6 +159,8 @@ def _synchronise(line: ArcosLine) -> Identity | _Closed | None:
         if answer is None:
             return None
         if is_sip(answer):
+            standing = line.wait_for(is_standing, _BRAKING)
+            line.left_open = Arrival(standing or answer, time.monotonic())
             line.send(Command(CommandId.CLOSE, 1))
             time.sleep(_SENT)
             return _Closed.JUST_NOW

@@ -19,6 +19,10 @@ _SLACK: Final = Twist2D(0.02, 0.02)
 """Metres and radians by which a step may always differ from what the wheels' speeds promise: ramps, rounding ..."""
 _SLACK_TIME: Final = 0.1
 """... and the seconds at these speeds by which it may differ too: reports are late at times."""
+_SILENCE: Final = 0.3
+"""Seconds without a report after which nobody knows how fast the base went meanwhile: anything up to ..."""
+_FASTEST: Final = Twist2D(1.2, 5.3)
+"""... the top speeds of a P3-DX, m/s and rad/s."""
 _PATIENCE: Final = 0.5
 """Seconds of steps that cannot be, after which the odometry goes on from where the robot says it is."""
 
@@ -100,8 +104,10 @@ def _plausible(step: Pose2D, before: _Reading, after: _Reading) -> bool:
     off = Twist2D(speed, turning).motion(seconds).between(step)
     fastest = max(abs(before.twist.linear), abs(after.twist.linear))
     fastest_turning = max(abs(before.twist.angular), abs(after.twist.angular))
-    far = hypot(off.x, off.y) > _SLACK.linear + fastest * _SLACK_TIME
-    return not far and abs(off.theta) <= _SLACK.angular + fastest_turning * _SLACK_TIME
+    silence = max(0.0, seconds - _SILENCE)
+    far = hypot(off.x, off.y) > _SLACK.linear + fastest * _SLACK_TIME + _FASTEST.linear * silence
+    turn = _SLACK.angular + fastest_turning * _SLACK_TIME + _FASTEST.angular * silence
+    return not far and abs(off.theta) <= turn
 
 
 class EncoderOdometry:

@@ -7,6 +7,8 @@ from collections import deque
 from math import cos, sin
 from typing import Final
 
+import numpy as np
+
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 
@@ -14,15 +16,17 @@ _KEPT: Final = 64
 """Reports: six seconds."""
 _FARTHEST: Final = 0.25
 """Seconds beyond the last report for which its speed still says where the base is."""
+_GAP: Final = 0.5
+"""Seconds between two reports in which nobody knows how the base came from one to the other."""
 
 
 class OdometryTrack:
-    """Poses ``T_odom_base`` by time, seconds; between two of them the base goes along an arc."""
+    """Poses ``T_odom_base`` and speeds by time, seconds; between two of them the base goes along an arc."""
 
     def __init__(self) -> None:
         self._stamps: deque[float] = deque(maxlen=_KEPT)
         self._poses: deque[Pose2D] = deque(maxlen=_KEPT)
-        self._twist = Twist2D()
+        self._twists: deque[Twist2D] = deque(maxlen=_KEPT)
 
     @property
     def last(self) -> tuple[float, Pose2D] | None:
@@ -31,9 +35,12 @@ class OdometryTrack:
 
     def add(self, stamp: float, pose: Pose2D, twist: Twist2D) -> None:
         """A report, later than all before it, and the speed at that time."""
+        if self._stamps and stamp - self._stamps[-1] > _GAP:
+            for kept in (self._stamps, self._poses, self._twists):
+                kept.clear()
         self._stamps.append(stamp)
         self._poses.append(pose)
-        self._twist = twist
+        self._twists.append(twist)
 
     def covers(self, stamp: float) -> bool:
         """Whether the base's place at this time is known."""
@@ -43,7 +50,7 @@ class OdometryTrack:
         """The place at a time that the track covers: between two reports, or carried on at the last speed."""
         after = bisect_right(self._stamps, stamp)
         if after == len(self._stamps):
-            return self._poses[-1] @ self._twist.motion(stamp - self._stamps[-1])
+            return self._poses[-1] @ self._twists[-1].motion(stamp - self._stamps[-1])
         if after == 0:
             return self._poses[0]
         begin, end = self._stamps[after - 1], self._stamps[after]
@@ -52,8 +59,15 @@ class OdometryTrack:
 
     def between(self, first: float, last: float) -> Odometry:
         """Odometry at the time ``first``, with the mean speed from there to ``last``."""
-        start = self.pose_at(first)
-        return Odometry(first, start, mean_twist(start.between(self.pose_at(last)), last - first))
+        return Odometry(first, self.pose_at(first), self._mean_speed(first, last))
+
+    def _mean_speed(self, first: float, last: float) -> Twist2D:
+        """Of the reported speeds, which change evenly between reports: in whole mm/s they are finer than what the
+        poses, in whole mm, say of a tenth of a second, and a ramp shows in them."""
+        times = [first, *(stamp for stamp in self._stamps if first < stamp < last), last]
+        known = np.array([(twist.linear, twist.angular) for twist in self._twists])
+        means = (np.trapezoid(np.interp(times, self._stamps, speed), times) / (last - first) for speed in known.T)
+        return Twist2D(*map(float, means))
 
 
 def mean_twist(motion: Pose2D, seconds: float) -> Twist2D:

@@ -17,7 +17,7 @@ from hardware.backoff import Backoff
 from hardware.base_odometry import EncoderOdometry, PositionOdometry, sip_twist
 from hardware.damaged import Damaged
 from hardware.odometry_track import OdometryTrack
-from hardware.opened_p3dx import open_p3dx
+from hardware.opened_p3dx import OpenedP3dx, open_p3dx
 from hardware.serial_port import PortLost
 from hardware.speed_commands import BaseSpeeds, SpeedCommands, WheelSpeeds
 from hardware.wheel_scales import WheelScales
@@ -50,6 +50,7 @@ class P3dx:
         self.sonar: dict[int, float] = {}
         self.reported_at = self._sent_at = time.monotonic()
         self.trouble: str | None = None
+        self._position: PositionOdometry | None = None
         self._line = self._connect()
         self.reported_at = time.monotonic()
         self._thread = threading.Thread(target=self._serve, name="p3dx", daemon=True)
@@ -117,6 +118,7 @@ class P3dx:
         scales = WheelScales(half_track, config.left_scale, config.right_scale, config.track_scale)
         by_encoders = config.odometry == "encoders"
         with self._lock:
+            self._catch_up(opened)
             self._was_armed = False
             self._speeds = _SPEEDS[config.drive_by](self._limits, half_track)
             self._units, self.settings = opened.units, opened.settings
@@ -124,6 +126,13 @@ class P3dx:
             ticks = opened.settings.ticks_per_metre
             self._encoders = EncoderOdometry(ticks, scales, self.track) if by_encoders else None
         return opened.line
+
+    def _catch_up(self, opened: OpenedP3dx) -> None:
+        """The way that a robot went on while its cable was out; it has counted it unless it was switched off."""
+        report = opened.line.left_open
+        if self._position is not None and report is not None:
+            with suppress(Damaged):
+                self._position.add(report.stamp, Sip.decode(report.data, opened.units))
 
     def _serve(self) -> None:
         while not self._closing.is_set():
@@ -143,7 +152,7 @@ class P3dx:
                 self._encoders.add(arrival.stamp, travel, sip_twist(self.sip, self._units))
 
     def _take_sip(self, stamp: float, sip: Sip) -> None:
-        if self._position.add(stamp, sip):
+        if self._position is not None and self._position.add(stamp, sip):
             self.sip, self.reported_at, self.trouble = sip, stamp, None
             self.sonar = self.sonar | dict(sip.sonar)
             self._was_armed = (self._was_armed or sip.motors_enabled) and not sip.e_stop

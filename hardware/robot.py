@@ -8,7 +8,6 @@ import time
 from contextlib import ExitStack
 from dataclasses import replace
 from math import inf, isfinite
-from types import TracebackType
 from typing import Final, Self
 
 from hardware.arcos.units import SONAR_REACH
@@ -17,6 +16,7 @@ from hardware.guard import Guard, age
 from hardware.p3dx import P3dx
 from hardware.termination import Termination
 from hardware.urg04lx import Reading, Urg04lx
+from slam.closing import Closing
 from slam.errors import RobotError, RobotTimeout, ScenarioError
 from slam.odometry import Odometry, Twist2D
 from slam.robot import Observation, Robot
@@ -27,7 +27,7 @@ _ODOMETRY_WAIT: Final = 0.02
 """Seconds between two looks for odometry that is late."""
 
 
-class HardwareRobot:
+class HardwareRobot(Closing):
     """A P3-DX with a URG-04LX, at the ports that the scenario names; use it as a context manager.
 
     It ends after the scenario's duration. It moves once somebody has agreed on the terminal, or at once with ``yes``;
@@ -62,11 +62,6 @@ class HardwareRobot:
         self._termination.install()
         atexit.register(self.close)
         return self
-
-    def __exit__(
-        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Stop the robot, switch the laser off, and free both ports; closing twice is allowed."""

@@ -9,6 +9,7 @@ import numpy as np
 from sim.bumpers import Bumpers
 from sim.p3dx import P3dx
 from sim.people import People
+from sim.rays import Sweep
 from sim.sonar import SonarRing
 from sim.urg04lx import Urg04lx
 from sim.wheel_odometry import WheelOdometry
@@ -83,15 +84,16 @@ class SimPlant:
         self._wheels.add(self._base.read_encoders())
         self._roll(seconds)
 
-    def ranges(self, bearings: FloatArray, ahead: float = 0.0) -> FloatArray:
-        """What the lidar reports of these directions (N,) of its own frame, all taken at once; its noise is in it.
+    def ranges(self, bearings: FloatArray, ahead: float = 0.0, increment: float = 0.0) -> FloatArray:
+        """What the lidar reports of these directions (N,) of its own frame; its noise is in it.
 
-        The beams of a turn come in several calls, and so from where the sensor is by then: ``ahead`` seconds from now,
-        at the speed of now.
+        The first beam fires ``ahead`` seconds from now, the others ``increment`` seconds after one another; the base
+        moves at the speed of now.
         """
-        pose = self._base.pose @ self._base.setpoint.motion(ahead)
-        place, legs = np.array([pose.x, pose.y, pose.theta]), self._people.legs
-        return self._lidar.glance(bearings, place, legs, self._world.time, self._lidar_rng)
+        seconds = len(bearings) * increment
+        path = [self._place(ahead), self._place(ahead + seconds)]
+        sweep = Sweep(np.array(path), np.array([self._people.legs] * 2), seconds or 1.0)
+        return self._lidar.glance(bearings, sweep, increment, self._world.time, self._lidar_rng)
 
     def bumpers(self) -> tuple[bool, ...]:
         """Which segments were pressed since the last call: front, then rear, each from left to right."""
@@ -105,7 +107,13 @@ class SimPlant:
 
     def _warm_up(self) -> None:
         """The compiled code is loaded now: real time does not wait for it."""
-        self._lidar.glance(np.zeros(1), np.array(self._base.place), self._people.legs, 0.0, np.random.default_rng(0))
+        sweep = Sweep(np.array([self._place()] * 2), np.array([self._people.legs] * 2), 1.0)
+        self._lidar.glance(np.zeros(1), sweep, 0.0, 0.0, np.random.default_rng(0))
+
+    def _place(self, ahead: float = 0.0) -> tuple[float, float, float]:
+        """Where the base is at the speed of now, so many seconds from now."""
+        pose = self._base.pose @ self._base.setpoint.motion(ahead)
+        return pose.x, pose.y, pose.theta
 
     def _roll(self, seconds: float) -> None:
         twist = self._wheels.mean_twist(self._world.time)

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from types import TracebackType
-from typing import Self
-
 import numpy as np
 
 from sim.bumpers import Bumpers
@@ -15,6 +12,7 @@ from sim.sonar import SonarRing
 from sim.urg04lx import Urg04lx
 from sim.wheel_odometry import WheelOdometry
 from sim.world import World
+from slam.closing import Closing
 from slam.errors import RobotError
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray
@@ -22,7 +20,7 @@ from slam.robot import Observation, Robot
 from slam.run.scenario.schema import Scenario
 
 
-class SimRobot:
+class SimRobot(Closing):
     """A P3-DX with a planar lidar in a PyBullet world of its own.
 
     Simulated time passes in ``observe`` only. The same seed and commands give the same observations, bit by bit.
@@ -40,14 +38,6 @@ class SimRobot:
         self._sonar = SonarRing(self._world) if scenario.robot.sonar else None
         self._world.save()
         self.restart(scenario.seed if seed is None else seed)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Free the physics engine; closing twice is allowed."""

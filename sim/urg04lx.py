@@ -46,14 +46,13 @@ class Urg04lx:
         )
 
     def glance(
-        self, bearings: FloatArray, place: FloatArray, legs: FloatArray, time: float, rng: np.random.Generator
+        self, bearings: FloatArray, sweep: Sweep, increment: float, time: float, rng: np.random.Generator
     ) -> FloatArray:
-        """What the lidar reports of some beams at ``bearings`` (N,) of its own frame, all taken at once.
+        """What the lidar reports of some beams at ``bearings`` (N,) of its own frame, ``increment`` seconds apart.
 
-        The base is at ``place`` (3,), people's legs are at ``legs`` (L, 2), and ``time`` seconds have passed.
+        ``sweep`` is what moved meanwhile, and ``time`` seconds have passed.
         """
-        beams = _directions(self._config.mount.theta + bearings)
-        ranges = self._cast(Sweep(place[None], legs[None], 1.0), beams, 0.0)
+        ranges = self._cast(sweep, _directions(self._config.mount.theta + bearings), increment)
         return measure(ranges, time, self._config, rng)
 
     def true_ranges(self, sweep: Sweep) -> FloatArray:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import chain
 from operator import itemgetter
-from types import TracebackType
-from typing import Any, Final, Self
+from typing import Any, Final
 
 import numpy as np
 
 from sim.bullet import Bullet, pybullet
 from sim.lent import lent
 from sim.mesh import Mesh, extrude
+from slam.closing import Closing
 from slam.pose import FloatArray
 from slam.run.scenario.world_plan import Prism
 
@@ -39,7 +39,7 @@ MET_BY: Final = {FLOOR: ROBOT, WALLS: ROBOT | 1, PEOPLE: ROBOT}
 _hit_fraction = itemgetter(2)
 
 
-class World:
+class World(Closing):
     """A physics world of its own that steps ``rate`` times a second. Use it as a context manager, or close it."""
 
     def __init__(self, prisms: Sequence[Prism], rate: int) -> None:
@@ -60,14 +60,6 @@ class World:
         self.floor = self._add_static(FLOOR, lateral_friction=1.0, shapeType=pybullet.GEOM_PLANE)
         if prisms:
             self._add_mesh(extrude(prisms))
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Free the physics engine; closing twice is allowed."""

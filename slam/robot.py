@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Protocol, Self
 
 from slam.odometry import Odometry, Twist2D
@@ -42,9 +41,7 @@ class Robot(Protocol):
     T_base_laser: Pose2D
 
     def __enter__(self) -> Self: ...
-    def __exit__(
-        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
-    ) -> None: ...
+    def __exit__(self, *_: object) -> None: ...
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
         """Wait for the next scan; None when there will be no more.

@@ -25,6 +25,14 @@ def test_ways_are_compared_at_the_same_place_whatever_the_clock() -> None:
     assert apart.length == pytest.approx(20.0, abs=0.3)
 
 
+def test_a_robot_that_had_to_wait_is_still_on_the_same_leg() -> None:
+    way = out_and_back(0.02, 3)
+    waited = np.concatenate([way[:60], np.repeat(way[60:61], 40, axis=0), way[60:]])
+    apart = WayDifference.between(out_and_back(0.0, 3), waited)
+    assert apart.largest == pytest.approx(0.02, abs=1e-6)
+    assert apart.length == pytest.approx(20.0, abs=0.3)
+
+
 def test_the_noise_table() -> None:
     result = CliRunner().invoke(app, ["bench", "hardware", "noise", "--packets", "5"])
     assert result.exit_code == 0

@@ -30,7 +30,7 @@ FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 PARSED_ONLY = {
     r"--backend hardware": "needs a robot",
-    r"--rerun (spawn|serve|connect)|hopslam view$": "opens a window, or serves until Ctrl-C",
+    r"--rerun (spawn|serve|connect)|hopslam view( runs/latest)?$": "opens a window, or serves until Ctrl-C",
     r"hopslam (doctor|emulate)": "looks for devices, or is one until Ctrl-C; tests/test_hardware_cli.py",
     r"hopslam calibrate": "drives for minutes; tests/test_calibration.py",
     r"hopslam bench": "measures for minutes; tests/test_bench_*.py",
@@ -85,6 +85,8 @@ def test_every_block_of_the_page_does_what_it_should(
         elif language == "yaml":
             check_yaml(text)
         elif language == "sh" or "\nhopslam" in f"\n{text}" or "\nmake" in f"\n{text}":
+            Path("runs/latest").unlink()  # every block begins with the prepared run
+            Path("runs/latest").symlink_to("before")
             for line in text.splitlines():
                 run_line(line)
 

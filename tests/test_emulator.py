@@ -267,7 +267,7 @@ def test_beams_see_what_is_there_when_they_fire() -> None:
     last = [decode_scan(r) for lines in FrameDecoder().feed(said) if (r := find_reply(lines)) and r.lines][-1]
     bearings = (np.array([46, 723]) - 384) * 2 * np.pi / 1024
     left_behind = last.ranges[[2, 679]] * np.cos(bearings)  # the wall behind, seen first and last
-    assert left_behind[0] - left_behind[1] == pytest.approx(0.5 * 0.058, abs=0.003)
+    assert left_behind[0] - left_behind[1] == pytest.approx(0.5 * (723 - 46) * 0.1 / 1024, abs=1.1e-3)
 
 
 def test_a_line_takes_its_time() -> None:

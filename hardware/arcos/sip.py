@@ -158,6 +158,11 @@ def is_sip(data: bytes) -> bool:
     return data[0] in _IDS
 
 
+def is_standing(data: bytes) -> bool:
+    """Whether a packet with these data is the SIP of a robot whose motors stand."""
+    return data[0] == _STOPPED
+
+
 def flags(motors_enabled: bool, e_stop: bool) -> int:
     """The flags of a SIP."""
     return _MOTORS_ENABLED * motors_enabled | _E_STOP * e_stop

@@ -13,7 +13,7 @@ from hardware.bench.bench import bench
 from hardware.bench.faults import CUT_OFF, FAULTS, FaultResult, fault_results, kill_result
 from hardware.bench.load import measure_load
 from hardware.bench.noise import HEARERS, Hail, Score
-from hardware.bench.twin_runs import emulated_way, simulated_way
+from hardware.bench.twin_runs import DrivenWay, emulated_way, simulated_way
 from hardware.bench.way_difference import WayDifference
 from slam.run.bench.tables import ResultTable
 from slam.run.scenario.file import load_scenario
@@ -25,6 +25,7 @@ _HAIL: Final = {
     "0.1 % of bytes, anywhere": Hail(0.001),
     "a bit in 0.1 % of bytes": Hail(0.001, bits=True),
 }
+_QUIET: Final = ("lidar.noise=none", "robot.odometry.travel_noise=0")
 _WATCHDOGS: Final = (2.0, 0.4)
 """Seconds: as delivered, and as docs/bench.md says to set it."""
 
@@ -69,24 +70,35 @@ def noise_table(packets: int) -> ResultTable:
 
 
 def twin_table(scenario: str, settings: Sequence[str], console: Console) -> ResultTable:
-    """The same scenario simulated, simulated with other noise, and on emulated devices."""
-    other = f"seed={load_scenario(scenario, settings).seed + 1000}"
-    simulated = simulated_way(scenario, settings, console)
-    ways = (simulated, simulated_way(scenario, [*settings, other], console), emulated_way(scenario, settings, console))
-    apart = [WayDifference.between(simulated.truth, way.truth) for way in ways[1:]]
+    """The same scenario simulated and on emulated devices, without noise and with it; and with another one."""
+    quiet, other = [*settings, *_QUIET], [*settings, f"seed={load_scenario(scenario, settings).seed + 1000}"]
+    calm, noisy = simulated_way(scenario, quiet, console), simulated_way(scenario, settings, console)
     rows = [
-        ("SLAM, root mean square error, cm", *(f"{100.0 * np.sqrt(np.mean(way.errors**2)):.1f}" for way in ways)),
-        ("SLAM, largest error, cm", *(f"{100.0 * way.errors.max():.1f}" for way in ways)),
-        ("from the first: true way, largest, cm", "", *(f"{100.0 * each.largest:.1f}" for each in apart)),
-        ("from the first: root mean square, cm", "", *(f"{100.0 * each.rms:.1f}" for each in apart)),
-        ("from the first: heading, largest, deg", "", *(f"{degrees(each.heading):.2f}" for each in apart)),
-        ("from the first: ends of legs, largest, cm", "", *(f"{100.0 * each.ends:.1f}" for each in apart)),
+        _twin_row("no noise: sim", calm, None),
+        _twin_row("no noise: hardware", emulated_way(scenario, quiet, console), calm),
+        _twin_row("noise: sim", noisy, None),
+        _twin_row("noise: sim, another seed", simulated_way(scenario, other, console), noisy),
+        _twin_row("noise: hardware", emulated_way(scenario, settings, console), noisy),
     ]
+    columns = (
+        "", "SLAM error\nrms, cm", "largest\ncm", "way from sim\nrms, cm", "largest\ncm", "heading\ndeg",
+        "ends of legs\ncm",
+    )  # fmt: skip
     notes = (
-        f"At the same place along the route, over {apart[-1].length:.0f} m. The robot steers by SLAM, whose errors "
-        "come from noise, another one in every column: the second tells what noise alone does."
+        "The true way is compared with that of sim, at the same places along the route. The robot steers by SLAM, "
+        "whose errors come from noise, another one in every run: another seed tells what noise alone does."
     )
-    return ResultTable(f"{scenario}, driven again", ("", "sim", "sim, other\nnoise", "hardware"), rows, notes)
+    return ResultTable(f"{scenario}, simulated and on emulated devices", columns, rows, notes)
+
+
+def _twin_row(name: str, way: DrivenWay, twin: DrivenWay | None) -> tuple[str, ...]:
+    own = (100.0 * float(np.sqrt(np.mean(way.errors**2))), 100.0 * float(way.errors.max()))
+    if twin is None:
+        return (name, *(f"{value:.1f}" for value in own), "", "", "", "")
+    apart = WayDifference.between(twin.truth, way.truth)
+    metres = (apart.rms, apart.largest, apart.ends)
+    rms, largest, ends = (f"{100.0 * value:.1f}" for value in metres)
+    return (name, *(f"{value:.1f}" for value in own), rms, largest, f"{degrees(apart.heading):.2f}", ends)
 
 
 def _fault_row(result: FaultResult, condition: str) -> tuple[str, ...]:

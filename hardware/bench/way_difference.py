@@ -16,6 +16,8 @@ _LEG: Final = 1.0
 """Metres that a leg has at least."""
 _STEP: Final = 0.005
 """Metres between the places of a way that are looked at."""
+_NEW_LEG: Final = 0.5
+"""Radians that a robot which stood has turned by if it begins another leg; else it stood for other reasons."""
 _TURN: Final = 0.5
 """Metres from the ends of a leg within which the robot still turns into it, or already into the next."""
 
@@ -50,11 +52,13 @@ class WayDifference:
 
 
 def _legs(poses: FloatArray) -> Sequence[FloatArray]:
-    """The pieces of a way between which the robot stands or turns on the spot, each in steps of ``_STEP``."""
+    """The pieces of a way between which the robot turns on the spot, each in steps of ``_STEP``."""
     steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
-    ends = np.flatnonzero(np.diff(np.concatenate([[False], steps > _MOVES, [False]]).astype(int)))
-    pieces = [poses[first : last + 1] for first, last in ends.reshape(-1, 2) if steps[first:last].sum() > _LEG]
-    return [_resampled(piece) for piece in pieces]
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], steps > _MOVES, [False]]).astype(int))).reshape(-1, 2)
+    turns = np.abs(_wrapped(poses[ends[1:, 0], 2] - poses[ends[:-1, 1], 2]))
+    pieces = np.split(ends, np.flatnonzero(turns > _NEW_LEG) + 1)
+    spans = [slice(piece[0, 0], piece[-1, 1] + 1) for piece in pieces]
+    return [_resampled(poses[span]) for span in spans if steps[span].sum() > _LEG]
 
 
 def _resampled(poses: FloatArray) -> FloatArray:
@@ -72,7 +76,13 @@ def _abreast(one: FloatArray, other: FloatArray) -> tuple[FloatArray, FloatArray
     nearest = np.array([np.argmin(np.sum((other[:, :2] - place) ** 2, axis=1)) for place in one[:, :2]])
     inside = (nearest > 0) & (nearest < len(other) - 1)
     difference = (one - other[nearest])[inside]
-    turned = (difference[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
+    turned = _wrapped(difference[:, 2])
     near = round(_TURN / _STEP)
     turned[:near] = turned[-near:] = 0.0
     return np.hypot(difference[:, 0], difference[:, 1]), turned
+
+
+def _wrapped(angles: FloatArray) -> FloatArray:
+    """In [-pi, pi)."""
+    wrapped: FloatArray = (angles + np.pi) % (2.0 * np.pi) - np.pi
+    return wrapped

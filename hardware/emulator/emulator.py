@@ -8,7 +8,6 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from types import TracebackType
 from typing import Final, Self
 
 import numpy as np
@@ -22,6 +21,7 @@ from hardware.emulator.ports import Port, PtyPort
 from hardware.emulator.station import Station
 from hardware.emulator.urg04lx import EmulatedUrg04lx
 from hardware.emulator.wire import Noise
+from slam.closing import Closing
 from slam.pose import Pose2D
 
 _FARTHEST_BEHIND: Final = 1.0
@@ -30,7 +30,7 @@ _LONGEST_WAIT: Final = 60.0
 """Seconds: a stall without an end has no time at which it ends."""
 
 
-class Emulator:
+class Emulator(Closing):
     """A P3-DX and a URG-04LX at two ports; use it as a context manager.
 
     ``noise`` is on both lines and ``drift`` in the lidar's clock. ``lidar_on_usb`` sets its line free of any bit rate;
@@ -70,11 +70,6 @@ class Emulator:
     def __enter__(self) -> Self:
         self._thread.start()
         return self
-
-    def __exit__(
-        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def now(self) -> float:

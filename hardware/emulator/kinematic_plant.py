@@ -63,15 +63,20 @@ class KinematicPlant:
         """It has none."""
         return ()
 
-    def ranges(self, bearings: FloatArray, ahead: float = 0.0) -> FloatArray:
-        """The distance along each ray to the nearest wall."""
-        T_map_laser = self.T_map_base @ self._setpoint.motion(ahead) @ self._T_base_laser
-        rays = np.column_stack([np.cos(bearings), np.sin(bearings)]) @ T_map_laser.rotation.T
-        to_wall = self._begins - T_map_laser.translation
+    def ranges(self, bearings: FloatArray, ahead: float = 0.0, increment: float = 0.0) -> FloatArray:
+        """The distance along each ray to the nearest wall; the sensor goes straight from the first beam to the last."""
+        begin, end = (self._T_map_laser(ahead + seconds) for seconds in (0.0, (len(bearings) - 1) * increment))
+        share = np.linspace(0.0, 1.0, len(bearings))
+        headings = bearings + begin.theta + share * begin.between(end).theta
+        places = begin.translation + share[:, None] * (end.translation - begin.translation)
+        rays, to_wall = np.column_stack([np.cos(headings), np.sin(headings)]), self._begins - places[:, None]
         with np.errstate(divide="ignore", invalid="ignore"):
             across = rays[:, :1] * self._ways[:, 1] - rays[:, 1:] * self._ways[:, 0]
-            distance = (to_wall[:, 0] * self._ways[:, 1] - to_wall[:, 1] * self._ways[:, 0]) / across
-            along = (to_wall[:, 0] * rays[:, 1:] - to_wall[:, 1] * rays[:, :1]) / across
+            distance = (to_wall[..., 0] * self._ways[:, 1] - to_wall[..., 1] * self._ways[:, 0]) / across
+            along = (to_wall[..., 0] * rays[:, 1:] - to_wall[..., 1] * rays[:, :1]) / across
         hit = (distance > 0.0) & (distance <= self._reach) & (along >= 0.0) & (along <= 1.0)
         nearest: FloatArray = np.where(hit, distance, np.inf).min(axis=1)
         return nearest
+
+    def _T_map_laser(self, ahead: float) -> Pose2D:
+        return self.T_map_base @ self._setpoint.motion(ahead) @ self._T_base_laser

@@ -40,9 +40,10 @@ class Plant(Protocol):
         """Let time pass with the motors at this speed, which the firmware ramps."""
         ...
 
-    def ranges(self, bearings: FloatArray, ahead: float = 0.0) -> FloatArray:
-        """What the lidar would measure in these directions of its own frame, metres, inf without an echo: now, or
-        ``ahead`` seconds later at the speed of now."""
+    def ranges(self, bearings: FloatArray, ahead: float = 0.0, increment: float = 0.0) -> FloatArray:
+        """What the lidar would measure in these directions of its own frame, metres, inf without an echo: the first
+        beam fires ``ahead`` seconds from now, the others ``increment`` seconds after one another, all at the speed of
+        now."""
         ...
 
     def bumpers(self) -> tuple[bool, ...]:

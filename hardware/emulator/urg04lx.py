@@ -21,7 +21,7 @@ from slam.pose import FloatArray
 PARAMETERS: Final = Parameters("URG-04LX(Hokuyo Automatic Co.,Ltd.)", 0.02, 5.6, 1024, 44, 725, 384, 0.1)
 """Of a real one, firmware 3.1.04."""
 _SECTORS: Final = 8
-"""The fan is swept in so many parts, each seen from where the sensor is in its middle."""
+"""The fan is swept in so many parts, each with the world as it is in its middle."""
 _QUEUE: Final = 16
 """Commands that wait for their turn; more are forgotten."""
 
@@ -125,8 +125,8 @@ class EmulatedUrg04lx:
             self._whole, self._latest = False, None
             return
         first, last = _edges(sector), _edges(sector + 1)
-        ahead = self.due - self._plant_began - self._plant.elapsed
-        self._ranges[first:last] = self._plant.ranges(self._bearings[first:last], ahead)
+        ahead = self._turn_began + first * PARAMETERS.step_time - self._plant_began - self._plant.elapsed
+        self._ranges[first:last] = self._plant.ranges(self._bearings[first:last], ahead, PARAMETERS.step_time)
 
     def _answer(self, asked: _Asked, now: float) -> bytes:
         settings, text = self._settings, asked.text

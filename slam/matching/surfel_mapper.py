@@ -108,21 +108,25 @@ class SurfelMapper:
         return np.diag(np.full(3, self.config.motion.without_odometry**2))
 
     def _fit(self, prior: Pose2D, covariance: FloatArray, motion: Pose2D) -> tuple[_Fit, bool]:
-        """From the prior; where that is in doubt, from the best poses of a window too. And whether it was."""
+        """From the prior; where that is in doubt, from the best poses of a window too. And whether it was.
+
+        The compass tells where scans are far apart: where they overlap, the map holds the heading better than the
+        building's directions, which err alike in every scan.
+        """
         x0, information = _as_array(prior), np.asarray(np.linalg.inv(covariance), np.float64)
-        widest = min(STEERED[0] + 3.0 * sqrt(covariance[2, 2]), STEERED[1])
-        likely, sure = self._compass.steer(x0, information, prior.theta, widest)
-        fit = _Fit(*solve(self._facets, likely, likely, sure, self.map.grid, self._settings))
         search = self.config.search
-        if fit.inliers >= search.below * len(self._facets) and (
-            motion.distance(Pose2D()) <= search.distance and abs(motion.theta) <= search.angle
-        ):
+        far = motion.distance(Pose2D()) > search.distance or abs(motion.theta) > search.angle
+        steer = self._compass.steer if far else _unsteered
+        widest = min(STEERED[0] + 3.0 * sqrt(covariance[2, 2]), STEERED[1])
+        likely, sure = steer(x0, information, prior.theta, widest)
+        fit = _Fit(*solve(self._facets, likely, likely, sure, self.map.grid, self._settings))
+        if not far and fit.inliers >= search.below * len(self._facets):
             return fit, False
         weighed: FloatArray = search.prior_weight * information
         best, gain = self._score(fit, x0, weighed), search.gain
         for start in self._candidates(x0, covariance, weighed):
             settings = self._settings._replace(first_kernel=4.0 * self._settings.kernel)
-            likely, sure = self._compass.steer(x0, weighed, float(start[2]), STEERED_FOUND)
+            likely, sure = steer(x0, weighed, float(start[2]), STEERED_FOUND)
             other = _Fit(*solve(self._facets, start, likely, sure, self.map.grid, settings))
             score = self._score(other, x0, weighed)
             if score > best + gain:
@@ -160,6 +164,10 @@ class SurfelMapper:
         self._growth = min(max(growth, 1.0), most)
         self._misfits = self._misfits + 1 if fit.inliers < config.lost_below * len(self._facets) else 0
         return unconstrained
+
+
+def _unsteered(prior: FloatArray, information: FloatArray, *_: float) -> tuple[FloatArray, FloatArray]:
+    return prior, information
 
 
 def _as_array(pose: Pose2D) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import threading
 from contextlib import ExitStack
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import Self
 
 from slam.run.loop import Step
@@ -28,9 +28,7 @@ class Interruption:
                 self._handlers.callback(signal.signal, number, signal.signal(number, self._ask))
         return self
 
-    def __exit__(
-        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._handlers.close()
 
     def see(self, step: Step) -> None:

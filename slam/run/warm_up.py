@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from time import perf_counter
+from typing import Final
 
 import numpy as np
 from rich.console import Console
@@ -12,9 +13,14 @@ from slam.lidars import TABLE1
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import LineSlam
 from slam.matching.surfel_mapper import SurfelMapper
-from slam.odometry import Odometry
+from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.scan import LaserScan
+
+_PLACES: Final = (*(0.06 * k for k in range(8)), 2.0)
+"""Metres along the way; odometry says that the last one is far from the others."""
+_BEAM_TIME: Final = 1e-4
+"""Seconds."""
 
 
 def warm_up(console: Console, config: SlamConfig, search: bool = False) -> None:
@@ -22,24 +28,24 @@ def warm_up(console: Console, config: SlamConfig, search: bool = False) -> None:
     needed; the first time on a machine takes some seconds, and says so."""
     began = perf_counter()
     with console.status("loading the hot loops (the first run on a machine compiles them)"):
-        slam = _two_updates(config.model_copy(update={"update_distance": 0.0}))
+        slam = LineSlam(config.model_copy(update={"update_distance": 0.0}), Pose2D())
+        _run(slam)
         if search and isinstance(slam.mapper, SurfelMapper):
-            _two_updates_of(LineLocalizer(config, Pose2D(), slam.mapper.map))
+            _run(LineLocalizer(config, Pose2D(), slam.mapper.map))
     taken = perf_counter() - began
     if taken > 2.0:
         console.print(f"compiled the hot loops in {taken:.0f} s; they are kept for the next run")
 
 
-def _two_updates(config: SlamConfig) -> LineSlam:
-    """The first scan makes a map, the second is matched to it: every hot loop has run."""
-    slam = LineSlam(config, Pose2D())
-    _two_updates_of(slam)
-    return slam
-
-
-def _two_updates_of(slam: LineSlam | LineLocalizer) -> None:
+def _run(slam: LineSlam | LineLocalizer) -> None:
+    """Along a corridor, until enough wall was seen for the building to have main directions, and then a jump: every hot
+    loop has run, those too that wait for motion, long walls or a doubtful pose."""
     lidar = TABLE1.lidar
-    walls = np.minimum(1.0 / np.maximum(np.abs(np.cos(lidar.angles)), 1e-3), 3.0)
-    for stamp in (0.0, lidar.scan_time):
-        scan = LaserScan(stamp, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, walls)
-        slam.update(scan, Odometry(stamp, Pose2D()))
+    across = 1.0 / np.maximum(np.abs(np.sin(lidar.angles)), 1e-3)
+    walls = np.where(across < 3.0, across, np.inf)
+    for index, x in enumerate(_PLACES):
+        stamp = index * lidar.scan_time
+        scan = LaserScan(
+            stamp, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, walls, _BEAM_TIME
+        )
+        slam.update(scan, Odometry(stamp, Pose2D(x), Twist2D(0.6, 1e-6)))

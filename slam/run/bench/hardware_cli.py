@@ -30,7 +30,7 @@ def bench_hardware(
 
     load: processor time, and how old scans are. faults: how soon the robot stands, and whether a cure brings it back.
     noise: what damaged bytes let through. sim: the same scenario driven by the simulated robot and by the drivers, in
-    real time. All of it takes about six minutes; quiet machines give better numbers.
+    real time, with noise and without. All of it takes about nine minutes; quiet machines give better numbers.
 
     [bold]Examples[/bold]
 
@@ -40,7 +40,7 @@ def bench_hardware(
 
     hopslam bench hardware sim --set seed=3
 
-    hopslam bench hardware sim --set lidar.noise=none --set robot.odometry.travel_noise=0
+    hopslam bench hardware sim --scenario office_loop
     """
     import os
     from importlib import import_module

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from types import TracebackType
-from typing import Self
 
+from slam.closing import Closing
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.robot import Observation, Robot
@@ -13,7 +12,7 @@ from slam.run.logs import Log, read_log
 from slam.scan import Lidar
 
 
-class ReplayRobot:
+class ReplayRobot(Closing):
     """Plays a log from its first scan to its last, as fast as it is asked for; ``len()`` is the number of scans.
 
     Made from a path, or from a log already read; LogError when the path holds none that can be read. The truth is known
@@ -28,14 +27,6 @@ class ReplayRobot:
 
     def __len__(self) -> int:
         return len(self.log)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
-    ) -> None:
-        self.close()
 
     @property
     def lidar(self) -> Lidar:

@@ -8,8 +8,9 @@ import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
+
+from slam.closing import Closing
 
 
 def write_whole(path: Path, text: str) -> None:
@@ -62,7 +63,7 @@ class GrowingText:
         self._file.close()
 
 
-class GrowingGeoJson:
+class GrowingGeoJson(Closing):
     """A GeoJSON FeatureCollection that is valid after every append: the new features overwrite its closing brackets."""
 
     _CLOSE = b"\n]}\n"
@@ -85,11 +86,3 @@ class GrowingGeoJson:
         """Put everything on the disk."""
         os.fsync(self._file.fileno())
         self._file.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
-    ) -> None:
-        self.close()

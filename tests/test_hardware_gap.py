@@ -1,0 +1,61 @@
+"""A cable out in the middle of a run, put in again: the estimate is right again, and nothing recorded is lost."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pytest
+
+from hardware.bench.bench import port_settings
+from hardware.emulator.emulator import Emulator
+from hardware.emulator.kinematic_plant import scenario_plant
+from hardware.emulator.motion import FACTORY
+from hardware.emulator.ports import PtyPort
+from slam.odometry import Twist2D
+from slam.pose import Pose2D
+from slam.run.experiment import scenario_experiment
+from slam.run.results.run_record import RunRecord
+from slam.run.scenario.file import load_scenario
+from slam.scan import LaserScan
+
+OUT, STOP, END = 12, 24, 32
+"""Scans after which the cable is pulled, the robot stops, and the run ends."""
+
+
+@dataclass
+class Course:
+    """A pilot in whose way somebody stumbles over a cable."""
+
+    pull: Callable[[], object]
+    progress: float = 0.0
+    scans: int = 0
+    estimate: Pose2D = Pose2D()  # noqa: RUF009  # frozen
+
+    def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D | None:
+        self.scans, self.estimate = self.scans + 1, T_map_base
+        if self.scans == OUT:
+            self.pull()
+        return None if self.scans == END else Twist2D(0.4 if self.scans < STOP else 0.0, 0.0)
+
+
+@pytest.mark.parametrize("device", ["robot", "lidar"])
+def test_a_cable_out_for_a_while(device: str, tmp_path: Path) -> None:
+    ports = PtyPort(tmp_path / "p3dx"), PtyPort(tmp_path / "urg04lx")
+    plant = scenario_plant(load_scenario("corridor"))
+    with Emulator(plant, *ports, paced=False, robot_config=replace(FACTORY, watchdog=0.8)) as emulator:
+
+        def pull() -> None:
+            station = getattr(emulator, device)
+            emulator.do(station.unplug)
+            threading.Timer(1.2, emulator.do, [station.port.open]).start()
+
+        experiment = scenario_experiment(load_scenario("corridor", port_settings(emulator)), "hardware", yes=True)
+        course = Course(pull)
+        outcome = replace(experiment, pilot=course).run(tmp_path / "run")
+        assert course.estimate.distance(emulator.truth[1]) < 0.03
+    assert outcome.ending == "arrived"
+    record = RunRecord.open(tmp_path / "run")
+    assert record.complete
+    assert len(record.traces.stamps) == END
+    assert len(list(record.observations())) == END

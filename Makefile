@@ -2,7 +2,7 @@
 
 WHY := hopslam needs CPython 3.11, because pybullet has wheels for no newer one; install python3.11 (with venv), or uv
 
-.PHONY: run test lint format pictures clean
+.PHONY: run test lint format schema docs pictures clean
 
 run: .venv/.run
 	.venv/bin/hopslam run corridor
@@ -20,12 +20,28 @@ format: .venv/.dev
 	.venv/bin/ruff check --fix .
 	.venv/bin/ruff format .
 
-# The picture at the top of the README, and the map as it grows.
+# The schema by which editors complete scenarios.
+schema: .venv/.run
+	.venv/bin/hopslam schema > scenarios/scenario.schema.json
+
+# The site, from docs/ and from the code: site/index.html. A link that leads nowhere is an error.
+docs: .venv/.docs
+	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
+	@echo 'open site/index.html; or, to search in it too: .venv/bin/python -m http.server --bind 127.0.0.1 --directory site'
+
+# The pictures of the README and of docs/method.md, and the map as it grows.
 pictures: .venv/.run
 	rm -rf runs/pictures
 	.venv/bin/hopslam run corridor --out runs/pictures/corridor
 	cp runs/pictures/corridor/map.png docs/corridor.png
 	.venv/bin/hopslam animate runs/pictures/corridor --out docs/corridor.webp
+	.venv/bin/hopslam run corridor --set duration=30 --out runs/pictures/short
+	.venv/bin/hopslam lines runs/pictures/short --scan 150 --sensor urg04lx --png docs/method-lines.png
+	.venv/bin/hopslam run paper_simulation --seed 0 --out runs/pictures/paper
+	.venv/bin/hopslam lines runs/pictures/paper --scan 100 --method paper --png docs/method-lines-paper.png
+	.venv/bin/hopslam report runs/pictures/paper --figures runs/pictures/figures
+	cp runs/pictures/figures/fig15.png docs/method-match.png
+	cp runs/pictures/figures/fig16.png docs/method-map.png
 
 clean:
 	rm -rf .venv
@@ -37,6 +53,10 @@ clean:
 .venv/.dev: pyproject.toml .venv/bin/pip
 	.venv/bin/pip install --quiet --editable '.[bench]' --group dev
 	touch $@ .venv/.run
+
+.venv/.docs: pyproject.toml .venv/.run
+	.venv/bin/pip install --quiet --group docs
+	touch $@
 
 # The first of python3.11, python3 and uv's that is a whole CPython 3.11. The pip of 3.11 knows no dependency groups.
 .venv/bin/pip:

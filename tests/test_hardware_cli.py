@@ -18,7 +18,8 @@ from hardware.emulator.faults import Fault
 from hardware.emulator.kinematic_plant import scenario_plant
 from hardware.emulator.ports import TcpPort
 from slam.errors import InputError
-from slam.run.backends import late, make_plant
+from slam.late import late
+from slam.run.backends import make_plant
 from slam.run.cli import main
 from slam.run.logs.tum import read_tum
 from slam.run.scenario.file import load_scenario

@@ -1,4 +1,4 @@
-"""``hopslam world``, and the page of documentation on scenarios."""
+"""``hopslam world``, and what the page of documentation on scenarios lists."""
 
 import re
 import sys
@@ -7,11 +7,9 @@ from pathlib import Path
 import pytest
 
 from slam.run.cli import main
-from slam.run.scenario.file import load_template
 from slam.run.scenario.shipped import shipped_scenarios
 
 PAGE = Path(__file__).parents[1] / "docs" / "scenarios.md"
-EXAMPLES = re.findall(r"```yaml\n(.*?)```", PAGE.read_text(), flags=re.DOTALL)
 
 
 def run(*words: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,15 +50,6 @@ def test_a_picture_that_cannot_be_written_is_refused(
     error = capsys.readouterr().err
     assert error.startswith(f"hopslam: {out}: ")
     assert error.count("\n") == 1
-
-
-@pytest.mark.parametrize("text", EXAMPLES)
-def test_the_examples_of_the_page_load(text: str, tmp_path: Path) -> None:
-    (tmp_path / "map.pgm").write_bytes(b"P5 2 2 255 " + bytes([0, 255, 255, 255]))
-    (tmp_path / "map.yaml").write_text("image: map.pgm\nresolution: 0.05\norigin: [-9, -9, 0]\nnegate: 0\n")
-    path = tmp_path / "example.yaml"
-    path.write_text(text)
-    load_template(path).draw(1)
 
 
 def test_the_page_names_every_parameter_of_the_generators() -> None:

@@ -7,6 +7,7 @@ from slam.config.lines import ChiSquareConfig, HoppingConfig, LineConfig
 from slam.config.localization import LocalizationConfig
 from slam.config.mapping import MapConfig, PointMapConfig, SurfelMapConfig
 from slam.config.matching import ForceFieldConfig, LeastSquaresConfig, MatchConfig, MotionConfig, SearchConfig
+from slam.config.own import OwnMethod
 from slam.config.section import Section
 from slam.config.whole import SlamConfig
 
@@ -20,6 +21,7 @@ __all__ = [
     "MapConfig",
     "MatchConfig",
     "MotionConfig",
+    "OwnMethod",
     "PointMapConfig",
     "SearchConfig",
     "Section",

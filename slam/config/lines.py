@@ -6,13 +6,15 @@ from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import Field, Tag, model_validator
 
-from slam.config.section import Section, by_method
+from slam.config.own import OwnMethod
+from slam.config.section import OWN, Section, by_method
 
 
 class HoppingConfig(Section):
     """Line extraction as printed, sections 3.1 to 3.3."""
 
     method: Literal["paper"] = "paper"
+    """This method."""
     sigma_Th: float = Field(25.0 / 1024, ge=1e-5)
     """Threshold on the smallest singular value sigma_3, metres; below 10 um prefix sums lose it in rounding."""
     L_Th: int = Field(4, ge=3)
@@ -42,6 +44,7 @@ class ChiSquareConfig(Section):
     """Line extraction of this project: the walls that explain the ranges by the noise of the sensor."""
 
     method: Literal["chi_square"] = "chi_square"
+    """This method."""
     sensor: Literal["table1", "urg04lx"] | None = None
     """Whose noise to expect, see slam/lidars.py; without a name it is estimated from every scan."""
     bound_sigmas: float = Field(3.0, gt=0)
@@ -66,6 +69,9 @@ class ChiSquareConfig(Section):
 
 
 LineConfig = Annotated[
-    Annotated[HoppingConfig, Tag("paper")] | Annotated[ChiSquareConfig, Tag("chi_square")], by_method("paper")
+    Annotated[HoppingConfig, Tag("paper")]
+    | Annotated[ChiSquareConfig, Tag("chi_square")]
+    | Annotated[OwnMethod, Tag(OWN)],
+    by_method("paper"),
 ]
 """Line extraction: ``method`` says how, and which of the settings there are."""

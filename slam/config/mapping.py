@@ -13,6 +13,7 @@ class PointMapConfig(Section):
     """The point map, section 4.1, and the part of it that is matched, section 5.1."""
 
     method: Literal["points"] = "points"
+    """This method."""
     draw: float = Field(0.75, gt=0, le=1)
     """Share of the map points in the sensor's reach that is drawn at random for one matching."""
     reach: float = Field(float("inf"), gt=0, allow_inf_nan=True)
@@ -24,6 +25,7 @@ class SurfelMapConfig(Section):
     """The map of this project: surfels, short pieces of wall, in a grid that covers what was seen."""
 
     method: Literal["surfels"] = "surfels"
+    """This method."""
     cell: float = Field(0.2, gt=0)
     """Side of a cell of the grid, metres; a wall has one surfel in each cell that it crosses."""
     gate: float = Field(0.10, gt=0)

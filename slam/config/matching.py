@@ -6,13 +6,15 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Tag
 
-from slam.config.section import Section, by_method
+from slam.config.own import OwnMethod
+from slam.config.section import OWN, Section, by_method
 
 
 class ForceFieldConfig(Section):
     """Matching of map points to segments, section 4.2."""
 
     method: Literal["force_field"] = "force_field"
+    """This method."""
     gamma_f: float = Field(0.001, gt=0)
     """Gain of the translation, eq. (24)."""
     kappa: float = Field(3.0, gt=0)
@@ -86,6 +88,7 @@ class LeastSquaresConfig(Section):
     """Matching of this project: the pieces of wall of the scan to the surfels of the map, with odometry as prior."""
 
     method: Literal["least_squares"] = "least_squares"
+    """This method."""
     facet_length: float = Field(0.2, gt=0)
     """Segments are matched in pieces no longer than this, metres."""
     gate: float = Field(0.4, gt=0)
@@ -107,8 +110,9 @@ class LeastSquaresConfig(Section):
     correlation: float = Field(4.0, ge=1)
     """Errors of neighbouring pieces and of successive scans are alike: their information is divided by this."""
     lost_below: float = Field(0.3, ge=0, le=1)
-    """Lost when, for ``lost_after`` scans, a smaller share of the pieces agrees with the map."""
+    """Lost when a smaller share of the pieces agrees with the map ..."""
     lost_after: int = Field(5, ge=1)
+    """... for this many scans in a row."""
     directions: Literal["auto", "never"] = "auto"
     """Whether the long walls of a scan tell its heading where most walls of the building have one of a few directions;
     ``auto`` does so once it has seen enough of them."""
@@ -117,7 +121,9 @@ class LeastSquaresConfig(Section):
 
 
 MatchConfig = Annotated[
-    Annotated[ForceFieldConfig, Tag("force_field")] | Annotated[LeastSquaresConfig, Tag("least_squares")],
+    Annotated[ForceFieldConfig, Tag("force_field")]
+    | Annotated[LeastSquaresConfig, Tag("least_squares")]
+    | Annotated[OwnMethod, Tag(OWN)],
     by_method("least_squares"),
 ]
-"""The matcher: ``method`` says which."""
+"""The matcher: ``method`` says which; one of your own keeps its map as it likes."""

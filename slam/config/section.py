@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Final
 
 from pydantic import BaseModel, ConfigDict, Discriminator
+
+OWN: Final = "module:name"
+"""The tag of a section whose method is not in this repository, and how that method is written."""
 
 
 class Section(BaseModel):
@@ -14,9 +17,11 @@ class Section(BaseModel):
 
 
 def by_method(default: str) -> Discriminator:
-    """Tells the sections of a union apart by their ``method``; the default where a section names none."""
+    """Tells the sections of a union apart by their ``method``; the default where a section names none, and ``OWN`` for
+    one that is written ``module:name``."""
 
     def method(section: Any) -> str | None:
-        return str(section.get("method", default)) if isinstance(section, dict) else getattr(section, "method", None)
+        name = section.get("method", default) if isinstance(section, dict) else getattr(section, "method", None)
+        return OWN if ":" in str(name) else name if name is None else str(name)
 
     return Discriminator(method)

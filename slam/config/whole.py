@@ -10,6 +10,7 @@ from slam.config.lines import ChiSquareConfig, LineConfig
 from slam.config.localization import LocalizationConfig
 from slam.config.mapping import MapConfig, SurfelMapConfig
 from slam.config.matching import LeastSquaresConfig, MatchConfig
+from slam.config.own import OwnMethod
 from slam.config.section import Section
 
 _MODES: Final = {
@@ -29,8 +30,11 @@ class SlamConfig(Section):
     mode: Literal["hopslam", "paper", "dead_reckoning"] = "hopslam"
     """Which methods the three parts below have where they name none."""
     lines: LineConfig = ChiSquareConfig.model_validate(_FINE_LINES)
+    """How lines are found in a scan."""
     map: MapConfig = SurfelMapConfig()
+    """What is kept of the scans."""
     matching: MatchConfig = LeastSquaresConfig()
+    """How a scan finds its place in the map."""
     localization: LocalizationConfig = LocalizationConfig()
     deskew: bool = True
     """Undo the motion of the robot while the beams were taken, where they carry time; off in paper mode."""
@@ -65,6 +69,8 @@ class SlamConfig(Section):
 
     @model_validator(mode="after")
     def _map_and_matcher_fit(self) -> Self:
+        if isinstance(self.matching, OwnMethod):
+            return self
         if (self.map.method == "points") != (self.matching.method == "force_field"):
             raise ValueError(
                 f"matching method {self.matching.method} does not work on map method {self.map.method}; force_field "

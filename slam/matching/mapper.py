@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, cast
 
-from slam.config import ForceFieldConfig, LeastSquaresConfig, PointMapConfig, SlamConfig, SurfelMapConfig
+from slam.config import ForceFieldConfig, LeastSquaresConfig, OwnMethod, PointMapConfig, SlamConfig, SurfelMapConfig
+from slam.late import late
 from slam.lines.segments import Segments
 from slam.matching.match import Match
 from slam.matching.paper_mapper import PaperMapper
@@ -53,6 +54,8 @@ class Mapper(Protocol):
 
 def make_mapper(config: SlamConfig, T_base_laser: Pose2D, seed: int) -> Mapper:
     """The mapper of these settings; SlamConfig has seen to it that the two parts fit."""
+    if isinstance(config.matching, OwnMethod):
+        return cast(Mapper, late(config.matching.method)(T_base_laser, seed=seed, **config.matching.options))
     if isinstance(config.matching, ForceFieldConfig) and isinstance(config.map, PointMapConfig):
         return PaperMapper(config.map, config.matching, T_base_laser, seed)
     assert isinstance(config.matching, LeastSquaresConfig)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from difflib import get_close_matches
-from importlib import import_module
 from typing import Any, Final, cast
 
 from slam.errors import ScenarioError
+from slam.late import late
 from slam.robot import Robot
 
 BACKENDS: Final = {
@@ -14,15 +14,10 @@ BACKENDS: Final = {
     "replay": "slam.run.logs.replay:ReplayRobot",
     "hardware": "hardware.robot:HardwareRobot",
 }
+"""slam knows of sim and hardware by name only."""
 
 PLANTS: Final = {"sim": "sim.plant:SimPlant", "plan": "hardware.emulator.kinematic_plant:scenario_plant"}
 """What moves the emulated devices: a function of the scenario."""
-
-
-def late(place: str) -> Any:
-    """What stands at ``module:name``, imported now: slam knows of sim and hardware by name only."""
-    module, _, name = place.partition(":")
-    return getattr(import_module(module), name)
 
 
 def make_plant(name: str, *args: Any) -> Any:
@@ -31,13 +26,14 @@ def make_plant(name: str, *args: Any) -> Any:
 
 
 def make_robot(backend: str, *args: Any, **options: Any) -> Robot:
-    """A robot of the named back end, made from what its class takes; ScenarioError lists the known names."""
+    """A robot of the named back end, or of one named ``module:Class``, made from what its class takes; ScenarioError
+    lists the known names."""
     return cast(Robot, late(_place(backend, BACKENDS, "robot back end"))(*args, **options))
 
 
 def _place(name: str, table: dict[str, str], kind: str) -> str:
-    if name in table:
-        return table[name]
+    if name in table or ":" in name:
+        return table.get(name, name)
     close = get_close_matches(name, table, n=1)
-    hint = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(table)}"
+    hint = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(table)}, or give module:name"
     raise ScenarioError(f"no {kind} named {name!r}; {hint}")

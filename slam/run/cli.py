@@ -23,6 +23,7 @@ from slam.run.localize_cli import localize
 from slam.run.replay_cli import replay
 from slam.run.report_cli import animate, report
 from slam.run.run_cli import run
+from slam.run.schema_cli import schema
 from slam.run.sweep_cli import app as sweep
 from slam.run.view_cli import view
 from slam.run.world_cli import world
@@ -35,8 +36,9 @@ app = typer.Typer(
     add_completion=False,
 )
 _PANELS: dict[str, dict[str, Callable[..., None]]] = {
-    "Run": {"run": run, "replay": replay, "localize": localize, "env": env, "lines": lines},
-    "Look": {"view": view, "report": report, "animate": animate, "world": world},
+    "Run": {"run": run, "replay": replay, "localize": localize, "lines": lines},
+    "Worlds": {"world": world, "env": env, "schema": schema},
+    "Look": {"view": view, "report": report, "animate": animate},
     "Share and score": {"export": export, "eval": evaluate, "compare": compare},
     "The robot": {"doctor": doctor, "emulate": emulate},
 }

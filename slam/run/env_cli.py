@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -46,32 +46,9 @@ def _id_table() -> Table:
 
 
 def _print_manual(console: Console, env_id: str) -> None:
-    import inspect
-
-    import gymnasium
     from rich.markdown import Markdown
 
     from slam.run.env.catalogue import find_env_id
+    from slam.run.env.manual import manual
 
-    env_id = find_env_id(env_id)
-    with gymnasium.make(env_id) as made:
-        console.print(Markdown(f"# {env_id}\n\n{inspect.getdoc(type(made.unwrapped))}\n\n## As built"))
-        console.print(_as_built(made.unwrapped))
-
-
-def _as_built(env: Any) -> Table:
-    """The spaces and the clock of this one environment, with its default arguments."""
-    from rich.table import Table
-
-    scenario, table = env.scenario, Table(box=None, show_header=False)
-    table.add_row("action", str(env.action_space))
-    for name, space in env.observation_space.spaces.items():
-        table.add_row(f"observation {name}", str(space))
-    clock, scan_time = scenario.clock, scenario.lidar.description.lidar.scan_time
-    table.add_row(
-        "time",
-        f"a step is a scan, {scan_time:g} s: {clock.controls_per_scan} control steps "
-        f"of {clock.steps_per_control} physics steps of 1/{clock.rate} s",
-    )
-    table.add_row("scenario", f"{scenario.name}: {scenario.description}")
-    return table
+    console.print(Markdown(manual(find_env_id(env_id))))

@@ -59,7 +59,8 @@ def emulate(
 
     from rich.console import Console
 
-    from slam.run.backends import late, make_plant
+    from slam.late import late
+    from slam.run.backends import make_plant
     from slam.run.scenario.file import load_scenario
     from slam.run.viewer.viewers import Viewers
 
@@ -94,7 +95,7 @@ def doctor(
     """
     from rich.console import Console
 
-    from slam.run.backends import late
+    from slam.late import late
 
     console = Console()
     named = ports or late("hardware.doctor:ports")()

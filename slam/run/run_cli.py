@@ -17,7 +17,9 @@ def run(
     out: Out = None,
     settings: Settings = None,
     rerun: Rerun = None,
-    backend: Annotated[str, typer.Option(metavar="NAME", help="sim, or hardware: the real robot.")] = "sim",
+    backend: Annotated[
+        str, typer.Option(metavar="NAME", help="sim; hardware, the real robot; or module:Class, one of your own.")
+    ] = "sim",
     yes: Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="The real robot's sensors only: it never moves.")] = False,
     saved_map: SavedMap = None,

@@ -29,7 +29,7 @@ def world(
 
     hopslam world random_office --seed 7 --out office7.png
 
-    hopslam world corridor --set generate.kind=corridor --set generate.width=3 --out two.svg
+    hopslam world replay --set generate.kind=corridor --set generate.width=3 --out corridor.svg
     """
     from slam.run.results.world_picture import check_picture, draw_world
     from slam.run.scenario.file import load_scenario

@@ -7,7 +7,7 @@ from typing import Any, Final, Protocol
 
 import numpy as np
 
-from slam.config import HoppingConfig, LeastSquaresConfig, SearchConfig, SlamConfig, SurfelMapConfig
+from slam.config import ForceFieldConfig, HoppingConfig, LeastSquaresConfig, SearchConfig, SlamConfig, SurfelMapConfig
 from slam.lines.extraction import extract_segments
 from slam.lines.facets import facets_of
 from slam.mapping.drift import Drift
@@ -65,9 +65,7 @@ class Paper:
 
     def __init__(self, scans: Sequence[PlacedScan]) -> None:
         self._points = mean_points(scans)
-        self._matching = SlamConfig.model_validate(
-            {"mode": "paper", "matching": {"gamma_M": 0.3, "max_iterations": 300}}
-        ).matching
+        self._matching = ForceFieldConfig(gamma_M=0.3, max_iterations=300)
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
         """Extraction, and the pull on the points that the lidar could see from the start."""
@@ -76,7 +74,6 @@ class Paper:
         local = start.inverse().transform(near)
         bearing = np.arctan2(local[:, 1], local[:, 0])
         seen = (np.abs(bearing) <= scan.angle_max) & (np.hypot(*local.T) <= scan.range_max)
-        assert self._matching.method == "force_field"
         return (
             start @ match_points_to_segments(local[seen], extract_segments(scan, lines), self._matching).T_prior_laser
         )

@@ -61,6 +61,8 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
     """The map, to be used with these settings. InputError names the file, the key and what is wrong."""
     if not isinstance(config.map, SurfelMapConfig):
         raise InputError(f"{path}: a saved map needs slam.mode=hopslam; these settings have slam.map.method=points")
+    if config.matching.method != "least_squares":
+        raise InputError(f"{path}: a saved map is matched by least_squares; leave slam.matching.method out")
     document = _parse(path)
     if document.grid.cell != config.map.cell:
         cells = f"has cells of {document.grid.cell:g} m, the settings {config.map.cell:g} m"

@@ -14,9 +14,11 @@ class Box(Section):
     """A box on the floor."""
 
     center: Point
+    """Of its outline, map frame, metres."""
     size: tuple[Length, Length, Length]
     """Length along ``yaw``, width, height; metres."""
     yaw: float = 0.0
+    """Counter-clockwise from the x axis, radians."""
 
     def prisms(self) -> Iterator[Prism]:
         """The one."""
@@ -27,9 +29,11 @@ class Table(Section):
     """A table: four square legs and a top; a low lidar sees the legs only."""
 
     center: Point
+    """Of its outline, map frame, metres."""
     size: tuple[Length, Length, Length] = (1.2, 0.6, 0.75)
     """Length along ``yaw``, width, height; metres."""
     yaw: float = 0.0
+    """Counter-clockwise from the x axis, radians."""
     leg: Length = 0.05
     """Side of a leg, metres."""
     top: Length = 0.03
@@ -49,6 +53,7 @@ class Cylinder(Section):
     """A pillar, a bin, a plant pot: a round thing on the floor."""
 
     center: Point
+    """Of its outline, map frame, metres."""
     radius: Length
     """Metres."""
     height: Length = 1.0

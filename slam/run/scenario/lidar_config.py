@@ -15,6 +15,7 @@ class LidarConfig(Section):
     """The lidar on the robot."""
 
     model: Literal["table1", "urg04lx"] = "urg04lx"
+    """Which sensor: the paper's of its Table 1, or Hokuyo's."""
     mount: Place = Place(x=0.16)
     """Where it sits on the base: ``T_base_laser``."""
     height: Positive = 0.30

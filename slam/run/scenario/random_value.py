@@ -27,6 +27,7 @@ class Uniform(Section):
     """A number between two bounds."""
 
     uniform: Annotated[tuple[float, float], AfterValidator(_rising)]
+    """The bounds."""
 
     @property
     def extremes(self) -> tuple[Any, ...]:
@@ -42,6 +43,7 @@ class Integer(Section):
     """A whole number between two bounds, both included."""
 
     integer: Annotated[tuple[Whole, Whole], AfterValidator(_rising)]
+    """The bounds."""
 
     @property
     def extremes(self) -> tuple[Any, ...]:
@@ -57,6 +59,7 @@ class Normal(Section):
     """A number around a mean, with a standard deviation; never farther from the mean than three of them."""
 
     normal: tuple[float, NotNegative]
+    """The mean, and the standard deviation."""
 
     @property
     def extremes(self) -> tuple[Any, ...]:
@@ -76,6 +79,7 @@ class LogUniform(Section):
     """A number between two bounds above 0, each order of magnitude as likely."""
 
     loguniform: Annotated[tuple[Positive, Positive], AfterValidator(_rising)]
+    """The bounds."""
 
     @property
     def extremes(self) -> tuple[Any, ...]:
@@ -92,6 +96,7 @@ class Choice(Section):
     """One of several values, each as likely."""
 
     choice: tuple[Any, ...] = Field(min_length=1)
+    """The values; one that is written twice is twice as likely."""
 
     @property
     def extremes(self) -> tuple[Any, ...]:

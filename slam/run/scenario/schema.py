@@ -43,10 +43,12 @@ class Scenario(Section):
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._ -]*$")
     """Of the run folders too."""
     description: str = ""
+    """In one line."""
     generate: Generator | None = None
     """Makes a world, a route and people from a seed, when the scenario is loaded; written by hand, they add to it."""
     world: World = World()
     people: tuple[Person, ...] = ()
+    """Who walks there."""
     robot: RobotConfig = RobotConfig()
     lidar: LidarConfig = LidarConfig()
     hardware: HardwareConfig = HardwareConfig()

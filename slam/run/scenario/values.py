@@ -34,8 +34,11 @@ class Place(Section):
     """A pose in the plane, metres and radians."""
 
     x: Coordinate = 0.0
+    """Metres."""
     y: Coordinate = 0.0
+    """Metres."""
     theta: float = 0.0
+    """Counter-clockwise from the x axis, radians."""
 
     @property
     def pose(self) -> Pose2D:

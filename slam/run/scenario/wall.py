@@ -62,11 +62,15 @@ class Wall(Section):
     """A polyline that a wall of this thickness follows, along its middle."""
 
     points: tuple[Point, ...] = Field(min_length=2)
+    """Corners, map frame, metres."""
     closed: bool = False
     """From the last point on to the first."""
     thickness: Length = 0.1
+    """Metres."""
     height: Length = 1.0
+    """Metres."""
     doors: tuple[Door, ...] = ()
+    """Openings, in any order."""
 
     def prisms(self) -> Iterator[Prism]:
         """What stands of each stretch, half a thickness longer at its ends so that corners are filled; then the leaves

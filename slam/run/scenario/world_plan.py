@@ -16,9 +16,13 @@ class World(Section):
     """All that stands on the floor."""
 
     walls: tuple[Wall, ...] = ()
+    """With their doors."""
     boxes: tuple[Box, ...] = ()
+    """Cupboards, crates, steps."""
     tables: tuple[Table, ...] = ()
+    """Of which a low lidar sees the legs."""
     cylinders: tuple[Cylinder, ...] = ()
+    """Pillars, bins, plant pots."""
     map: RosMap | None = None
     """A ROS map whose occupied cells stand up as solids."""
 

@@ -24,6 +24,7 @@ class CorridorGenerator(Passage):
     """Two walls along the x axis, from x = 0 to ``length``, and one at each end."""
 
     kind: Literal["corridor"] = "corridor"
+    """This generator."""
     length: float = Field(20.0, ge=4.0, le=1000)
     """Metres."""
 

@@ -20,6 +20,7 @@ class LoopGenerator(Passage):
     """A ring around a rectangular block; the robot starts in the middle of the side at y = 0."""
 
     kind: Literal["loop"] = "loop"
+    """This generator."""
     size: tuple[Length, Length] = (14.0, 8.0)
     """Of the ring's middle line, along x and y, metres."""
 

@@ -1,0 +1,116 @@
+"""What mkdocs asks for while it builds the site: pages made from the code, links into the code, formulas as MathML."""
+
+from __future__ import annotations
+
+import html
+import re
+from pathlib import Path
+
+from latex2mathml.converter import convert
+from mkdocs.config.defaults import MkDocsConfig
+from mkdocs.exceptions import PluginError
+from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
+from typer.cli import get_docs_for_click
+from typer.main import get_command
+
+ROOT = Path(__file__).parents[1]
+API = "reference/api/"
+FORMULA = re.compile(r'<(?P<tag>span|div) class="arithmatex">\\[(\[](?P<tex>.*?)\\[)\]]</(?P=tag)>', re.DOTALL)
+FUNCTION = re.compile(r"(<mi>(?:cos|sin)</mi>)(?!<mo)")
+"""A function whose argument is not in parentheses."""
+REMOTE = re.compile(
+    r"""<(?:script|img|iframe|source)[^>]*src=["']?(?:https?:)?//[^>]*>|<link[^>]*href=["']?https?://[^>]*>"""
+)
+CODE_LINK = re.compile(r"\]\(\.\./(slam/[\w/]+)\.py\)")
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the pages that nobody writes."""
+    pages = {
+        "index.md": readme(),
+        "reference/scenario.md": scenario(),
+        "reference/env.md": environment(),
+        "reference/commands.md": commands(),
+    }
+    pages |= {f"{API}{name}.md": api(name) for name in api_packages(config)}
+    for path, text in pages.items():
+        files.append(File.generated(config, path, content=text))
+    return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """A link to a module of the repository leads to what the site says of it; where it says nothing, it is no link."""
+    packages = api_packages(config)
+
+    def linked(match: re.Match[str]) -> str:
+        module = match[1].replace("/", ".")
+        package = module.rpartition(".")[0]
+        return f"]({API}{package}.md#{module})" if package in packages else f"](# '{match[1]}.py')"
+
+    return CODE_LINK.sub(linked, markdown)
+
+
+def on_page_content(content: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Formulas as MathML, which browsers draw by themselves."""
+
+    def drawn(match: re.Match[str]) -> str:
+        display = "block" if match["tag"] == "div" else "inline"
+        formula = convert(html.unescape(match["tex"]).strip(), display=display)
+        formula = FUNCTION.sub(r'\1<mspace width="0.167em" />', formula)
+        return f'<div class="formula">{formula}</div>' if display == "block" else formula
+
+    return FORMULA.sub(drawn, content)
+
+
+def on_post_build(config: MkDocsConfig) -> None:
+    """Refuse a site whose pages load anything from a network."""
+    for page in Path(config.site_dir).rglob("*.html"):
+        if (asset := REMOTE.search(page.read_text())) is not None:
+            raise PluginError(f"{page}: {asset[0]} loads from the network")
+
+
+def readme() -> str:
+    """The front page, with its links as the site has them."""
+    return (ROOT / "README.md").read_text().replace("[docs/", "[").replace("](docs/", "](")
+
+
+def scenario() -> str:
+    """Every key, from the schema."""
+    from slam.run.scenario.reference import scenario_reference
+
+    return scenario_reference()
+
+
+def environment() -> str:
+    """The manual, from the class's docstring."""
+    from slam.run.env.catalogue import find_env_id
+    from slam.run.env.manual import manual
+
+    return manual(find_env_id("Corridor-v0"))
+
+
+def commands() -> str:
+    """Every command with its options, as ``--help`` has them."""
+    from slam.run.cli import app
+
+    command = get_command(app)
+    context = command.make_context("hopslam", [], resilient_parsing=True)
+    text = get_docs_for_click(obj=command, ctx=context, name="hopslam")
+    text = re.sub(r"(`[^`]*`)|<", lambda match: match[1] or "&lt;", text).replace(
+        "[bold]Examples[/bold]", "**Examples**:"
+    )
+    return re.sub(r"^(hopslam .*(?:\n\S.*)*)$", r"```sh\n\1\n```", text, flags=re.MULTILINE)
+
+
+def api_packages(config: MkDocsConfig) -> list[str]:
+    """The packages that the navigation has an API page of."""
+    found: list[str] = re.findall(rf"{API}([\w.]+)\.md", str(config.nav))
+    return found
+
+
+def api(package: str) -> str:
+    """One heading for each module of a package, with what is public in it."""
+    folder = ROOT / package.replace(".", "/")
+    modules = sorted(path.stem for path in folder.glob("*.py") if path.stem != "__init__")
+    return "\n\n".join([f"# {package}", *(f"::: {package}.{module}" for module in modules)])

@@ -11,22 +11,22 @@ import typer
 from rich.console import Console
 
 from slam.errors import HopslamError
-from slam.run.bench.cli import app as bench
-from slam.run.calibrate_cli import app as calibrate
-from slam.run.compare_cli import compare
-from slam.run.env_cli import env
-from slam.run.eval_cli import evaluate
-from slam.run.export_cli import export
-from slam.run.hardware_cli import doctor, emulate
-from slam.run.lines_cli import lines
-from slam.run.localize_cli import localize
-from slam.run.replay_cli import replay
-from slam.run.report_cli import animate, report
-from slam.run.run_cli import run
-from slam.run.schema_cli import schema
-from slam.run.sweep_cli import app as sweep
-from slam.run.view_cli import view
-from slam.run.world_cli import world
+from slam.run.commands.bench import app as bench
+from slam.run.commands.calibrate import app as calibrate
+from slam.run.commands.compare import compare
+from slam.run.commands.devices import doctor, emulate
+from slam.run.commands.env import env
+from slam.run.commands.eval import evaluate
+from slam.run.commands.export import export
+from slam.run.commands.lines import lines
+from slam.run.commands.localize import localize
+from slam.run.commands.replay import replay
+from slam.run.commands.report import animate, report
+from slam.run.commands.run import run
+from slam.run.commands.schema import schema
+from slam.run.commands.sweep import app as sweep
+from slam.run.commands.view import view
+from slam.run.commands.world import world
 
 app = typer.Typer(
     help="A robot testbed for line-based SLAM with a cheap 2-D lidar.",

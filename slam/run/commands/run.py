@@ -8,7 +8,7 @@ import typer
 from rich.console import Console
 
 from slam.errors import InputError
-from slam.run.options import Out, Rerun, SavedMap, Settings
+from slam.run.commands.options import Out, Rerun, SavedMap, Settings
 
 
 def run(

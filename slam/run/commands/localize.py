@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from slam.errors import InputError
-from slam.run.options import Out, Rerun, Settings
+from slam.run.commands.options import Out, Rerun, Settings
 
 if TYPE_CHECKING:
     from slam.run.experiment import Experiment

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from slam.run.options import Settings
+from slam.run.commands.options import Settings
 
 
 def world(

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 from rich.console import Console
 
-from slam.run.options import Out, Rerun, SavedMap, Settings
+from slam.run.commands.options import Out, Rerun, SavedMap, Settings
 
 
 def replay(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slam.errors import InputError
-from slam.run.options import Settings
+from slam.run.commands.options import Settings
 
 if TYPE_CHECKING:
     from rich.console import Console

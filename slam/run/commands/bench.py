@@ -9,8 +9,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from slam.run.bench.hardware_cli import bench_hardware
-from slam.run.options import Settings
+from slam.run.commands.bench_hardware import bench_hardware
+from slam.run.commands.options import Settings
 
 app = typer.Typer(
     help="Measure the paper's figures, extractors, matchers, localisation, SLAM, simulator, drivers, sweeps, start-up.",

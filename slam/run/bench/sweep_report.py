@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import astuple
+from statistics import median
+from typing import Final, NamedTuple
 
 from rich.console import Console
 
@@ -13,21 +16,20 @@ from slam.run.results.keep import Keep
 from slam.run.sweep.executor import Executor
 from slam.run.sweep.pool import Pool
 
+TURNS: Final = 5
+"""Others load the machine meanwhile, now more and now less: ratios are of one turn, and the middle one is told."""
+
 
 def sweep_tables(runs: int, ray: bool, console: Console) -> Iterator[ResultTable]:
     """Speed with one and with two jobs, beside what the machine allows; memory of the driver."""
-    with console.status("one process and two"):
-        allowed = arithmetic_ratio()
     rows = []
     for name, make in _executors(ray).items():
         with console.status(f"{runs} runs, {name}"):
-            one, two = _alternating(make, runs)
-        rows += [_row(name, 1, one, one), _row("", 2, two, one)]
-    columns = ("executor", "jobs", "runs/s", "x one", "driver\n% of a core", "overhead\ns a run")
+            rows += _rows(name, [_turn(make, runs) for _ in range(TURNS)])
+    columns = ("executor", "jobs", "runs/s", "x one", "least, most", "driver\n% of a core", "overhead\ns a run")
     notes = (
-        f"{runs} warm runs of paper_simulation, this project's method; the better of two turns. Additions alone, in "
-        f"two processes of this machine: {allowed:.2f} x one, just before. Overhead: a worker's time less that in "
-        f"which the robot drives."
+        f"{runs} warm runs of paper_simulation, this project's method; medians of {TURNS} turns. Additions alone: what "
+        f"two processes of this machine do of them, in the same turns. Overhead: a worker's time less that in which the robot drives."
     )
     yield ResultTable("Sweeps, one job and two at a time", columns, rows, notes)
     with console.status("10,000 rows"):
@@ -35,11 +37,38 @@ def sweep_tables(runs: int, ray: bool, console: Console) -> Iterator[ResultTable
     yield ResultTable("Memory of the driver", ("rows", "MB"), held, "Of simulated runs, after the last one.")
 
 
-def _alternating(make: Callable[[str, int], Executor], runs: int) -> tuple[SweepSpeed, SweepSpeed]:
-    """With one job and with two, the faster of two turns each: others may load the machine meanwhile."""
-    turns = [(sweep_speed(make, 1, runs), sweep_speed(make, 2, runs)) for _ in range(2)]
-    one, two = (max(speeds, key=lambda speed: speed.rate) for speeds in zip(*turns, strict=True))
-    return one, two
+class _Turn(NamedTuple):
+    """What the machine does with two processes, then one job and two."""
+
+    allowed: float
+    one: SweepSpeed
+    two: SweepSpeed
+
+
+def _turn(make: Callable[[str, int], Executor], runs: int) -> _Turn:
+    return _Turn(arithmetic_ratio(), sweep_speed(make, 1, runs), sweep_speed(make, 2, runs))
+
+
+def _rows(name: str, turns: Sequence[_Turn]) -> list[tuple[str, ...]]:
+    """One job, two, and the additions."""
+    ratios = [turn.two.rate / turn.one.rate for turn in turns]
+    ones, twos = _speed([turn.one for turn in turns]), _speed([turn.two for turn in turns])
+    allowed = _ratio([turn.allowed for turn in turns])
+    return [
+        (name, "1", ones[0], "1.00", "", *ones[1:]),
+        ("", "2", twos[0], *_ratio(ratios), *twos[1:]),
+        ("additions alone", "2", "", *allowed, "", ""),
+    ]
+
+
+def _ratio(ratios: Sequence[float]) -> tuple[str, str]:
+    return f"{median(ratios):.2f}", f"{min(ratios):.2f}, {max(ratios):.2f}"
+
+
+def _speed(speeds: Sequence[SweepSpeed]) -> tuple[str, str, str]:
+    """Runs a second, the driver's share in percent, the overhead: medians."""
+    rate, driver, overhead = (median(values) for values in zip(*map(astuple, speeds), strict=True))
+    return f"{rate:.2f}", f"{100 * driver:.1f}", f"{overhead:.3f}"
 
 
 def _executors(ray: bool) -> Mapping[str, Callable[[str, int], Executor]]:
@@ -54,8 +83,3 @@ def _ray(runs: str, jobs: int) -> Executor:
     from slam.run.sweep.ray_cluster import LOCAL, RayCluster
 
     return RayCluster(LOCAL, jobs, runs, Keep(pictures=False))
-
-
-def _row(name: str, jobs: int, speed: SweepSpeed, one: SweepSpeed) -> tuple[str, ...]:
-    share = f"{100 * speed.driver:.1f}"
-    return name, str(jobs), f"{speed.rate:.2f}", f"{speed.rate / one.rate:.2f}", share, f"{speed.overhead:.3f}"

@@ -196,7 +196,9 @@ def match(
 
 @app.command()
 def sweep(
-    runs: Annotated[int, typer.Option(min=2, help="Of each executor, with one job and with two.")] = 40,
+    runs: Annotated[
+        int, typer.Option(min=2, help="Of each executor, with one job and with two, in each of five turns.")
+    ] = 15,
     ray: Annotated[bool, typer.Option("--ray/--no-ray", help="Ray too: pip install 'hopslam\\[cluster]'.")] = True,
 ) -> None:
     """Measure sweeps: runs a second with one job and with two, the driver's share of a core, overhead, memory.
@@ -207,7 +209,7 @@ def sweep(
 
     hopslam bench sweep
 
-    hopslam bench sweep --runs 10 --no-ray
+    hopslam bench sweep --runs 6 --no-ray
     """
     from slam.run.bench.sweep_report import sweep_tables
 

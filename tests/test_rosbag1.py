@@ -66,7 +66,7 @@ def test_scans_in_si_units(tmp_path: Path, compression: bytes, index_length: int
     assert log.report == "2 scans; no odometry in it"
     assert not log.has_odometry
     np.testing.assert_allclose(log.stamps, [10.5, 10.6])
-    np.testing.assert_array_equal(log.ranges, [[1.0, 2.0, np.inf], [np.inf, np.inf, np.nan]])
+    np.testing.assert_array_equal(log.ranges, [[1.0, 2.0, np.inf], [-np.inf, np.inf, np.nan]])
     assert log.lidar.beams == 3
     assert log.lidar.angle_min == -1.0
     assert log.lidar.angle_increment == pytest.approx(0.01)

@@ -29,7 +29,8 @@ def sweep_tables(runs: int, ray: bool, console: Console) -> Iterator[ResultTable
     columns = ("executor", "jobs", "runs/s", "x one", "least, most", "driver\n% of a core", "overhead\ns a run")
     notes = (
         f"{runs} warm runs of paper_simulation, this project's method; medians of {TURNS} turns. Additions alone: what "
-        f"two processes of this machine do of them, in the same turns. Overhead: a worker's time less that in which the robot drives."
+        f"two processes of this machine do of them, in the same turns. Overhead: a worker's time less "
+        f"that in which the robot drives."
     )
     yield ResultTable("Sweeps, one job and two at a time", columns, rows, notes)
     with console.status("10,000 rows"):

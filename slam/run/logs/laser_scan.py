@@ -44,8 +44,9 @@ def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
     if beams < 1 or not possible or turn >= 2.0 * np.pi + 1e-3 or not abs(scan.time_increment) < 1.0:
         raise BadLine("impossible value")
     ranges = metres(scan.ranges)
-    outside = np.isfinite(ranges) & ((scan.ranges < scan.range_min) | (scan.ranges > scan.range_max))
-    ranges[outside] = np.inf
+    finite = np.isfinite(ranges)
+    ranges[finite & (scan.ranges > scan.range_max)] = np.inf  # REP 117: no echo ...
+    ranges[finite & (scan.ranges < scan.range_min)] = -np.inf  # ... and too close, which says nothing of free space
     reach = decimal(scan.range_min), decimal(scan.range_max)
     fan = BagFan(*bearings(scan.angle_min, step), beams, *reach)
     frame, between = frame_name(scan.header.frame_id), decimal(scan.time_increment)

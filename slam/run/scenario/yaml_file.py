@@ -22,7 +22,7 @@ class YamlFile:
         self.path = path
         root, data = self._parse()
         if root is None or not isinstance(data, dict):
-            raise ScenarioError(f"{self.path}: a scenario is a mapping of keys to values; see scenarios/corridor.yaml")
+            raise ScenarioError(f"{self.path}: such a file is a mapping of keys to values; see scenarios/corridor.yaml")
         self._root = root
         self.data: dict[str, Any] = data
 

@@ -40,7 +40,7 @@ def localize(
 
     hopslam localize fr079.log.gz --map runs/latest/map.json --set slam.localization.hypotheses=100
     """
-    from slam.run.finish import conduct
+    from slam.run.conduct import conduct
     from slam.run.localization import localized
 
     console = Console()

@@ -51,8 +51,8 @@ def replay(
 
     hopslam replay second_half.log --map runs/latest/map.json --start saved
     """
+    from slam.run.conduct import conduct
     from slam.run.experiment import replay_experiment
-    from slam.run.finish import conduct
     from slam.run.logs import BagTopics
     from slam.run.scenario.file import load_scenario
 

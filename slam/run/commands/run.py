@@ -43,8 +43,8 @@ def run(
 
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
     """
+    from slam.run.conduct import conduct
     from slam.run.experiment import scenario_experiment
-    from slam.run.finish import conduct
     from slam.run.scenario.file import load_scenario
 
     if backend == "replay":

@@ -1,4 +1,8 @@
-"""The character that ends a line of SCIP 2.0: a sum over the line in six bits."""
+"""The character that ends a line of SCIP 2.0: a sum over the line in six bits.
+
+Every character of a line counts: in lines of data the semicolon is the digit 11. Only the semicolon that ends a
+``KEY:value;`` line of VV, PP and II is left out.
+"""
 
 from __future__ import annotations
 
@@ -11,15 +15,32 @@ def line_sum(text: bytes) -> int:
 
 
 def seal(line: bytes) -> bytes:
-    """The line with its sum, over which the semicolon after ``KEY:value`` does not count."""
-    return line + bytes([line_sum(line.removesuffix(b";"))])
+    """The line with its sum."""
+    return line + bytes([line_sum(line)])
+
+
+def seal_entry(entry: bytes) -> bytes:
+    """The line ``KEY:value;`` with its sum, in which the last semicolon does not count."""
+    return entry + bytes([line_sum(entry.removesuffix(b";"))])
 
 
 def unseal(line: bytes) -> bytes:
-    """The line without its sum; Damaged when the sum is another one. Some sensors sum the semicolon too."""
-    if not line:
-        raise Damaged("an empty line has no sum")
-    text, found = line[:-1], line[-1]
-    if found != line_sum(text) and not (text.endswith(b";") and found == line_sum(text[:-1])):
+    """The line without its sum; Damaged when the sum is another one."""
+    text = _without_sum(line)
+    if line[-1] != line_sum(text):
         raise Damaged("sum")
     return text
+
+
+def unseal_entry(line: bytes) -> bytes:
+    """The line ``KEY:value;`` without its sum; Damaged when the sum is another one. Some sensors sum the semicolon too."""
+    text = _without_sum(line)
+    if line[-1] not in (line_sum(text), line_sum(text.removesuffix(b";"))):
+        raise Damaged("sum")
+    return text
+
+
+def _without_sum(line: bytes) -> bytes:
+    if not line:
+        raise Damaged("an empty line has no sum")
+    return line[:-1]

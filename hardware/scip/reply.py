@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from typing import Final
 
 from hardware.damaged import Damaged
-from hardware.scip.commands import TO_SCIP2, echo_at_end
-from hardware.scip.line_sum import seal, unseal
+from hardware.scip.commands import TO_SCIP2, echo_at_end, without_note
+from hardware.scip.line_sum import seal, seal_entry, unseal, unseal_entry
 
 DATA_LINE: Final = 64
 """Characters of data in a full line."""
+_INFORMATION: Final = ("VV", "PP", "II")
+"""Commands whose answers are lines ``KEY:value;``."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,10 +32,10 @@ class Reply:
 
     def encode(self) -> bytes:
         """The bytes on the wire, the empty line at the end included."""
-        status = self.status.encode("latin-1")
-        summed = len(status) > 1
-        lines = [seal(line) if summed else line for line in (status, *self.lines)]
-        return b"\n".join([self.echo.encode("latin-1"), *lines, b"", b""])
+        status, lines = self.status.encode("latin-1"), self.lines
+        if len(status) > 1:
+            status, lines = seal(status), tuple(map(seal_entry if _informs(self.echo) else seal, lines))
+        return b"\n".join([self.echo.encode("latin-1"), status, *lines, b"", b""])
 
 
 def data_lines(data: bytes) -> tuple[bytes, ...]:
@@ -50,7 +52,7 @@ def decode_reply(lines: tuple[bytes, ...]) -> Reply:
         return Reply(echo, _text(lines[1]))
     if len(lines[1]) != 3:
         raise Damaged(f"status of {len(lines[1])} characters")
-    return Reply(echo, _text(unseal(lines[1])), tuple(unseal(line) for line in lines[2:]))
+    return Reply(echo, _text(unseal(lines[1])), tuple(map(unseal_entry if _informs(echo) else unseal, lines[2:])))
 
 
 def decode_old_reply(lines: tuple[bytes, ...]) -> Reply:
@@ -76,6 +78,10 @@ def find_reply(lines: tuple[bytes, ...]) -> Reply | None:
         with suppress(Damaged):
             return decode_reply(answer)
     return None
+
+
+def _informs(echo: str) -> bool:
+    return without_note(echo) in _INFORMATION
 
 
 def _text(line: bytes) -> str:

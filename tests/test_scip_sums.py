@@ -1,5 +1,4 @@
-"""The emulated lidar's line sums, checked by a reader that was written from the specification alone (Hokuyo C-42-03320B,
-section 5: "sum" of a reply), without the project's own codec."""
+"""Line sums of the emulated lidar, checked by a reader written from the specification (Hokuyo C-42-03320B) alone."""
 
 import numpy as np
 import pytest

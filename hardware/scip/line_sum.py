@@ -33,7 +33,10 @@ def unseal(line: bytes) -> bytes:
 
 
 def unseal_entry(line: bytes) -> bytes:
-    """The line ``KEY:value;`` without its sum; Damaged when the sum is another one. Some sensors sum the semicolon too."""
+    """The line ``KEY:value;`` without its sum; Damaged when the sum is another one.
+
+    Some sensors sum the semicolon too.
+    """
     text = _without_sum(line)
     if line[-1] not in (line_sum(text), line_sum(text.removesuffix(b";"))):
         raise Damaged("sum")

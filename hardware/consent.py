@@ -2,33 +2,52 @@
 
 from __future__ import annotations
 
+import select
 import sys
+from collections.abc import Callable
+from typing import Final
 
 from slam.errors import RobotError
 
-_QUESTION = "The robot is about to move. Is its way free, and a hand at the emergency stop? [y/N] "
+_QUESTION: Final = "The robot is about to move. Is its way free, and a hand at the emergency stop? [y/N] "
+_LOOK: Final = 0.1
+"""Seconds after which it is seen that the program should end instead."""
 
 
 class Consent:
-    """Given once for a run, and asked for again after somebody stopped the robot by hand.
-
-    RobotError where it is refused, or where there is no terminal to ask on.
-    """
+    """Given once for a run, and asked for again after somebody stopped the robot by hand, or suspended the program."""
 
     def __init__(self, given: bool) -> None:
-        self._always = self._given = given
+        self._always = self.given = given
+        self._cure = "give --yes when its way is free"
 
-    def require(self) -> None:
-        """Ask unless it was given."""
-        if self._given:
-            return
+    def ask(self, over: Callable[[], bool]) -> None:
+        """Wait for an answer; once the program is ``over`` none is needed.
+
+        RobotError where it is refused, or where there is no terminal to ask on.
+        """
         if not sys.stdin.isatty():
-            raise RobotError("the robot would move, and nobody can be asked here; give --yes when its way is free")
+            raise RobotError(f"the robot would move, and nobody can be asked here; {self._cure}")
         print(_QUESTION, end="", flush=True)
-        if sys.stdin.readline().strip().lower() not in ("y", "yes"):
+        answer = _read_line(over).strip().lower()
+        if over():
+            return
+        if answer not in ("y", "yes"):
             raise RobotError("the robot was not allowed to move; give --dry-run to look without moving")
-        self._given = True
+        self.given = True
 
     def withdraw(self) -> None:
         """Somebody stopped the robot: ask again, unless it was given for all cases."""
-        self._given = self._always
+        self.given = self._always
+
+    def revoke(self) -> None:
+        """The program was suspended, and nobody knows for how long: ask again in any case."""
+        self._always = self.given = False
+        self._cure = "the program was suspended: start it again"
+
+
+def _read_line(over: Callable[[], bool]) -> str:
+    while not over():
+        if select.select([sys.stdin], [], [], _LOOK)[0]:
+            return sys.stdin.readline()
+    return ""

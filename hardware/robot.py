@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import logging
+import threading
 import time
 from contextlib import ExitStack
 from dataclasses import replace
@@ -14,7 +15,7 @@ from hardware.arcos.units import SONAR_REACH
 from hardware.consent import Consent
 from hardware.guard import Guard, age
 from hardware.p3dx import P3dx
-from hardware.termination import Termination
+from hardware.process_watch import ProcessWatch
 from hardware.urg04lx import Reading, Urg04lx
 from slam.closing import Closing
 from slam.errors import RobotError, RobotTimeout, ScenarioError
@@ -32,7 +33,8 @@ class HardwareRobot(Closing):
 
     It ends after the scenario's duration. It moves once somebody has agreed on the terminal, or at once with ``yes``;
     with ``dry_run`` never. It stops when the block is left for whatever reason, when commands, scans or odometry stay
-    away, and by its own watchdog when this process is killed. Stamps are seconds since the first scan's beginning.
+    away, when the program is told to end, is suspended, fails in any thread or loses its terminal, and by its own
+    watchdog when this process is killed. Stamps are seconds since the first scan's beginning.
     """
 
     def __init__(self, scenario: Scenario, seed: int | None = None, yes: bool = False, dry_run: bool = False) -> None:
@@ -43,11 +45,13 @@ class HardwareRobot(Closing):
         self._config = scenario.hardware
         self._dry_run = dry_run
         self._consent = Consent(yes)
-        self._termination = Termination()
         self._devices: ExitStack | None = None
         self.epoch: float | None = None
         """What stamp 0 is on the host's monotonic clock, seconds; None before the first scan."""
         self._commanded_at = 0.0
+        self._motion = threading.Lock()
+        self._over: str | None = None
+        self._failure: RobotError | None = None
 
     def __enter__(self) -> Self:
         """Open both devices; RobotError names the one that does not answer."""
@@ -58,8 +62,9 @@ class HardwareRobot(Closing):
             devices.callback(self._base.close)
             self._guard = Guard(self._ages, self._base.halt)
             devices.callback(self._guard.close)
+            self._over = self._failure = None
+            devices.enter_context(ProcessWatch(self._end, self._suspend))
             self._devices = devices.pop_all()
-        self._termination.install()
         atexit.register(self.close)
         return self
 
@@ -67,8 +72,8 @@ class HardwareRobot(Closing):
         """Stop the robot, switch the laser off, and free both ports; closing twice is allowed."""
         devices, self._devices = self._devices, None
         if devices is not None:
+            self._base.halt()
             devices.close()
-            self._termination.remove()
             atexit.unregister(self.close)
 
     @property
@@ -96,14 +101,35 @@ class HardwareRobot(Closing):
         self._require_open()
         if not (isfinite(command.linear) and isfinite(command.angular)):
             raise RobotError(f"cannot drive at {command}: both speeds must be finite numbers")
-        if self._dry_run:
+        if self._dry_run or self._over:
             return Twist2D()
         if command == Twist2D():
             self._guard.moving = False
             return self._base.drive(command)
-        self._consent.require()
-        self._commanded_at = time.monotonic()
-        return self._base.drive(command) if self._may_move() else Twist2D()
+        self._ask_consent()
+        with self._motion:
+            if self._over or not self._consent.given:
+                return Twist2D()
+            self._commanded_at = time.monotonic()
+            return self._base.drive(command) if self._may_move() else Twist2D()
+
+    def _ask_consent(self) -> None:
+        if not self._consent.given:
+            self._guard.moving = False
+            self._base.drive(Twist2D())
+            self._consent.ask(lambda: self._over is not None)
+
+    def _end(self, reason: str, error: RobotError | None) -> None:
+        """Stop, and stand until the robot is opened anew; ``error`` is raised by whoever uses it until then."""
+        with self._motion:
+            self._guard.stop(reason)
+            self._over, self._failure = reason, self._failure or error
+
+    def _suspend(self, reason: str) -> None:
+        """Stop, and stand until somebody has agreed again, ``yes`` or not."""
+        with self._motion:
+            self._guard.stop(reason)
+            self._consent.revoke()
 
     def _may_move(self) -> bool:
         """Whether all is well; then the motors have power, or get it."""
@@ -161,6 +187,8 @@ class HardwareRobot(Closing):
         )
 
     def _require_open(self) -> None:
+        if self._failure is not None:
+            raise self._failure
         if self._devices is None:
             raise RobotError("the robot is closed; use it as a context manager: with HardwareRobot(scenario) as robot")
 

@@ -5,7 +5,8 @@ HopslamError
 │   ├── ScenarioError   a scenario, a setting or a ``--set``
 │   └── LogError        a recorded log
 ├── RobotError          a device or back end failed                (exit code 3)
-│   └── RobotTimeout    no data within the time asked for
+│   ├── RobotTimeout    no data within the time asked for
+│   └── OutputLost      nobody watches a real robot any more    (exit code 141)
 ├── StorageError        results cannot be written any more         (exit code 3)
 └── ClusterError        the machines that run the jobs cannot      (exit code 3)
 """
@@ -39,6 +40,12 @@ class RobotError(HopslamError):
 
 class RobotTimeout(RobotError, TimeoutError):
     """No data within the time asked for."""
+
+
+class OutputLost(RobotError):
+    """The terminal is closed, or what read the output has ended; a real robot stops then."""
+
+    exit_code = 141  # 128 + SIGPIPE
 
 
 class StorageError(HopslamError):

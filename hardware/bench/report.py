@@ -10,11 +10,13 @@ import numpy as np
 from rich.console import Console
 
 from hardware.bench.bench import bench
+from hardware.bench.endings import EndResult, end_results
 from hardware.bench.faults import CUT_OFF, FAULTS, FaultResult, fault_results, kill_result
 from hardware.bench.load import measure_load
 from hardware.bench.noise import HEARERS, Hail, Score
 from hardware.bench.twin_runs import DrivenWay, emulated_way, simulated_way
 from hardware.bench.way_difference import WayDifference
+from slam.run.backends import PLANTS
 from slam.run.bench.tables import ResultTable
 from slam.run.scenario.file import load_scenario
 
@@ -57,6 +59,14 @@ def fault_table() -> ResultTable:
     columns = ("fault", "until it stands\ns", "by", "cure to motion\ns", "reason named")
     notes = "A watchdog counts from the last command, up to 0.1 s before the fault, and then begins to brake."
     return ResultTable("Faults at 0.3 m/s", columns, rows, notes)
+
+
+def ending_table() -> ResultTable:
+    """Every way in which a program ends, with both plants."""
+    rows = [_end_row(plant, result) for plant in PLANTS for result in end_results(plant)]
+    columns = ("a program's end", "plant", "told to stop\ns", "stands\ns", "way\ncm", "exit code", "metrics.json")
+    notes = "No program can see SIGKILL and SIGSTOP: there the robot's watchdog stops it, as in the table of faults."
+    return ResultTable("A program ends at 0.3 m/s", columns, rows, notes)
 
 
 def noise_table(packets: int) -> ResultTable:
@@ -104,6 +114,12 @@ def _twin_row(name: str, way: DrivenWay, twin: DrivenWay | None) -> tuple[str, .
 def _fault_row(result: FaultResult, condition: str) -> tuple[str, ...]:
     times = (_seconds(result.to_stand), _seconds(result.to_drive))
     return result.name + condition, times[0], result.stopped_by, times[1], result.reason
+
+
+def _end_row(plant: str, result: EndResult) -> tuple[str, ...]:
+    code = "goes on" if result.exit_code is None else str(result.exit_code)
+    times = (_seconds(result.to_command), _seconds(result.to_stand), f"{100.0 * result.way:.1f}")
+    return result.name, plant, *times, code, "yes" if result.recorded else "no"
 
 
 def _noise_row(name: str, wire: str, score: Score) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Callable
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, NoReturn
 
 import typer
 from rich.console import Console
@@ -27,6 +27,8 @@ from slam.run.commands.schema import schema
 from slam.run.commands.sweep import app as sweep
 from slam.run.commands.view import view
 from slam.run.commands.world import world
+from slam.run.interruption import ENDING_SIGNALS, is_left_alone
+from slam.run.lasting_output import LastingOutput
 
 app = typer.Typer(
     help="A robot testbed for line-based SLAM with a cheap 2-D lidar.",
@@ -66,21 +68,35 @@ def _hopslam(
     """A robot testbed for line-based SLAM with a cheap 2-D lidar."""
 
 
-def _fail(error: HopslamError) -> NoReturn:
-    print(f"hopslam: {error}", file=sys.stderr)
-    raise SystemExit(error.exit_code)
+def _exit_code() -> int:
+    """Run the command; known errors are one line."""
+    received: list[int] = []
 
+    def interrupt(number: int, _: object) -> NoReturn:
+        received.append(number)
+        raise KeyboardInterrupt
 
-def _interrupt(*_: Any) -> NoReturn:
-    raise KeyboardInterrupt
-
-
-def main() -> None:
-    """Run the command line; known errors are one line and an exit code: 2 bad input, 3 a device, 130 Ctrl-C."""
-    signal.signal(signal.SIGTERM, _interrupt)
+    for number in ENDING_SIGNALS:
+        if number != signal.SIGINT and not is_left_alone(number):
+            signal.signal(number, interrupt)
     try:
         app()
     except HopslamError as error:
-        _fail(error)
+        print(f"hopslam: {error}", file=sys.stderr)
+        return error.exit_code
     except KeyboardInterrupt:
-        raise SystemExit(130) from None
+        return 128 + (received or [signal.SIGINT])[0]
+    except SystemExit as leave:
+        code = int(leave.code or 0)
+        return 128 + received[0] if received and code == 130 else code  # typer makes 130 of every KeyboardInterrupt
+    return 0
+
+
+def main() -> None:
+    """Run the command line.
+
+    Exit codes: 2 bad input, 3 a device or back end, 1 or 141 output that cannot be written, 130 Ctrl-C, and 128 + N for
+    the signal N.
+    """
+    output = LastingOutput()
+    raise SystemExit(_exit_code() or output.exit_code())

@@ -15,7 +15,7 @@ from slam.run.viewer.viewers import Viewers
 def conduct(experiment: Experiment, out: Path | None, rerun: list[str] | None, console: Console) -> None:
     """Run it, show what came out, and go on serving it where a page of it is served.
 
-    Raises the error of a robot that failed, and leaves with 130 after Ctrl-C.
+    Raises the error of a robot that failed, and leaves with 130 after Ctrl-C, 128 + N after the signal N.
     """
     with Viewers(rerun or (), console) as viewers:
         outcome = experiment.run(out, viewers, console)
@@ -24,5 +24,5 @@ def conduct(experiment: Experiment, out: Path | None, rerun: list[str] | None, c
         if outcome.error is not None:
             raise outcome.error
         if outcome.ending == "interrupted":
-            raise typer.Exit(130)
+            raise typer.Exit(128 + outcome.signal)
         viewers.linger()

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from datetime import datetime
 from importlib.metadata import version
 from pathlib import Path
+from signal import SIGINT
 from time import perf_counter
 from typing import Any
 
@@ -53,6 +54,8 @@ class Outcome:
     metrics: dict[str, Any]
     error: RobotError | None = None
     """Why it failed, where it did."""
+    signal: int = SIGINT
+    """Number of the signal that interrupted it, where one did."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,30 +100,32 @@ class Experiment:
     def _run_in(self, folder: Path, viewers: Viewers, console: Console, keep: Keep) -> Outcome:
         write_whole(folder / "config.yaml", dump_scenario(self.scenario))
         began, date = perf_counter(), datetime.now().astimezone().isoformat(timespec="seconds")
-        ending, error = self._drive(folder, viewers, console)
-        metrics = self._measure(folder, ending, perf_counter() - began) | {"began": date}
-        if error is not None:
-            metrics["error"] = str(error)
-        if (made := map_made_by(self.slam)) is not None and metrics["scans"]:
-            write_map(folder / "map.json", made)
-        write_whole(folder / "metrics.json", json.dumps(metrics, indent=2) + "\n")
-        if metrics["scans"] and keep.pictures:
-            try:
+        with Interruption() as interruption:
+            ending, error = self._drive(folder, viewers, console, interruption)
+            metrics = self._measure(folder, ending, perf_counter() - began) | {"began": date}
+            if error is not None:
+                metrics["error"] = str(error)
+            if (made := map_made_by(self.slam)) is not None and metrics["scans"]:
+                write_map(folder / "map.json", made)
+            write_whole(folder / "metrics.json", json.dumps(metrics, indent=2) + "\n")
+            if metrics["scans"] and keep.pictures:
                 self._draw(folder, console)
-            except KeyboardInterrupt:
-                ending = "interrupted"
+        if interruption.signal is not None:
+            return Outcome(folder, "interrupted", metrics, error, interruption.signal)
         return Outcome(folder, ending, metrics, error)
 
     def _draw(self, folder: Path, console: Console) -> None:
         from slam.run.results.error_picture import draw_errors  # late: matplotlib takes long to load
         from slam.run.results.map_picture import draw_map
 
-        with console.status("drawing"):
+        with console.status("drawing"), suppress(KeyboardInterrupt):
             draw_map(folder, self.slam.points.points, self.slam.lines.ends, self.outlines)
             draw_errors(folder)
 
-    def _drive(self, folder: Path, viewers: Viewers, console: Console) -> tuple[Ending, RobotError | None]:
-        """The loop, with its watchers; whatever ends it, files are closed and the robot is stopped."""
+    def _drive(
+        self, folder: Path, viewers: Viewers, console: Console, interruption: Interruption
+    ) -> tuple[Ending, RobotError | None]:
+        """The loop, with its watchers, whose files are closed whatever ends it."""
         with ExitStack() as stack:
             recorder = Recorder(folder, self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser)
             stack.callback(recorder.close)
@@ -131,22 +136,23 @@ class Experiment:
             if (broadcast := viewers.open(self.setting, folder)) is not None:
                 viewer = RunViewer(stack.enter_context(broadcast), self.setting)
                 watchers.append(viewer)
-            stack.callback(self.env.close)
-            watchers.append(stack.enter_context(RunProgress(console, self.scenario.name)))
-            watchers.append(stack.enter_context(Interruption()))
-            ending, error = self._loop(watchers)
+            watchers += [stack.enter_context(RunProgress(console, self.scenario.name)), interruption]
+            ending, error = self._loop(watchers, interruption)
             if viewer is not None:
                 viewer.end(ending, error)
             return ending, error
 
-    def _loop(self, watchers: Sequence[Watcher]) -> tuple[Ending, RobotError | None]:
+    def _loop(self, watchers: Sequence[Watcher], interruption: Interruption) -> tuple[Ending, RobotError | None]:
+        """Whatever ends it, the robot is stopped at once."""
         try:
             patience = self.scenario.hardware.patience
             return run_loop(self.env, self.slam, self.pilot, watchers, self.seed, patience), None
         except KeyboardInterrupt:
             return "interrupted", None
         except RobotError as error:
-            return "failed", error
+            return ("failed", error) if interruption.signal is None else ("interrupted", None)
+        finally:
+            self.env.close()
 
     @property
     def setting(self) -> Setting:

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM, between two steps."""
+"""Ctrl-C, and the signals that ask a program to end, between two steps of a run."""
 
 from __future__ import annotations
 
@@ -6,26 +6,33 @@ import signal
 import threading
 from contextlib import ExitStack
 from types import FrameType
-from typing import Self
+from typing import Final, Self
 
 from slam.run.loop import Step
+
+ENDING_SIGNALS: Final = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)
+)
 
 
 class Interruption:
     """A watcher that ends the run after the step in which the user asked for it, so that no step is half done.
 
-    Raised anywhere else, a KeyboardInterrupt may come up inside compiled code, which makes a SystemError of it. Asked
-    again, it ends the run at once.
+    Raised anywhere else, a KeyboardInterrupt may come up inside compiled code, which makes a SystemError of it. What
+    follows the loop is done to its end, unless Ctrl-C is pressed again. A closed terminal is no reason to end for a
+    program that was started with nohup.
     """
 
     def __init__(self) -> None:
-        self._asked = False
+        self.signal: int | None = None
+        """Number of the signal that asked first; None while nobody has."""
         self._handlers = ExitStack()
 
     def __enter__(self) -> Self:
         if threading.current_thread() is threading.main_thread():  # no other may handle signals
-            for number in (signal.SIGINT, signal.SIGTERM):
-                self._handlers.callback(signal.signal, number, signal.signal(number, self._ask))
+            for number in ENDING_SIGNALS:
+                if not is_left_alone(number):
+                    self._handlers.callback(signal.signal, number, signal.signal(number, self._ask))
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -33,10 +40,16 @@ class Interruption:
 
     def see(self, step: Step) -> None:
         """Raise KeyboardInterrupt when it was asked for."""
-        if self._asked:
+        if self.signal is not None:
             raise KeyboardInterrupt
 
     def _ask(self, number: int, frame: FrameType | None) -> None:
-        if self._asked:
+        if self.signal is None:
+            self.signal = number
+        elif number == signal.SIGINT:
             raise KeyboardInterrupt
-        self._asked = True
+
+
+def is_left_alone(number: int) -> bool:
+    """Whether the program was started with nohup, and this is the signal of a closed terminal."""
+    return number == getattr(signal, "SIGHUP", None) and signal.getsignal(number) is signal.SIG_IGN

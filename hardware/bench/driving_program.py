@@ -1,0 +1,101 @@
+"""A program that drives the emulated robot, as a user starts it."""
+
+from __future__ import annotations
+
+import os
+import pty
+import subprocess
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from signal import SIGCONT, SIGKILL, SIGTERM
+from typing import Final
+
+from slam.closing import Closing
+
+OWN_PROGRAM: Final = """
+import sys, threading
+from hardware.robot import HardwareRobot
+from slam.odometry import Twist2D
+from slam.run.scenario.file import load_scenario
+
+def fail():
+    sys.stdin.readline()
+    raise ValueError("as told")
+
+robot = HardwareRobot(load_scenario("corridor", sys.argv[1:]), yes=True).__enter__()  # and nobody leaves it
+threading.Thread(target=fail, daemon=True).start()
+while True:
+    robot.observe()
+    robot.drive(Twist2D(0.3, 0.0))
+"""
+"""Source of a program of somebody's own, whose second thread fails once it gets a line; its words are settings."""
+_HOPSLAM: Final = "from slam.run.cli import main; main()"
+_TAKE_TERMINAL: Final = "import os; os.close(os.open(os.ttyname(0), os.O_RDWR))\n"
+"""The leader of a session gets the first terminal that it opens."""
+_GRACE: Final = 20.0
+"""Seconds in which a program ends that was asked to."""
+
+
+class DrivingProgram(Closing):
+    """The command ``hopslam`` with these words, or Python source, on a terminal of its own or on pipes."""
+
+    def __init__(self, words: Sequence[str], source: str = _HOPSLAM, on_terminal: bool = False) -> None:
+        self._master, slave = pty.openpty()
+        os.set_blocking(self._master, False)
+        stream = slave if on_terminal else subprocess.PIPE
+        source = _TAKE_TERMINAL + source if on_terminal else source
+        command = [sys.executable, "-c", source, *words]
+        self._process = subprocess.Popen(
+            command, stdin=stream, stdout=stream, stderr=subprocess.STDOUT, start_new_session=True
+        )
+        os.close(slave)
+
+    @property
+    def pid(self) -> int:
+        """Its number."""
+        return self._process.pid
+
+    def send(self, number: int) -> None:
+        """Send it this signal."""
+        self._process.send_signal(number)
+
+    def say(self, line: str) -> None:
+        """Write a line to its standard input, a pipe."""
+        assert self._process.stdin is not None
+        self._process.stdin.write(line.encode() + b"\n")
+        self._process.stdin.flush()
+
+    def drain(self) -> None:
+        """Take what it has written to its terminal, which would fill up."""
+        with suppress(OSError):  # nothing has come, or nobody is there
+            os.read(self._master, 65536)
+
+    def close_terminal(self) -> None:
+        """Close its terminal window."""
+        os.close(self._master)
+        self._master = os.open(os.devnull, os.O_RDONLY)
+
+    def close_output(self) -> None:
+        """Stop reading its standard output and error, a pipe."""
+        assert self._process.stdout is not None
+        self._process.stdout.close()
+
+    def wait(self) -> int | None:
+        """Its exit code, negative for the signal that killed it; None when it does not end."""
+        try:
+            return self._process.wait(_GRACE)
+        except subprocess.TimeoutExpired:
+            return None
+
+    def close(self) -> None:
+        """End it, if it has not ended, and free what it had."""
+        for number in (SIGCONT, SIGTERM, SIGKILL):
+            if self._process.poll() is None:
+                self.send(number)
+        self._process.wait()
+        for pipe in (self._process.stdin, self._process.stdout):
+            if pipe is not None:
+                with suppress(OSError):
+                    pipe.close()
+        os.close(self._master)

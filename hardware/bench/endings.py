@@ -1,0 +1,129 @@
+"""Ways in which a program ends, or is suspended, while its robot drives: how soon the robot is told, and stands."""
+
+from __future__ import annotations
+
+import resource
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+from hardware.bench.bench import FORWARD, emulated, port_settings
+from hardware.bench.driving_program import OWN_PROGRAM, DrivingProgram
+from hardware.emulator.emulator import Emulator
+from slam.errors import RobotError
+from slam.run.scenario.file import load_scenario
+
+_STANDING: Final = 0.01
+"""m/s: what moves more slowly stands."""
+_WATCHED: Final = 1.5
+"""Seconds for which the robot is watched."""
+_START: Final = 60.0
+"""Seconds in which a program has its robot driving."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """What happens to a program, and whether that is ``hopslam run`` or one of somebody's own, on a terminal or not."""
+
+    name: str
+    act: Callable[[DrivingProgram], None]
+    own_program: bool = False
+    on_terminal: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class EndResult:
+    """What came of an ending; seconds are counted from it, None for never."""
+
+    name: str
+    to_command: float | None
+    """Seconds until a command to stand had arrived."""
+    to_stand: float | None
+    way: float
+    """Metres driven after it."""
+    exit_code: int | None
+    """Of the program, negative for a signal; None while it has not ended."""
+    recorded: bool
+    """Whether the run's folder has its metrics."""
+
+
+def _fill_disk(program: DrivingProgram) -> None:
+    """Let no file of the program grow any more."""
+    resource.prlimit(program.pid, resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
+
+
+def _suspend_and_resume(program: DrivingProgram) -> None:
+    program.send(signal.SIGTSTP)
+    threading.Timer(_WATCHED / 3.0, program.send, [signal.SIGCONT]).start()
+
+
+ENDINGS: Final = (
+    *(
+        Ending(name, lambda program, name=name: program.send(getattr(signal, name)))  # type: ignore[misc]
+        for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGUSR1")
+    ),
+    Ending("SIGTSTP, then SIGCONT", _suspend_and_resume),
+    Ending("terminal closed", DrivingProgram.close_terminal, on_terminal=True),
+    Ending("reader of the output ended", DrivingProgram.close_output),
+    Ending("disk full", _fill_disk),
+    Ending("own program: SIGTERM", lambda program: program.send(signal.SIGTERM), own_program=True),
+    Ending("own program: a thread fails", lambda program: program.say("fail"), own_program=True),
+)
+
+
+def end_results(plant: str) -> Iterator[EndResult]:
+    """Each ending of a program that drives a robot which this plant moves."""
+    for ending in ENDINGS:
+        yield end_result(ending, plant)
+
+
+def end_result(ending: Ending, plant: str) -> EndResult:
+    """Start the program, wait until its robot drives, and let it end."""
+    with TemporaryDirectory(prefix="hopslam-") as folder, emulated(load_scenario("corridor"), plant=plant) as emulator:
+        out = Path(folder) / "run"
+        with emulator, _program(ending, emulator, out) as program:
+            _await_drive(emulator, program)
+            began = time.monotonic()
+            before = emulator.truth[1]
+            ending.act(program)
+            to_command, to_stand = _watch(emulator, began)
+            way = before.distance(emulator.truth[1])
+            return EndResult(ending.name, to_command, to_stand, way, program.wait(), (out / "metrics.json").exists())
+
+
+def _program(ending: Ending, emulator: Emulator, out: Path) -> DrivingProgram:
+    settings = port_settings(emulator)
+    if ending.own_program:
+        return DrivingProgram(settings, OWN_PROGRAM, ending.on_terminal)
+    options = [word for setting in (*settings, f"route.speed={FORWARD.linear}") for word in ("--set", setting)]
+    words = ["run", "corridor", "--backend", "hardware", "--yes", "--out", str(out), *options]
+    return DrivingProgram(words, on_terminal=ending.on_terminal)
+
+
+def _await_drive(emulator: Emulator, program: DrivingProgram) -> None:
+    until = time.monotonic() + _START
+    while emulator.p3dx.motion.setpoint.linear < 0.99 * FORWARD.linear:
+        if time.monotonic() > until:
+            raise RobotError(f"the program does not drive within {_START:g} s; is the machine busy?")
+        program.drain()
+        time.sleep(0.01)
+
+
+def _watch(emulator: Emulator, began: float) -> tuple[float | None, float | None]:
+    """Seconds until a command to stand had come, and until the robot stood for good."""
+    told, moved, last = None, began, emulator.truth
+    while time.monotonic() < began + _WATCHED:
+        time.sleep(0.005)
+        if told is None and emulator.p3dx.motion.linear.target == 0.0:
+            told = time.monotonic() - began
+        now = emulator.truth
+        if now[0] - last[0] >= 0.02:
+            if last[1].distance(now[1]) > _STANDING * (now[0] - last[0]):
+                moved = now[0]
+            last = now
+    return told, (moved - began if moved < began + _WATCHED - 0.1 else None)

@@ -1,0 +1,79 @@
+"""Signals that end or suspend a program, made visible before they do so."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Callable
+from types import FrameType
+from typing import Any, Final, NoReturn
+
+_ENDING: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")
+"""Somebody wants the program to end, whoever handles it."""
+_DEADLY: Final = ("SIGUSR1", "SIGUSR2", "SIGALRM", "SIGVTALRM", "SIGPROF", "SIGIO", "SIGPWR", "SIGXCPU", "SIGSTKFLT")
+"""These end a program that does not handle them."""
+_SUSPENDING: Final = ("SIGTSTP", "SIGTTIN", "SIGTTOU")
+
+
+class StopSignals:
+    """Between ``install`` and ``remove``, numbers of signals are written to ``fd``, whatever the main thread is doing.
+
+    Signals that would end the program on the spot raise SystemExit in it instead. Those that would suspend it do
+    nothing more; the reader of ``fd`` suspends it when the robot stands. Signals that the program handles or ignores
+    are left to it. Only the main thread can install them.
+    """
+
+    def __init__(self, fd: int) -> None:
+        self._fd = fd
+        self._installed = False
+        self._handled: list[int] = []
+        self._previous_fd = -1
+        self.ending = set(_numbers(_ENDING))
+        """Numbers of those that end the program."""
+        self.suspending = set(_numbers(_SUSPENDING))
+        """Numbers of those that suspend it."""
+
+    def install(self) -> None:
+        """Take over the signals that nobody handles."""
+        if threading.current_thread() is not threading.main_thread():
+            return
+        self.ending |= {number for number in _numbers(_DEADLY) if signal.getsignal(number) is signal.SIG_DFL}
+        for number in self.ending:
+            self._handle(number, _leave)
+        for number in (*self.suspending, signal.SIGCONT):
+            self._handle(number, _go_on)
+        self._previous_fd = signal.set_wakeup_fd(self._fd, warn_on_full_buffer=False)
+        self._installed = True
+
+    def remove(self) -> None:
+        """Handle signals as before; doing so twice is allowed."""
+        if not self._installed or threading.current_thread() is not threading.main_thread():
+            return
+        self._installed = False
+        signal.set_wakeup_fd(self._previous_fd)
+        for number in self._handled:
+            signal.signal(number, signal.SIG_DFL)
+
+    def pass_on(self, numbers: bytes) -> None:
+        """Tell whoever had such a file descriptor before, an event loop for example."""
+        if self._previous_fd != -1:
+            os.write(self._previous_fd, numbers)
+
+    def _handle(self, number: int, handler: Callable[[int, FrameType | None], Any]) -> None:
+        if signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, handler)
+            self._handled.append(number)
+
+
+def _numbers(names: tuple[str, ...]) -> list[int]:
+    """The signals of these names that this system has."""
+    return [int(getattr(signal, name)) for name in names if hasattr(signal, name)]
+
+
+def _leave(number: int, _: FrameType | None) -> NoReturn:
+    raise SystemExit(128 + number)
+
+
+def _go_on(_number: int, _: FrameType | None) -> None:
+    """Nothing: that there is a handler lets the number through to the file descriptor."""

@@ -1,0 +1,62 @@
+"""Standard output that may go away while the program works on: ``| head``, a full disk, a closed terminal."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import signal
+import sys
+from typing import Any, Final
+
+_BROKEN_PIPE: Final = 128 + signal.SIGPIPE
+"""Exit code that a shell gives a program which SIGPIPE has ended."""
+
+
+class LastingFile(io.FileIO):
+    """A file that takes everything: after the first error, what is written to it is dropped."""
+
+    error: OSError | None = None
+    """The first error."""
+
+    def write(self, data: Any) -> int:
+        """Write the bytes, and return how many."""
+        if self.error is None:
+            try:
+                return super().write(data) or 0
+            except OSError as error:
+                self.error = error
+        return len(data)
+
+
+class LastingOutput:
+    """Makes ``sys.stdout`` and ``sys.stderr`` take everything, also where they were closed before the program began."""
+
+    def __init__(self) -> None:
+        while (free := os.open(os.devnull, os.O_RDWR)) <= 2:
+            pass  # a file that is opened later must not become standard output
+        os.close(free)
+        self._output = LastingFile(1, "w", closefd=False)
+        if sys.stdout is sys.__stdout__:  # and no test has put its own there
+            sys.stdout = _text(self._output, sys.stdout)
+            sys.stderr = _text(LastingFile(2, "w", closefd=False), sys.stderr)
+
+    def exit_code(self) -> int:
+        """0 if all output has arrived; 141 if its reader has ended, and 1 with a message if it could not be written."""
+        sys.stdout.flush()
+        error = self._output.error
+        if error is None:
+            return 0
+        if error.errno == errno.EPIPE:
+            return _BROKEN_PIPE
+        print(f"hopslam: standard output: {error.strerror}; what was printed is not complete", file=sys.stderr)
+        return 1
+
+
+def _text(file: LastingFile, before: Any) -> io.TextIOWrapper:
+    """A text stream on this file, in the encoding of the one that was there before, if there was any."""
+    encoding, errors = ("utf-8", "replace") if before is None else (before.encoding, before.errors)
+    if before is not None:
+        before.flush()
+    is_error = file.fileno() == 2
+    return io.TextIOWrapper(io.BufferedWriter(file), encoding, errors, line_buffering=is_error or file.isatty())

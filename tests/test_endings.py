@@ -1,0 +1,137 @@
+"""A program ends, is suspended, or loses its terminal: the driver stops the robot, before its watchdog does."""
+
+import os
+import signal
+import threading
+import time
+
+import pytest
+
+from hardware.bench.bench import emulated, port_settings
+from hardware.bench.driving_program import OWN_PROGRAM, DrivingProgram
+from hardware.bench.endings import ENDINGS, Ending, end_result
+from hardware.consent import Consent
+from hardware.emulator.emulator import Emulator
+from hardware.process_watch import ProcessWatch
+from slam.errors import OutputLost, RobotError
+from slam.run.scenario.file import load_scenario
+
+BY_NAME = {ending.name: ending for ending in ENDINGS}
+IN_TIME = 1.0
+"""Seconds: half of what the robot's watchdog takes; ``hopslam bench hardware endings`` measures how soon it is."""
+
+
+def own(name: str) -> Ending:
+    """The same, of a program of somebody's own, which starts faster."""
+    ending = BY_NAME[name]
+    return Ending(name, ending.act, own_program=True, on_terminal=ending.on_terminal)
+
+
+@pytest.mark.parametrize(
+    ("ending", "exit_codes"),
+    [
+        (BY_NAME["own program: SIGTERM"], {143}),
+        (BY_NAME["own program: a thread fails"], {1}),
+        (own("SIGUSR1"), {138}),
+        (own("terminal closed"), {129, 1}),  # by SIGHUP, or by OutputLost if that comes first
+        (own("reader of the output ended"), {1}),
+        (own("SIGTSTP, then SIGCONT"), {1}),
+    ],
+    ids=lambda value: value.name if isinstance(value, Ending) else "",
+)
+def test_the_robot_stands_when_its_program_ends(ending: Ending, exit_codes: set[int]) -> None:
+    result = end_result(ending, "plan")
+    assert result.to_command is not None
+    assert result.to_stand is not None
+    assert result.to_stand < IN_TIME
+    assert result.exit_code in exit_codes
+
+
+def test_a_run_ends_with_a_complete_folder() -> None:
+    result = end_result(BY_NAME["SIGHUP"], "plan")
+    assert result.to_stand is not None
+    assert result.to_stand < IN_TIME
+    assert result.exit_code == 128 + signal.SIGHUP
+    assert result.recorded
+
+
+def wait_for_motion(emulator: Emulator, moving: bool) -> None:
+    until = time.monotonic() + 30.0
+    while emulator.p3dx.motion.moving != moving:
+        assert time.monotonic() < until
+        time.sleep(0.01)
+
+
+def test_a_closed_terminal_does_not_end_a_program_started_with_nohup() -> None:
+    ignoring = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
+    with emulated(load_scenario("corridor"), plant="plan") as emulator, emulator:
+        with DrivingProgram(port_settings(emulator), ignoring + OWN_PROGRAM) as program:
+            wait_for_motion(emulator, True)
+            program.send(signal.SIGHUP)
+            time.sleep(0.5)
+            assert emulator.p3dx.motion.linear.target > 0.0
+        wait_for_motion(emulator, False)
+
+
+class Notes:
+    """Remembers what a watch said."""
+
+    def __init__(self) -> None:
+        self.ends: list[tuple[str, RobotError | None]] = []
+        self.suspended: list[str] = []
+        self.told = threading.Event()
+
+    def end(self, reason: str, error: RobotError | None) -> None:
+        self.ends.append((reason, error))
+        self.told.set()
+
+
+def test_signals_reach_the_watch_whoever_handles_them_and_are_as_before_when_it_closes() -> None:
+    seen: list[int] = []
+    before = {number: signal.getsignal(number) for number in signal.valid_signals()}
+    signal.signal(signal.SIGTERM, lambda number, _: seen.append(number))
+    try:
+        notes = Notes()
+        with ProcessWatch(notes.end, notes.suspended.append):
+            signal.raise_signal(signal.SIGTERM)
+            assert notes.told.wait(20.0)
+            with pytest.raises(SystemExit) as left:
+                signal.raise_signal(signal.SIGHUP)
+        assert left.value.code == 128 + signal.SIGHUP
+        assert notes.ends[0] == ("the program got SIGTERM", None)
+        assert seen == [signal.SIGTERM]
+    finally:
+        signal.signal(signal.SIGTERM, before[signal.SIGTERM])
+    assert {number: signal.getsignal(number) for number in signal.valid_signals()} == before
+
+
+def test_an_event_loop_still_hears_of_signals() -> None:
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    handler = signal.signal(signal.SIGINT, lambda *_: None)
+    previous = signal.set_wakeup_fd(writer)
+    try:
+        notes = Notes()
+        with ProcessWatch(notes.end, notes.suspended.append):
+            signal.raise_signal(signal.SIGINT)
+            assert os.read(reader, 1) == bytes([signal.SIGINT])
+        assert signal.set_wakeup_fd(writer) == writer
+    finally:
+        signal.set_wakeup_fd(previous)
+        signal.signal(signal.SIGINT, handler)
+        os.close(reader)
+        os.close(writer)
+
+
+def test_consent_that_was_revoked_is_asked_for_even_with_yes() -> None:
+    consent = Consent(True)
+    consent.withdraw()
+    assert consent.given
+    consent.revoke()
+    assert not consent.given
+    with pytest.raises(RobotError, match="the program was suspended: start it again"):
+        consent.ask(lambda: False)
+
+
+def test_lost_output_has_the_exit_code_of_a_broken_pipe() -> None:
+    assert OutputLost("gone").exit_code == 128 + signal.SIGPIPE

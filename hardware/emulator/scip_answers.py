@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from hardware.damaged import Damaged
-from hardware.scip.commands import BAUDS, TO_SCIP2, Measure, without_note
+from hardware.scip.commands import BAUDS, TO_SCIP2, Measure, note_of, without_note
 from hardware.scip.information import Parameters, State, VersionInfo
 from hardware.scip.reply import Reply
 from hardware.scip.scan_data import encode_time
@@ -43,6 +43,8 @@ class Settings:
     baud: int = _DEFAULT_BAUD
     streaming: Measure | None = None
     """What scans come by themselves; its ``scans`` are left, 0 for no end."""
+    note: str = ""
+    """Appended by the client to the command that began them."""
     adjusting: bool = False
     """Between TM0 and TM2."""
 
@@ -94,7 +96,7 @@ def _measure(settings: Settings, command: str, text: str) -> Reply:
     if request.last < request.first:
         return Reply(text, "05")
     if request.continuous:
-        settings.laser, settings.streaming = True, request
+        settings.laser, settings.streaming, settings.note = True, request, note_of(text)
     elif not settings.laser:
         return Reply(text, "10")
     return Reply(text, "00")

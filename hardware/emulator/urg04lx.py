@@ -11,7 +11,7 @@ import numpy as np
 
 from hardware.emulator.plant import Plant
 from hardware.emulator.scip_answers import Settings, answer, answer_old
-from hardware.scip.commands import Measure
+from hardware.scip.commands import Measure, note_of
 from hardware.scip.frames import CommandDecoder
 from hardware.scip.information import Parameters
 from hardware.scip.reply import Reply
@@ -150,7 +150,7 @@ class EmulatedUrg04lx:
         if self._latest is None:
             self._waiting.appendleft(asked)
             return b""
-        return self._scan(request, "0" if request.letters == "G" else "00")
+        return self._scan(request, "0" if request.letters == "G" else "00", note_of(asked.text))
 
     def _stream(self) -> bytes:
         """The next scan of MD or MS; the one that comes while its command is answered is still swept without it."""
@@ -165,13 +165,14 @@ class EmulatedUrg04lx:
             request = replace(request, scans=request.scans - 1)
             self._settings.streaming = request if request.scans else None
             self._settings.laser = request.scans > 0
-        return self._scan(request, "99")
+        return self._scan(request, "99", self._settings.note)
 
-    def _scan(self, request: Measure, status: str) -> bytes:
+    def _scan(self, request: Measure, status: str, note: str) -> bytes:
         assert self._latest is not None
         ranges, time = self._latest
         clustered = _cluster(ranges[request.first : request.last + 1], max(request.cluster, 1))
-        return encode_scan(ScanData(request, clustered, None if request.letters == "G" else time), status).encode()
+        reply = encode_scan(ScanData(request, clustered, None if request.letters == "G" else time), status)
+        return replace(reply, echo=reply.echo + note).encode()
 
     def _time(self, now: float) -> float:
         return (now - self._settings.powered_at) * (1.0 + self._drift)

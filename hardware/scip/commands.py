@@ -79,6 +79,12 @@ def without_note(text: str) -> str:
     return _NOTE.sub("", text) if ";" in text else text
 
 
+def note_of(text: str) -> str:
+    """The note that a client appended to the command, with its semicolon; empty where there is none."""
+    found = _NOTE.search(text)
+    return found[0] if found else ""
+
+
 def is_command(text: str) -> bool:
     """Whether this is a whole command of SCIP 2.0."""
     bare = without_note(text)

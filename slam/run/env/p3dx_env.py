@@ -117,9 +117,10 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
       was carried there. The option `start` is refused. A random scenario is always that of its own seed; `seed` decides
       what is random in SLAM only.
     - It stops when no action comes for ``hardware.command_timeout``, 0.5 s: a policy that is slower drives by fits and
-      starts. It stops when scans or odometry stay away; a step then waits, standing, for ``hardware.patience``, and
-      raises `RobotTimeout` after that. Whatever `step` raises, the robot is stopped before; only after a wrong action
-      the episode can go on. `close()`, the end of the program and the loss of the environment stop it too.
+      starts. One that is slower than the lidar gets the newest scan, and the others are skipped. It stops when scans or
+      odometry stay away; a step then waits, standing, for ``hardware.patience``, and raises `RobotTimeout` after that.
+      Whatever `step` raises, the robot is stopped before; only after a wrong action the episode can go on. `close()`,
+      the end of the program and the loss of the environment stop it too.
 
     `backend="module:Class"` drives a robot of one's own. One that has a method `restart(seed)` is set back to its start
     at every reset; one without is treated as a real robot, except that its pose is the truth where it tells one.
@@ -350,4 +351,4 @@ def _options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
         raise InputError("backend='replay': a recorded log obeys no agent; run: hopslam replay LOG")
     if backend != "hardware" and (yes or dry_run):
         raise InputError("yes and dry_run are for the real robot; add backend='hardware'")
-    return {"yes": yes, "dry_run": dry_run} if backend == "hardware" else {}
+    return {"yes": yes, "dry_run": dry_run, "newest": True} if backend == "hardware" else {}

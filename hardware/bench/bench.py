@@ -66,15 +66,15 @@ def bench(watchdog: float = FACTORY.watchdog) -> Iterator[Bench]:
 
 
 @contextmanager
-def emulated(scenario: Scenario, watchdog: float = FACTORY.watchdog) -> Iterator[Emulator]:
-    """Both devices in the scenario's world, not begun yet.
+def emulated(scenario: Scenario, watchdog: float = FACTORY.watchdog, plant: str = "sim") -> Iterator[Emulator]:
+    """Both devices in the scenario's world, not begun yet; ``plant`` names what moves them.
 
     They are at links: a terminal that was unplugged may come back under another number.
     """
     config = replace(FACTORY, watchdog=watchdog)
     with TemporaryDirectory(prefix="hopslam-") as links:
         ports = PtyPort(Path(links) / "p3dx"), PtyPort(Path(links) / "urg04lx")
-        yield Emulator(make_plant("sim", scenario), *ports, seed=scenario.seed, robot_config=config)
+        yield Emulator(make_plant(plant, scenario), *ports, seed=scenario.seed, robot_config=config)
 
 
 def port_settings(emulator: Emulator) -> list[str]:

@@ -23,10 +23,14 @@ class Consent:
         if self._given:
             return
         if not sys.stdin.isatty():
-            raise RobotError("the robot would move, and nobody can be asked here; give --yes when its way is free")
+            raise RobotError(
+                "the robot would move, and nobody can be asked here; give --yes, or yes=True, when its way is free"
+            )
         print(_QUESTION, end="", flush=True)
         if sys.stdin.readline().strip().lower() not in ("y", "yes"):
-            raise RobotError("the robot was not allowed to move; give --dry-run to look without moving")
+            raise RobotError(
+                "the robot was not allowed to move; give --dry-run, or dry_run=True, to look without moving"
+            )
         self._given = True
 
     def withdraw(self) -> None:

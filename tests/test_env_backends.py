@@ -1,8 +1,11 @@
 """One environment over every back end: the same spaces, keys and rules, whichever robot it is."""
 
 import gc
+import importlib
 import logging
+import runpy
 import time
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -26,6 +29,7 @@ from slam.run.scenario.schema import Scenario
 from slam.scan import LaserScan
 
 ID = "hopslam/Corridor-v0"
+EXAMPLES = Path(__file__).parents[1] / "docs/examples"
 ALL_VIEWS = ("scan", "odometry", "slam_pose", "map", "goal")
 FORWARD = np.array([0.4, 0.0], np.float32)
 PATIENCE = 20.0
@@ -38,9 +42,9 @@ def quiet(caplog: pytest.LogCaptureFixture) -> None:
 
 
 @contextmanager
-def devices(*ports: PtyPort) -> Iterator[tuple[Emulator, list[str]]]:
-    """Emulated devices without physics in the corridor, and the settings that name their ports."""
-    with Emulator(scenario_plant(load_scenario("corridor")), *ports, paced=False) as emulator:
+def devices(*ports: PtyPort, scenario: str = "corridor") -> Iterator[tuple[Emulator, list[str]]]:
+    """Emulated devices without physics, and the settings that name their ports."""
+    with Emulator(scenario_plant(load_scenario(scenario)), *ports, paced=False) as emulator:
         robot, lidar = emulator.robot.port.address, emulator.lidar.port.address
         yield emulator, [f"hardware.robot_port={robot}", f"hardware.lidar_port={lidar}"]
 
@@ -222,6 +226,36 @@ def test_without_a_yes_and_in_a_dry_run_it_never_moves() -> None:
         with pytest.raises(RobotError, match="nobody can be asked"):
             env.step(FORWARD)
         assert not emulator.p3dx.open
+
+
+@pytest.mark.parametrize("policy", ["by-hand", "ppo"])
+def test_the_documented_command_lets_a_policy_drive(
+    policy: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    if policy == "ppo":
+        policy = saved_ppo(tmp_path)
+    with devices(scenario="random_office") as (emulator, ports):
+        words = [word for setting in [*ports, "duration=2"] for word in ("--set", setting)]
+        monkeypatch.setattr("sys.argv", ["drive.py", policy, "--backend", "hardware", "--yes", *words])
+        with pytest.raises(SystemExit) as ended:
+            runpy.run_path(str(EXAMPLES / "drive.py"), run_name="__main__")
+        assert not ended.value.code
+        assert emulator.truth[1].distance(load_scenario("random_office").robot.start.pose) > 0.05
+    assert "time after 2.0 s" in (out := capsys.readouterr().out)
+    assert "where SLAM believes the robot is" in out
+
+
+def saved_ppo(folder: Path) -> str:
+    """A policy that has learnt nothing, but to go straight ahead."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of its own imports
+        ppo = pytest.importorskip("stable_baselines3", reason="pip install 'hopslam[rl]'").PPO
+    explorer = importlib.import_module("explorer").explorer
+    model = ppo("MlpPolicy", explorer(), device="cpu")
+    model.policy.action_net.bias.data[0] = 0.5
+    model.save(folder / "policy")
+    return str(folder / "policy.zip")
 
 
 class Room:

@@ -7,6 +7,7 @@ import runpy
 import time
 import warnings
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -183,16 +184,24 @@ def test_a_lidar_that_comes_back_is_waited_for() -> None:
         assert info["applied"] == pytest.approx(FORWARD)
 
 
-def test_a_robot_that_nobody_holds_any_more_stops() -> None:
+@pytest.mark.parametrize("thread", ["main", "another"])
+def test_a_robot_that_nobody_holds_any_more_stops(thread: str) -> None:
     with devices() as (emulator, ports):
         env = gymnasium.make(ID, backend="hardware", yes=True, settings=ports)
         env.reset(seed=0)
         while still(emulator):
             env.step(FORWARD)
-        del env
-        gc.collect()
-        assert not emulator.p3dx.open
-        assert still(emulator)
+        if thread == "main":
+            del env
+            gc.collect()
+            assert not emulator.p3dx.open
+        else:
+            held, ring = [env], []
+            ring.append((ring, held.pop()))
+            del env, ring
+            with ThreadPoolExecutor() as pool:
+                pool.submit(gc.collect).result()
+        wait_until(lambda: still(emulator) and not emulator.p3dx.open)
 
 
 def test_an_interruption_stops_the_robot_and_a_wrong_action_only_for_now(monkeypatch: pytest.MonkeyPatch) -> None:

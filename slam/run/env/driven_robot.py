@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import weakref
 from collections.abc import Callable
 from time import monotonic
@@ -38,7 +39,7 @@ class DrivenRobot:
         self._backend, self._options = backend, options
         self._robot: Robot | None = None
         self._scenario: Scenario | None = None
-        self._release: Callable[[], object] = lambda: None
+        self._loss: weakref.finalize[..., DrivenRobot] | None = None
 
     @property
     def running(self) -> bool:
@@ -88,8 +89,10 @@ class DrivenRobot:
 
     def close(self) -> None:
         """Stop the robot and free its devices; closing twice is allowed."""
-        self._robot = self._scenario = None
-        self._release()
+        robot, self._robot, self._scenario = self._robot, None, None
+        if robot is not None and self._loss is not None:
+            self._loss.detach()
+            robot.__exit__(None, None, None)
 
     def _drive_and_observe(self, command: Twist2D) -> tuple[Twist2D, Observation | None]:
         applied = self.robot.drive(command)
@@ -104,7 +107,16 @@ class DrivenRobot:
             warm_up(Console(stderr=True), scenario.slam)
         robot.__enter__()
         self._robot, self._scenario = robot, scenario
-        self._release = weakref.finalize(self, robot.__exit__, None, None, None)
+        self._loss = weakref.finalize(self, _let_go, robot)
+
+
+def _let_go(robot: Robot) -> None:
+    """Stop a robot that nobody holds any more. The garbage collector may call this from a thread that the robot waits
+    for when it is closed; then another thread closes it."""
+    if threading.current_thread() is threading.main_thread():
+        robot.__exit__(None, None, None)
+    else:
+        threading.Thread(target=robot.__exit__, args=(None, None, None)).start()
 
 
 def _require_lidar(scan: LaserScan, config: LidarConfig) -> None:

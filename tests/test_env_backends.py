@@ -91,7 +91,7 @@ def test_on_devices_it_keeps_the_rules_of_gymnasium() -> None:
 
 
 @pytest.mark.parametrize("arguments", [{}, {"observe": ALL_VIEWS, "end_on": "lost", "reward": "coverage"}])
-def test_spaces_and_info_are_those_of_the_simulated_robot(arguments: dict[str, object]) -> None:
+def test_spaces_and_info_are_those_of_the_simulated_robot_but_for_the_truth(arguments: dict[str, object]) -> None:
     kinds = []
     for opened in (simulated, on_devices):
         with opened(**arguments) as (env, _):
@@ -101,22 +101,16 @@ def test_spaces_and_info_are_those_of_the_simulated_robot(arguments: dict[str, o
             assert observation in env.observation_space
             assert isinstance(reward, float)
             assert later["applied"] == pytest.approx(FORWARD)
+            assert info["pose_from"] == ("truth" if opened is simulated else "estimate")
+            assert np.isnan(info["T_map_base"]).all() == (opened is on_devices)
+            if opened is simulated:
+                np.testing.assert_array_equal(info["pose"], info["T_map_base"])
+            elif "slam_pose" in info:
+                np.testing.assert_array_equal(info["pose"], info["slam_pose"])
+                assert np.isnan(info["slam_error"])
             shapes = [(key, type(info[key]), np.shape(info[key])) for key in sorted(info) if key != "observation"]
             kinds.append((env.observation_space, env.action_space, shapes, sorted(later)))
     assert kinds[0] == kinds[1]
-
-
-def test_the_pose_says_where_it_comes_from() -> None:
-    with simulated(observe=("slam_pose",)) as (env, _):
-        _, info = env.reset(seed=1)
-        assert info["pose_from"] == "truth"
-        np.testing.assert_array_equal(info["pose"], info["T_map_base"])
-    with on_devices(observe=("slam_pose",)) as (env, _):
-        _, info = env.reset(seed=1)
-        assert info["pose_from"] == "estimate"
-        np.testing.assert_array_equal(info["pose"], info["slam_pose"])
-        assert np.isnan(info["T_map_base"]).all()
-        assert np.isnan(info["slam_error"])
 
 
 def test_episodes_on_devices_follow_one_another_where_the_robot_stands() -> None:

@@ -19,7 +19,7 @@ class Consent:
 
     def __init__(self, given: bool) -> None:
         self._always = self.given = given
-        self._cure = "give --yes when its way is free"
+        self._cure = "give --yes, or yes=True, when its way is free"
 
     def ask(self, over: Callable[[], bool]) -> None:
         """Wait for an answer; once the program is ``over`` none is needed.
@@ -33,7 +33,9 @@ class Consent:
         if over():
             return
         if answer not in ("y", "yes"):
-            raise RobotError("the robot was not allowed to move; give --dry-run to look without moving")
+            raise RobotError(
+                "the robot was not allowed to move; give --dry-run, or dry_run=True, to look without moving"
+            )
         self.given = True
 
     def withdraw(self) -> None:

@@ -34,16 +34,25 @@ class HardwareRobot(Closing):
     It ends after the scenario's duration. It moves once somebody has agreed on the terminal, or at once with ``yes``;
     with ``dry_run`` never. It stops when the block is left for whatever reason, when commands, scans or odometry stay
     away, when the program is told to end, is suspended, fails in any thread or loses its terminal, and by its own
-    watchdog when this process is killed. Stamps are seconds since the first scan's beginning.
+    watchdog when this process is killed. Stamps are seconds since the first scan's beginning. Who observes less often
+    than scans come gets the oldest that wait, up to four, or with ``newest`` the last.
     """
 
-    def __init__(self, scenario: Scenario, seed: int | None = None, yes: bool = False, dry_run: bool = False) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        seed: int | None = None,
+        yes: bool = False,
+        dry_run: bool = False,
+        newest: bool = False,
+    ) -> None:
         if scenario.lidar.model != "urg04lx":
             raise ScenarioError(f"lidar.model: {scenario.lidar.model} is only simulated; set lidar.model=urg04lx")
         self.T_base_laser = scenario.lidar.mount.pose
         self._scenario = scenario
         self._config = scenario.hardware
         self._dry_run = dry_run
+        self._newest = newest
         self._consent = Consent(yes)
         self._devices: ExitStack | None = None
         self.epoch: float | None = None
@@ -90,7 +99,7 @@ class HardwareRobot(Closing):
         self._require_open()
         self._base.pulse()
         until = time.monotonic() + timeout
-        while (reading := self._lidar.take(max(0.0, until - time.monotonic()))) is not None:
+        while (reading := self._lidar.take(max(0.0, until - time.monotonic()), self._newest)) is not None:
             odometry = self._odometry(reading, until)
             if odometry is not None:
                 return self._observation(reading, odometry)

@@ -61,10 +61,13 @@ class Urg04lx:
         self._thread = threading.Thread(target=self._serve, name="urg04lx", daemon=True)
         self._thread.start()
 
-    def take(self, timeout: float) -> Reading | None:
-        """The next scan, oldest first; None when none comes within ``timeout`` seconds."""
+    def take(self, timeout: float, newest: bool = False) -> Reading | None:
+        """The next scan, oldest first, or the ``newest`` of those that wait; None when none comes within ``timeout``
+        seconds."""
         with self._news:
             self._news.wait_for(lambda: self._readings, timeout)
+            while newest and len(self._readings) > 1:
+                self._readings.popleft()
             return self._readings.popleft() if self._readings else None
 
     def close(self) -> None:

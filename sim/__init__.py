@@ -7,6 +7,6 @@ import gymnasium
 
 from sim.ids import GENERAL_ID, SCENARIO_IDS
 
-gymnasium.register(id=GENERAL_ID, entry_point="sim.env:P3DXEnv")
+gymnasium.register(id=GENERAL_ID, entry_point="slam.run.env.p3dx_env:P3DXEnv")
 for _id, _scenario in SCENARIO_IDS.items():
-    gymnasium.register(id=_id, entry_point="sim.env:P3DXEnv", kwargs={"scenario": _scenario})
+    gymnasium.register(id=_id, entry_point="slam.run.env.p3dx_env:P3DXEnv", kwargs={"scenario": _scenario})

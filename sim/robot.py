@@ -15,8 +15,7 @@ from sim.world import World
 from slam.closing import Closing
 from slam.errors import RobotError
 from slam.odometry import Odometry, Twist2D
-from slam.pose import FloatArray
-from slam.robot import Observation, Robot
+from slam.robot import Observation, Restartable, Robot
 from slam.run.scenario.schema import Scenario
 
 
@@ -54,11 +53,6 @@ class SimRobot(Closing):
         self._bumpers = Bumpers()
         self._odometry = WheelOdometry(self._wheel_errors, self._base.read_encoders(), odometry_rng)
 
-    @property
-    def people(self) -> FloatArray:
-        """Where the people of the scenario are now: x and y in the map frame, metres, shape (P, 2)."""
-        return self._people.middles.copy()
-
     def observe(self, timeout: float = 1.0) -> Observation | None:
         """Let the time of one scan pass, and take it; None when the scenario's duration is over.
 
@@ -79,7 +73,8 @@ class SimRobot(Closing):
         scan = self._lidar.scan(sweep, stamp, self._lidar_rng)
         collided, bumpers = self._bumpers.read()
         odometry = Odometry(stamp, T_odom_base, twist)
-        return Observation(scan, odometry, T_map_base, collided, self._base.stalled, bumpers, sonar)
+        people = tuple((x, y) for x, y in self._people.middles.tolist())
+        return Observation(scan, odometry, T_map_base, collided, self._base.stalled, bumpers, sonar, people)
 
     def drive(self, command: Twist2D) -> Twist2D:
         """Command a velocity, and return it as clipped to the limits; two simulated seconds later the robot stops."""
@@ -116,3 +111,4 @@ class SimRobot(Closing):
 
 
 _: type[Robot] = SimRobot
+_restartable: type[Restartable] = SimRobot

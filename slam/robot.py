@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, Self
+from typing import Protocol, Self, runtime_checkable
 
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
@@ -29,6 +29,8 @@ class Observation:
     """Which bumper segments are pressed, the front ones from left to right, then the rear ones; () without bumpers."""
     sonar: tuple[float, ...] = ()
     """Ranges of the front sonar ring, metres, inf without an echo, from left to right; () without a ring."""
+    people: tuple[tuple[float, float], ...] = ()
+    """Where people are after the last beam, x and y in the map frame, metres; () where nobody is, or nobody knows."""
 
 
 class Robot(Protocol):
@@ -52,4 +54,13 @@ class Robot(Protocol):
 
     def drive(self, command: Twist2D) -> Twist2D:
         """Command a velocity, and return the one really applied: clipped, or the recorded one in a replay."""
+        ...
+
+
+@runtime_checkable
+class Restartable(Protocol):
+    """A robot that can be set back to its start without being made anew, which no real robot can."""
+
+    def restart(self, seed: int) -> None:
+        """Stand at the start of the scenario again, at rest, at time 0, with the noise of another seed."""
         ...

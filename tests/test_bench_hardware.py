@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from hardware.bench.env_runs import emulated_env_way, simulated_env_way
 from hardware.bench.way_difference import WayDifference
 from slam.run.cli import app
 
@@ -31,6 +32,16 @@ def test_a_robot_that_had_to_wait_is_still_on_the_same_leg() -> None:
     apart = WayDifference.between(out_and_back(0.0, 3), waited)
     assert apart.largest == pytest.approx(0.02, abs=1e-6)
     assert apart.length == pytest.approx(20.0, abs=0.3)
+
+
+def test_a_policy_drives_emulated_devices_as_it_drives_the_simulated_robot() -> None:
+    goal = (0.5, 0.0)
+    simulated, emulated = simulated_env_way("corridor", [], goal), emulated_env_way("corridor", [], goal, "plan")
+    for way in (simulated, emulated):
+        assert np.hypot(*(way.truth[-1, :2] - goal)) < 0.3  # a busy machine may stop late
+        assert np.abs(way.truth[:, 1]).max() < 0.05
+    assert emulated.errors.max() < 0.05
+    assert simulated.errors.max() == 0.0
 
 
 def test_the_noise_table() -> None:

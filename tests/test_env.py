@@ -1,18 +1,22 @@
 """The learning environment: its conventions, and that it is the robot and nothing else."""
 
+import copy
+import pickle
 import subprocess
 import sys
 import warnings
+from collections.abc import Callable
 
 import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from sim.env import P3DXEnv
 from sim.ids import GENERAL_ID, SCENARIO_IDS
 from slam.errors import InputError, RobotError, ScenarioError
+from slam.pose import Pose2D
 from slam.run.env.config import EnvConfig
+from slam.run.env.p3dx_env import P3DXEnv
 from slam.run.scenario.file import load_scenario
 from slam.run.scenario.schema import Scenario
 from slam.run.scenario.shipped import shipped_scenarios
@@ -68,7 +72,7 @@ def test_it_is_found_without_an_import() -> None:
 
 
 def test_importing_sim_costs_no_pybullet() -> None:
-    code = "import sim, sys; assert 'pybullet' not in sys.modules and 'sim.env' not in sys.modules"
+    code = "import sim, sys; assert 'pybullet' not in sys.modules and 'sim.robot' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
@@ -148,6 +152,92 @@ def test_an_action_that_is_none_is_refused(action: object) -> None:
             env.step(action)
 
 
+@pytest.mark.parametrize(
+    ("options", "place", "left"),
+    [
+        ({"start": [1.0, 1.8]}, (1.0, 1.8, 0.0), None),
+        ({"start": np.array([1.0, 1.8, 0.5])}, (1.0, 1.8, 0.5), None),
+        ({"goal": (1.0, 3.0)}, (1.0, 1.0, np.pi / 2), 2.0),
+        ({"start": Pose2D(1.0, 1.8), "goal": [1.0, 2.8]}, (1.0, 1.8, 0.0), 1.0),
+        ({"settings": "robot.start.y=1.7"}, (1.0, 1.7, np.pi / 2), 5.3),
+        ({"settings": ["robot.start.y=1.7", "route.waypoints=[[1, 2.7]]"]}, (1.0, 1.7, np.pi / 2), 1.0),
+        ({}, (1.0, 1.0, np.pi / 2), 6.0),
+        (None, (1.0, 1.0, np.pi / 2), 6.0),
+    ],
+)
+def test_options_change_one_episode(options: dict[str, object] | None, place: tuple[float, ...], left: float) -> None:
+    with make() as env:
+        _, usual = env.reset(seed=0)
+        _, info = env.reset(seed=0, options=options)
+        assert info["pose"] == pytest.approx(place, abs=1e-3)
+        assert left is None or info["route_left"] == pytest.approx(left, abs=1e-3)
+        _, again = env.reset(seed=0)
+        np.testing.assert_array_equal(again["pose"], usual["pose"])
+        assert again["route_left"] == usual["route_left"]
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        ({"strat": [0, 0]}, "no option 'strat'; did you mean start?"),
+        ({"seed": 3}, "no option 'seed'; there are start, goal, settings"),
+        ({"start": [0.0, 0.0]}, r"options: start: \(0, 0\) is inside a solid"),
+        ({"goal": [0.0, 0.0]}, r"options: goal: \(0, 0\) is inside a solid"),
+        ({"start": "door"}, r"give \[x, y\] or \[x, y, theta\]"),
+        ({"start": [1.0, np.nan]}, "finite"),
+        ({"goal": [1.0, 1.8, 0.0]}, r"give \[x, y\]"),
+        ({"settings": {"route.speed": 1}}, "give 'key=value'"),
+        ({"settings": "route.sped=1"}, "did you mean speed"),
+        ({"settings": "lidar.model=urg04lx"}, r"lidar\.model cannot change"),
+        ([0, 0], "give a dict"),
+    ],
+)
+def test_options_that_are_none_are_refused_and_the_episode_goes_on(options: object, complaint: str) -> None:
+    with P3DXEnv("paper_simulation") as env:
+        env.reset(seed=0)
+        with pytest.raises(InputError, match=complaint):
+            env.reset(options=options)  # type: ignore[arg-type]
+        env.step(STRAIGHT)
+
+
+def test_settings_are_for_names_and_files_only() -> None:
+    scenario = load_scenario("paper_simulation")
+    with pytest.raises(ScenarioError, match="the scenario is a value here"):
+        P3DXEnv(scenario, "duration=3")
+    with P3DXEnv(scenario) as env, pytest.raises(ScenarioError, match="the scenario is a value here"):
+        env.reset(options={"settings": "duration=3"})
+
+
+def test_a_bare_string_is_a_list_of_one() -> None:
+    env = P3DXEnv("paper_simulation", "duration=3", observe="scan", end_on="goal")
+    assert env.scenario.duration == 3.0
+    assert list(env.observation_space.spaces) == ["scan"]
+    assert env.config.end_on == ("goal",)
+
+
+def test_an_env_that_does_not_run_is_copied_with_its_random_numbers() -> None:
+    env = make(observe=("scan",), settings="duration=3")
+    env.action_space.seed(4)
+    copies = [env, copy.copy(env.unwrapped), copy.deepcopy(env), pickle.loads(pickle.dumps(env))]
+    scans = []
+    for each in copies:
+        assert each.unwrapped.scenario.duration == 3.0
+        assert each.unwrapped.spec.id == GENERAL_ID
+        scans.append(each.reset(seed=2)[0]["scan"])
+        each.close()
+    np.testing.assert_array_equal(scans[1:], [scans[0]] * 3)
+    np.testing.assert_array_equal(copies[2].action_space.sample(), copies[3].action_space.sample())
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])
+def test_an_env_that_runs_says_how_to_get_another(copied: Callable[[object], object]) -> None:
+    with P3DXEnv("paper_simulation") as env:
+        env.reset(seed=0)
+        with pytest.raises(InputError, match=r"close\(\) it first.*gymnasium\.make\(env\.spec\)"):
+            copied(env)
+        env.step(STRAIGHT)
+
+
 def test_before_the_first_reset_there_is_nothing_to_step() -> None:
     with pytest.raises(RobotError, match="call reset"):
         P3DXEnv("paper_simulation").step(STRAIGHT)
@@ -161,6 +251,9 @@ def test_before_the_first_reset_there_is_nothing_to_step() -> None:
         ({"colour": 3}, "colour=3.*the arguments are: action, observe"),
         ({"cell": 0}, "cell=0"),
         ({"scenario": "nowhere"}, "no scenario 'nowhere'"),
+        ({"observe": "depth"}, "observe='depth'"),
+        ({"observe": 3}, "observe=3: give a name, or several"),
+        ({"settings": "duration"}, "expected key=value"),
     ],
 )
 def test_wrong_arguments_are_named(arguments: dict[str, object], complaint: str) -> None:

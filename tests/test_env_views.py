@@ -1,20 +1,25 @@
 """What the agent is shown, against what is there; and the picture from above."""
 
+from itertools import count
+from pathlib import Path
+
 import gymnasium
 import numpy as np
 import pytest
 
-from sim.env import P3DXEnv
 from slam.errors import ScenarioError
 from slam.pose import Pose2D
 from slam.run.course import Course
+from slam.run.env import window
 from slam.run.env.config import EnvConfig
 from slam.run.env.moment import Moment
+from slam.run.env.p3dx_env import P3DXEnv
 from slam.run.env.seen_grid import Extent
 from slam.run.env.top_view import TopView
 from slam.run.env.views import make_views
 from slam.run.scenario.file import load_scenario
 from slam.run.scenario.schema import Scenario
+from slam.run.viewer.viewers import Viewers
 
 STRAIGHT = np.array([0.5, 0.0], np.float32)
 
@@ -98,12 +103,36 @@ def test_without_a_render_mode_there_is_no_picture() -> None:
         assert env.render() is None
 
 
+def test_in_human_mode_every_episode_is_a_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    files = (str(tmp_path / f"{k}.rrd") for k in count())
+    monkeypatch.setattr(window, "has_display", lambda: True)
+    monkeypatch.setattr(window, "Viewers", lambda target, console: Viewers(next(files)))
+    with gymnasium.make("hopslam/PaperSimulation-v0", render_mode="human") as env:
+        for seed in (1, 2):
+            env.reset(seed=seed)
+            env.step(STRAIGHT)
+            assert env.render() is None
+    assert all((tmp_path / f"{k}.rrd").stat().st_size > 10_000 for k in range(2))
+
+
+def test_without_a_screen_human_mode_says_so_once(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("has_display", "listens"):
+        monkeypatch.setattr(window, name, lambda *_: False)
+    with P3DXEnv("paper_simulation", render_mode="human") as env:
+        for seed in (1, 2):
+            env.reset(seed=seed)
+            env.step(STRAIGHT)
+    assert capsys.readouterr().err.count('choose "rgb_array"') == 1
+
+
 def test_a_new_world_fits_into_the_old_picture(env: P3DXEnv) -> None:
     view = TopView(env.scenario, Extent.of(env.scenario))
     size = view.size
     corridor = load_scenario("corridor")
     view.show(corridor, Extent.of(corridor))
-    assert view.frame(env.episode.moment, np.empty((0, 2, 2)), np.zeros((1, 2))).shape == (size[1], size[0], 3)
+    assert view.frame(env.episode.moment, np.empty((0, 2, 2))).shape == (size[1], size[0], 3)
 
 
 def test_a_world_left_to_chance_is_another_one_with_every_seed() -> None:
@@ -123,5 +152,5 @@ def test_a_lidar_left_to_chance_is_refused() -> None:
             env.reset(seed=seed)
 
     env = P3DXEnv("paper_simulation", ["lidar.model={choice: [urg04lx, table1]}"])
-    with env, pytest.raises(ScenarioError, match=r"lidar\.model is random"):
+    with env, pytest.raises(ScenarioError, match=r"lidar\.model cannot change"):
         reset_often(env)

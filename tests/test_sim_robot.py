@@ -258,12 +258,13 @@ def test_a_person_stops_before_the_robot_and_goes_on_behind_it():
     person = {"waypoints": [[3.0, 0.0], [0.0, 0.0]], "keep": 0.8}
     with SimRobot(scenario(world={"walls": [CORRIDOR]}, people=[person])) as robot:
         for _ in range(60):
-            assert not robot.observe().collided
-        assert robot.people == pytest.approx(np.array([[0.8, 0.0]]), abs=0.02)
+            seen = robot.observe()
+            assert not seen.collided
+        assert np.array(seen.people) == pytest.approx(np.array([[0.8, 0.0]]), abs=0.02)
         for _ in range(30):
             robot.drive(Twist2D(-0.5, 0.0))
-            robot.observe()
-        assert robot.people[0, 0] < 0.5
+            seen = robot.observe()
+        assert seen.people[0][0] < 0.5
 
 
 @pytest.mark.parametrize("way", [[[2.0, 0.0], [-0.9, 0.0]], [[0.0, 1.1], [0.0, -1.1]], [[0.8, 0.8], [-0.8, -0.8]]])

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from hardware.bench.bench import bench
 from hardware.bench.endings import EndResult, end_results
+from hardware.bench.env_runs import emulated_env_way, simulated_env_way
 from hardware.bench.faults import CUT_OFF, FAULTS, FaultResult, fault_results, kill_result
 from hardware.bench.load import measure_load
 from hardware.bench.noise import HEARERS, Hail, Score
@@ -28,6 +29,8 @@ _HAIL: Final = {
     "a bit in 0.1 % of bytes": Hail(0.001, bits=True),
 }
 _QUIET: Final = ("lidar.noise=none", "robot.odometry.travel_noise=0")
+_GOAL: Final = (10.0, 0.0)
+"""Of the policy in the environment, map frame, metres."""
 _WATCHDOGS: Final = (2.0, 0.4)
 """Seconds: as delivered, and as docs/bench.md says to set it."""
 
@@ -99,6 +102,29 @@ def twin_table(scenario: str, settings: Sequence[str], console: Console) -> Resu
         "whose errors come from noise, another one in every run: another seed tells what noise alone does."
     )
     return ResultTable(f"{scenario}, simulated and on emulated devices", columns, rows, notes)
+
+
+def env_table(scenario: str, settings: Sequence[str]) -> ResultTable:
+    """One policy in the environment, simulated and on emulated devices, from the start to ``_GOAL``."""
+    twin = simulated_env_way(scenario, settings, _GOAL)
+    ways = {f"hardware, plant {plant}": emulated_env_way(scenario, settings, _GOAL, plant) for plant in PLANTS}
+    columns = (
+        "", "pose error\nrms, cm", "largest\ncm", "way from sim\nrms, cm", "largest\ncm", "heading\ndeg",
+        "at rest\ncm",
+    )  # fmt: skip
+    rows = [_env_row("sim", twin, twin), *(_env_row(name, way, twin) for name, way in ways.items())]
+    notes = (
+        "The true ways. Simulated, the policy is told where the goal truly is; on devices, where SLAM says that it is. "
+        "The plant plan has no noise, and wheels without errors. At rest: between the places where the robot ends."
+    )
+    return ResultTable(
+        f"{scenario} in the environment, to x = 10 m, simulated and on emulated devices", columns, rows, notes
+    )
+
+
+def _env_row(name: str, way: DrivenWay, twin: DrivenWay) -> tuple[str, ...]:
+    rest = 100.0 * float(np.hypot(*(way.truth[-1] - twin.truth[-1])[:2]))
+    return (*_twin_row(name, way, None if way is twin else twin)[:-1], "" if way is twin else f"{rest:.1f}")
 
 
 def _twin_row(name: str, way: DrivenWay, twin: DrivenWay | None) -> tuple[str, ...]:

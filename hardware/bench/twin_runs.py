@@ -36,7 +36,7 @@ class DrivenWay:
 
 
 @dataclass
-class _Notes:
+class WayNotes:
     """A watcher that keeps what is estimated, and what is true: at the scan, or about now where only that is known."""
 
     emulator: Emulator | None = None
@@ -63,17 +63,17 @@ class _Notes:
 
 def simulated_way(name: str, settings: Sequence[str], console: Console) -> DrivenWay:
     """On the simulated robot."""
-    return _drive(scenario_experiment(load_scenario(name, settings)), _Notes(), console, "sim")
+    return _drive(scenario_experiment(load_scenario(name, settings)), WayNotes(), console, "sim")
 
 
 def emulated_way(name: str, settings: Sequence[str], console: Console) -> DrivenWay:
     """On devices emulated at two pseudo-terminals, in real time."""
     with emulated(load_scenario(name, settings)) as emulator, emulator:
         scenario = load_scenario(name, [*settings, *port_settings(emulator)])
-        return _drive(scenario_experiment(scenario, "hardware", yes=True), _Notes(emulator), console, "hardware")
+        return _drive(scenario_experiment(scenario, "hardware", yes=True), WayNotes(emulator), console, "hardware")
 
 
-def _drive(experiment: Experiment, notes: _Notes, console: Console, name: str) -> DrivenWay:
+def _drive(experiment: Experiment, notes: WayNotes, console: Console, name: str) -> DrivenWay:
     warm_up(console, experiment.scenario.slam)
     with ExitStack() as stack:
         stack.callback(experiment.env.close)

@@ -16,9 +16,9 @@ import numpy as np
 
 from sim.bullet import Bullet
 from sim.casters import ExactCaster
-from sim.env import P3DXEnv
 from sim.robot import SimRobot
 from slam.odometry import Twist2D
+from slam.run.env.p3dx_env import P3DXEnv
 from slam.run.scenario.schema import Scenario
 
 SCANS = 60

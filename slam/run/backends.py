@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from difflib import get_close_matches
 from typing import Any, Final, cast
 
@@ -28,7 +29,12 @@ def make_plant(name: str, *args: Any) -> Any:
 def make_robot(backend: str, *args: Any, **options: Any) -> Robot:
     """A robot of the named back end, or of one named ``module:Class``, made from what its class takes; ScenarioError
     lists the known names."""
-    return cast(Robot, late(_place(backend, BACKENDS, "robot back end"))(*args, **options))
+    return robot_class(backend)(*args, **options)
+
+
+def robot_class(backend: str) -> Callable[..., Robot]:
+    """What makes the robots of the named back end."""
+    return cast(Callable[..., Robot], late(_place(backend, BACKENDS, "robot back end")))
 
 
 def _place(name: str, table: dict[str, str], kind: str) -> str:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from time import monotonic
-from typing import Any, Literal, Protocol
+from typing import Literal, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from slam.errors import RobotTimeout
 from slam.line_slam import Estimate
 from slam.odometry import Twist2D
 from slam.robot import Observation
 from slam.run.estimator import Estimator
+from slam.run.patience import step_patiently
 from slam.run.pilot import Pilot
 from slam.run.robot_env import RobotEnv
 
@@ -67,20 +67,11 @@ def run_loop(
             return "collided"
         if command is None:
             return "arrived"
-        truncated, info, timeouts = _step(env, command, patience)
+        (*_, truncated, info), timeouts = step_patiently(lambda twist: env.step(_action(twist)), command, patience)
         if truncated:
             return "no more scans"
         applied, index = info["applied"], index + 1
 
 
-def _step(env: RobotEnv, command: Twist2D, patience: float) -> tuple[bool, dict[str, Any], int]:
-    """Drive until the next scan comes; where it stays away, stand and wait for it. Also how often it did."""
-    until, timeouts = monotonic() + patience, 0
-    while True:
-        try:
-            *_, truncated, info = env.step(np.array([command.linear, command.angular], np.float32))
-            return truncated, info, timeouts
-        except RobotTimeout:
-            if monotonic() >= until:
-                raise
-            command, timeouts = Twist2D(), timeouts + 1
+def _action(twist: Twist2D) -> NDArray[np.float32]:
+    return np.array([twist.linear, twist.angular], np.float32)

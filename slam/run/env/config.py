@@ -2,35 +2,41 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError
 
 from slam.config import Section
 from slam.errors import ScenarioError
 from slam.run.scenario.values import NotNegative, Positive
+from slam.run.texts import texts
 
 ViewName = Literal["scan", "odometry", "slam_pose", "map", "goal"]
 RewardName = Literal["progress", "coverage", "none"]
 EndName = Literal["collision", "goal", "lost"]
 
 
+def _several(names: Any) -> Any:
+    """A bare name is a list of one."""
+    return texts(names) if isinstance(names, str) else names
+
+
 class EnvConfig(Section):
-    """What the agent does, sees and is paid for; the manual is the docstring of ``sim.env.P3DXEnv``."""
+    """What the agent does, sees and is paid for; the manual is the docstring of ``P3DXEnv``."""
 
     action: Literal["twist", "wheels"] = "twist"
     """What the two numbers of an action are."""
-    observe: tuple[ViewName, ...] = Field(("scan", "odometry"), min_length=1)
+    observe: Annotated[tuple[ViewName, ...], BeforeValidator(_several)] = Field(("scan", "odometry"), min_length=1)
     """The keys of an observation."""
     reward: RewardName = "progress"
     collision_penalty: NotNegative = 0.0
     """Taken off the reward of every step that ends in a collision."""
-    end_on: tuple[EndName, ...] = ("collision", "goal")
+    end_on: Annotated[tuple[EndName, ...], BeforeValidator(_several)] = ("collision", "goal")
     """What terminates an episode."""
     max_seconds: Positive | None = None
     """An episode is truncated after this many simulated seconds; never later than the scenario's ``duration``."""
     lost_beyond: Positive = 1.0
-    """SLAM counts as lost when its pose is farther than this from the true one, metres."""
+    """SLAM counts as lost when its pose is farther than this from the true one, metres, where that is known."""
     goal_as: Literal["polar", "xy"] = "polar"
     """How the next way-point is told."""
     map_cells: int = Field(64, ge=8, le=512)
@@ -52,4 +58,5 @@ def env_config(arguments: dict[str, Any]) -> EnvConfig:
         first = errors.errors()[0]
         name = str(first["loc"][0])
         hint = "" if name in EnvConfig.model_fields else f"; the arguments are: {', '.join(EnvConfig.model_fields)}"
-        raise ScenarioError(f"environment argument {name}={arguments.get(name)!r}: {first['msg']}{hint}") from errors
+        reason = "give a name, or several" if first["type"] == "tuple_type" else first["msg"]
+        raise ScenarioError(f"environment argument {name}={arguments.get(name)!r}: {reason}{hint}") from errors

@@ -9,7 +9,7 @@ from slam.run.env.config import EndName, EnvConfig
 from slam.run.env.moment import Moment
 
 _ENDS: Final[dict[EndName, Callable[[Moment, EnvConfig], bool]]] = {
-    "collision": lambda moment, config: moment.observation.collided,
+    "collision": lambda moment, config: moment.collided,
     "goal": lambda moment, config: moment.arrived,
     "lost": lambda moment, config: moment.lost or moment.slam_error > config.lost_beyond,
 }

@@ -6,8 +6,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from slam.errors import RobotError
-from slam.line_slam import LineSlam
+from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.course import Course
 from slam.run.env.config import EnvConfig
@@ -15,46 +14,64 @@ from slam.run.env.moment import Moment
 from slam.run.env.rewards import make_reward
 from slam.run.env.seen_grid import Extent
 from slam.run.env.views import make_views
+from slam.run.estimator import Estimator, make_estimator
 from slam.run.scenario.schema import Scenario
 
 
 class Episode:
-    """Begins with the first observation; ``moment`` is what the last one came to."""
+    """Begins with the first observation, at the pose ``start``; ``moment`` is what the last one came to.
 
-    def __init__(self, config: EnvConfig, scenario: Scenario, extent: Extent, seed: int, first: Observation) -> None:
+    The method runs where the configuration needs it, and where the robot does not know the truth.
+    """
+
+    def __init__(
+        self, config: EnvConfig, scenario: Scenario, extent: Extent, seed: int, start: Pose2D, first: Observation
+    ) -> None:
         self.config, self.scenario = config, scenario
-        start, mount = scenario.robot.start.pose, scenario.lidar.mount.pose
-        self._T_base_laser = mount
+        self.start = start
+        self._T_base_laser = mount = scenario.lidar.mount.pose
         self._course = Course(start, scenario.route.waypoints, scenario.route.arrival)
-        self.slam = LineSlam(scenario.slam, mount, start, seed) if config.uses_slam else None
+        runs = config.uses_slam or first.T_map_base is None
+        self.slam: Estimator | None = make_estimator(scenario.slam, mount, start, seed) if runs else None
         self._views = make_views(config, scenario, extent)
         self._scan_time = scenario.lidar.description.lidar.scan_time
+        self._began = first.scan.stamp
         seconds = min(scenario.duration, config.max_seconds or scenario.duration)
-        self._last_scan = max(2, int(seconds / self._scan_time + 1e-9))
-        self._scans = 0
+        self._last_turn = max(2, int(seconds / self._scan_time + 1e-9))
+        self._no_more_scans = False
         self.moment = self.see(first)
         self.reward = make_reward(config, extent, self.moment)
 
     @property
+    def turns(self) -> int:
+        """Turns of the lidar since the robot was put down, the first scan's among them, lost scans too."""
+        return 1 + round((self.moment.observation.scan.stamp - self._began) / self._scan_time)
+
+    @property
     def seconds(self) -> float:
-        """Simulated time since the robot was put down."""
-        return self._scans * self._scan_time
+        """Time since the robot was put down."""
+        return self.turns * self._scan_time
 
     @property
     def out_of_time(self) -> bool:
-        """Whether this was the last scan for which there is time."""
-        return self._scans >= self._last_scan
+        """Whether this was the last scan for which there is time, or the robot has no more."""
+        return self._no_more_scans or self.turns >= self._last_turn
+
+    def run_out(self) -> None:
+        """There are no more scans; the moment stays what it is."""
+        self._no_more_scans = True
 
     def see(self, observation: Observation) -> Moment:
-        """Take the next observation in: along the route, and through SLAM where it is needed."""
-        self._scans += 1
-        truth = observation.T_map_base
-        if truth is None:
-            raise RobotError("rewards and ends need the true pose, which this robot does not know")
-        self._course.advance(truth)
+        """Take the next observation in: along the route, and through the method where it runs."""
         estimate = self.slam.update(observation.scan, observation.odometry) if self.slam else None
-        T_map_laser, course = truth @ self._T_base_laser, self._course
-        self.moment = Moment(observation, truth, T_map_laser, course.goal, course.arrived, course.left, estimate)
+        T_map_base = observation.T_map_base
+        if T_map_base is None:
+            assert estimate is not None  # the method runs where the truth is not known
+            T_map_base = estimate.T_map_base
+        course = self._course
+        course.advance(T_map_base)
+        T_map_laser = T_map_base @ self._T_base_laser
+        self.moment = Moment(observation, T_map_base, T_map_laser, course.goal, course.arrived, course.left, estimate)
         return self.moment
 
     def views(self) -> dict[str, NDArray[Any]]:
@@ -63,8 +80,7 @@ class Episode:
 
     def payment(self) -> dict[str, float]:
         """The parts that the reward of this moment is the sum of."""
-        collided = self.moment.observation.collided
         return {
             self.config.reward: self.reward.of(self.moment),
-            "collision": -self.config.collision_penalty if collided else 0.0,
+            "collision": -self.config.collision_penalty if self.moment.collided else 0.0,
         }

@@ -13,11 +13,13 @@ from slam.run.env.episode import Episode
 
 
 def episode_info(episode: Episode, applied: Twist2D, parts: dict[str, float], ending: str) -> dict[str, Any]:
-    """The table of the manual of ``sim.env.P3DXEnv``."""
+    """The table of the manual of ``P3DXEnv``; which keys there are depends on the arguments, not on the robot."""
     moment = episode.moment
     info = {
         "observation": moment.observation,
-        "T_map_base": _array(moment.T_map_base),
+        "T_map_base": np.full(3, np.nan) if moment.truth is None else _array(moment.truth),
+        "pose": _array(moment.T_map_base),
+        "pose_from": moment.source,
         "applied": np.array([applied.linear, applied.angular]),
         "stamp": moment.observation.scan.stamp,
         "seconds": episode.seconds,
@@ -25,7 +27,7 @@ def episode_info(episode: Episode, applied: Twist2D, parts: dict[str, float], en
         "reward": dict(parts),
         "ending": ending,
     }
-    if moment.estimate is not None:
+    if episode.config.uses_slam and moment.estimate is not None:
         info |= {
             "slam_pose": _array(moment.belief),
             "slam_covariance": _covariance(moment.estimate),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import nan
+from typing import Literal
 
 from slam.errors import RobotError
 from slam.line_slam import Estimate
@@ -16,9 +18,9 @@ class Moment:
 
     observation: Observation
     T_map_base: Pose2D
-    """The true pose."""
+    """The true pose; the estimate where the robot does not know the truth."""
     T_map_laser: Pose2D
-    """The true pose of the sensor."""
+    """The pose of the sensor, from the same source."""
     goal: Pose2D | None
     """The next way-point; None when all are passed."""
     arrived: bool
@@ -27,6 +29,16 @@ class Moment:
     """Metres of the route that are left."""
     estimate: Estimate | None
     """Of the method; None where it does not run."""
+
+    @property
+    def truth(self) -> Pose2D | None:
+        """The true pose; None where the robot does not know it."""
+        return self.observation.T_map_base
+
+    @property
+    def source(self) -> Literal["truth", "estimate"]:
+        """Where the pose comes from."""
+        return "estimate" if self.truth is None else "truth"
 
     @property
     def belief(self) -> Pose2D:
@@ -42,5 +54,12 @@ class Moment:
 
     @property
     def slam_error(self) -> float:
-        """Metres from the true to the estimated pose; 0 where the method does not run."""
-        return 0.0 if self.estimate is None else self.T_map_base.distance(self.estimate.T_map_base)
+        """Metres from the true to the estimated pose; nan without the truth, 0 where the method does not run."""
+        if self.estimate is None:
+            return 0.0
+        return nan if self.truth is None else self.truth.distance(self.estimate.T_map_base)
+
+    @property
+    def collided(self) -> bool:
+        """Whether the robot touched anything but the floor, or says that something holds its wheels."""
+        return self.observation.collided or self.observation.stalled

@@ -46,18 +46,19 @@ class TopView:
         if len(places) > 1:
             draw.line(self._at(places), fill=_ROUTE, width=2)
 
-    def frame(self, moment: Moment, lines: FloatArray, people: FloatArray) -> NDArray[np.uint8]:
-        """This moment as (height, width, 3), with the map ``lines`` (M, 2, 2) and the ``people`` (P, 2), map frame."""
+    def frame(self, moment: Moment, lines: FloatArray) -> NDArray[np.uint8]:
+        """This moment as (height, width, 3), with the map ``lines`` (M, 2, 2), map frame, and the poses known."""
         image = self._background.copy()
         draw = ImageDraw.Draw(image, "RGBA")
         self._draw_scan(draw, moment.observation.scan, moment.T_map_laser)
         for line in self._pixels_of(lines):
             draw.line(line.ravel().tolist(), fill=_LINE, width=2)
-        for person in people:
-            self._disc(draw, person, 0.22, fill=_PERSON)
+        for person in moment.observation.people:
+            self._disc(draw, np.array(person), 0.22, fill=_PERSON)
         if moment.goal is not None:
             self._disc(draw, moment.goal.translation, 0.2, outline=_GOAL, width=3)
-        self._draw_robot(draw, moment.T_map_base, _TRUTH, (120, 125, 135))
+        if moment.truth is not None:
+            self._draw_robot(draw, moment.truth, _TRUTH, (120, 125, 135))
         if moment.estimate is not None:
             self._draw_robot(draw, moment.estimate.T_map_base, _BELIEF, None)
         return np.array(image)

@@ -13,15 +13,16 @@ from slam.run.scenario.source import ScenarioSource
 from slam.run.scenario.template import ScenarioTemplate
 
 
-def load_template(name: str | Path, settings: Sequence[str] = ()) -> ScenarioTemplate:
-    """The scenario in this file, or the shipped one of this name, with ``key=value`` settings on top, to draw from.
+def load_template(name: str | Path, settings: str | Sequence[str] = ()) -> ScenarioTemplate:
+    """The scenario in this file, or the shipped one of this name, with ``key=value`` settings on top, one or
+    several, to draw from.
 
     Raises ScenarioError: one line that names file, line and key, what is wrong, and what was perhaps meant.
     """
     return ScenarioTemplate(ScenarioSource(find_scenario(name), settings))
 
 
-def load_scenario(name: str | Path, settings: Sequence[str] = ()) -> Scenario:
+def load_scenario(name: str | Path, settings: str | Sequence[str] = ()) -> Scenario:
     """The draw of ``load_template`` for the scenario's own seed."""
     return load_template(name, settings).draw()
 

@@ -11,6 +11,7 @@ from slam.run.scenario.random_value import is_random
 from slam.run.scenario.settings import apply_settings, parse_setting
 from slam.run.scenario.shipped import find_scenario
 from slam.run.scenario.yaml_file import Location, YamlFile
+from slam.run.texts import texts
 
 _MAP_FILE: Final[Location] = ("world", "map", "file")
 
@@ -22,9 +23,9 @@ class ScenarioSource:
     a plain value replaces the other's as a whole.
     """
 
-    def __init__(self, path: Path, settings: Sequence[str] = ()) -> None:
+    def __init__(self, path: Path, settings: str | Sequence[str] = ()) -> None:
         self._files = _with_what_it_extends(path)
-        overrides = [parse_setting(text) for text in settings]
+        overrides = [parse_setting(text) for text in texts(settings)]
         self._by_hand = [location for location, _ in overrides]
         self.data: dict[str, Any] = {}
         for file in reversed(self._files):

@@ -18,15 +18,17 @@ from slam.run.scenario.shipped import SHIPPED
 from slam.run.scenario.yaml_file import YamlFile
 from slam.run.sweep.config import SweepConfig
 from slam.run.sweep.plan import Plan
+from slam.run.texts import texts
 
 _CALL: Final = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 
 
-def make_plan(names: Sequence[str], changes: dict[str, Any]) -> Plan:
+def make_plan(names: str | Sequence[str], changes: dict[str, Any]) -> Plan:
     """Of scenarios and logs, or of one sweep file, which ``changes`` then overrule key by key.
 
     InputError, where the fault is in a file with file, line and key.
     """
+    names = texts(names)
     files = [path for path in map(_sweep_file, names) if path is not None]
     if not files:
         return Plan(_config(_given_by_hand(names) | changes, None))

@@ -9,6 +9,7 @@ from typing import Final, Literal
 from urllib.parse import urlsplit
 
 from slam.errors import InputError
+from slam.run.texts import texts
 
 GRPC_PORT: Final = 9876
 WEB_PORT: Final = 9090
@@ -28,9 +29,9 @@ class Target:
     """Of the web page that is served; the data is served at the port after it."""
 
 
-def parse_targets(texts: Iterable[str]) -> list[Target]:
+def parse_targets(given: str | Iterable[str]) -> list[Target]:
     """What the options ask for, each once; InputError for what is none of the forms, or a file that cannot be."""
-    return list(dict.fromkeys(map(parse_target, texts)))
+    return list(dict.fromkeys(map(parse_target, texts(given))))
 
 
 def parse_target(text: str) -> Target:

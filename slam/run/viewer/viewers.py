@@ -32,8 +32,8 @@ _QUIET: Final = "warn,re_grpc_client=off,re_sdk::recording_stream=off"
 class Viewers:
     """What ``--rerun`` asks for. Leaving the block ends the servers; a viewer's window stays."""
 
-    def __init__(self, texts: Iterable[str] = (), console: Console | None = None) -> None:
-        self._targets = parse_targets(texts)
+    def __init__(self, targets: str | Iterable[str] = (), console: Console | None = None) -> None:
+        self._targets = parse_targets(targets)
         self._console = console or Console(quiet=True)
         self._servers: list[tuple[str, subprocess.Popen[bytes]]] = []
 

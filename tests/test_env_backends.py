@@ -1,0 +1,351 @@
+"""One environment over every back end: the same spaces, keys and rules, whichever robot it is."""
+
+import gc
+import importlib
+import logging
+import runpy
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import sim  # noqa: F401  registers the ids
+from hardware.emulator.emulator import Emulator
+from hardware.emulator.kinematic_plant import KinematicPlant, scenario_plant
+from hardware.emulator.ports import PtyPort
+from slam.errors import InputError, RobotError, RobotTimeout
+from slam.lidars import URG04LX
+from slam.odometry import Odometry, Twist2D
+from slam.pose import Pose2D
+from slam.robot import Observation
+from slam.run.scenario.file import load_scenario
+from slam.run.scenario.schema import Scenario
+from slam.scan import LaserScan
+
+ID = "hopslam/Corridor-v0"
+EXAMPLES = Path(__file__).parents[1] / "docs/examples"
+ALL_VIEWS = ("scan", "odometry", "slam_pose", "map", "goal")
+FORWARD = np.array([0.4, 0.0], np.float32)
+PATIENCE = 20.0
+"""Seconds until a condition that will come true has to: generous, for a busy machine."""
+
+
+@pytest.fixture(autouse=True)
+def quiet(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.WARNING)
+
+
+@contextmanager
+def devices(*ports: PtyPort, scenario: str = "corridor") -> Iterator[tuple[Emulator, list[str]]]:
+    """Emulated devices without physics, and the settings that name their ports."""
+    with Emulator(scenario_plant(load_scenario(scenario)), *ports, paced=False) as emulator:
+        robot, lidar = emulator.robot.port.address, emulator.lidar.port.address
+        yield emulator, [f"hardware.robot_port={robot}", f"hardware.lidar_port={lidar}"]
+
+
+@contextmanager
+def on_devices(*settings: str, **arguments: object) -> Iterator[tuple[gymnasium.Env, Emulator]]:
+    with devices() as (emulator, ports):
+        given = {"backend": "hardware", "yes": True, "settings": [*ports, *settings]} | arguments
+        with gymnasium.make(ID, **given) as env:
+            yield env, emulator
+
+
+@contextmanager
+def simulated(*settings: str, **arguments: object) -> Iterator[tuple[gymnasium.Env, None]]:
+    with gymnasium.make(ID, settings=settings, **arguments) as env:
+        yield env, None
+
+
+def still(emulator: Emulator) -> bool:
+    return not emulator.p3dx.motion.moving
+
+
+def wait_until(condition: Callable[[], object]) -> None:
+    until = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < until, "it never came true"
+        time.sleep(0.01)
+
+
+def drive(env: gymnasium.Env, steps: int) -> None:
+    for _ in range(steps):
+        env.step(FORWARD)
+
+
+def pose(values: np.ndarray) -> Pose2D:
+    return Pose2D(*values.tolist())
+
+
+def test_on_devices_it_keeps_the_rules_of_gymnasium() -> None:
+    with on_devices(observe=ALL_VIEWS) as (env, _):
+        env.unwrapped.spec.nondeterministic = True  # real time never passes twice in the same way
+        check_env(env.unwrapped, skip_render_check=True)  # which would open the ports a second time
+
+
+@pytest.mark.parametrize("arguments", [{}, {"observe": ALL_VIEWS, "end_on": "lost", "reward": "coverage"}])
+def test_spaces_and_info_are_those_of_the_simulated_robot_but_for_the_truth(arguments: dict[str, object]) -> None:
+    kinds = []
+    for opened in (simulated, on_devices):
+        with opened(**arguments) as (env, _):
+            first, info = env.reset(seed=1)
+            observation, reward, *_, later = env.step(FORWARD)
+            assert first in env.observation_space
+            assert observation in env.observation_space
+            assert isinstance(reward, float)
+            assert later["applied"] == pytest.approx(FORWARD)
+            assert info["pose_from"] == ("truth" if opened is simulated else "estimate")
+            assert np.isnan(info["T_map_base"]).all() == (opened is on_devices)
+            if opened is simulated:
+                np.testing.assert_array_equal(info["pose"], info["T_map_base"])
+            elif "slam_pose" in info:
+                np.testing.assert_array_equal(info["pose"], info["slam_pose"])
+                assert np.isnan(info["slam_error"])
+            shapes = [(key, type(info[key]), np.shape(info[key])) for key in sorted(info) if key != "observation"]
+            kinds.append((env.observation_space, env.action_space, shapes, sorted(later)))
+    assert kinds[0] == kinds[1]
+
+
+def test_episodes_on_devices_follow_one_another_where_the_robot_stands() -> None:
+    with on_devices("route.waypoints=[[1.0, 0.0]]", max_seconds=1.0, render_mode="rgb_array") as (env, emulator):
+        _, info = env.reset(seed=1)
+        left, rewards, truncated = info["route_left"], [], False
+        while not truncated:
+            _, reward, _, truncated, info = env.step(FORWARD)
+            rewards.append(reward)
+        assert info["ending"] == "time"
+        assert sum(rewards) == pytest.approx(left - info["route_left"])
+        assert env.render().shape[2] == 3
+        wait_until(lambda: still(emulator))
+        _, info = env.reset()
+        assert pose(info["pose"]).distance(emulator.truth[1]) < 0.02
+        assert info["seconds"] == pytest.approx(0.1)
+        assert 0.05 < info["pose"][0]
+        env.reset(options={"goal": [info["pose"][0] + 0.2, 0.0]})
+        over = False
+        while not over:
+            *_, terminated, truncated, info = env.step(FORWARD)
+            over = terminated or truncated
+        assert info["ending"] == "goal"
+        env.close()  # and the robot is carried back
+        assert still(emulator)
+        assert not emulator.p3dx.open
+        _, info = env.reset()
+        assert pose(info["pose"]).distance(Pose2D()) < 1e-9
+
+
+def test_nobody_can_put_a_real_robot_anywhere() -> None:
+    with on_devices() as (env, emulator):
+        with pytest.raises(InputError, match=r"start: this robot cannot be put anywhere.*carry the robot"):
+            env.reset(options={"start": [1.0, 0.0]})
+        assert not emulator.p3dx.open
+
+
+def test_a_device_that_fails_stops_the_robot_and_says_so(tmp_path: Path) -> None:
+    with devices(PtyPort(tmp_path / "p3dx"), PtyPort(tmp_path / "urg04lx")) as (emulator, ports):
+        settings = [*ports, "hardware.patience=0"]
+        with gymnasium.make(ID, backend="hardware", yes=True, settings=settings) as env:
+            env.reset(seed=0)
+            env.step(FORWARD)
+            emulator.do(emulator.lidar.unplug)
+            with pytest.raises(RobotTimeout, match="no such port"):
+                drive(env, 10)
+            assert not emulator.p3dx.open
+            assert still(emulator)
+            with pytest.raises(RobotError, match="call reset"):
+                env.step(FORWARD)
+            emulator.do(emulator.lidar.port.open)
+            _, info = env.reset()
+            assert pose(info["pose"]).distance(emulator.truth[1]) < 0.3  # it rolled on while nothing was seen
+
+
+def test_a_lidar_that_comes_back_is_waited_for() -> None:
+    with on_devices() as (env, emulator):
+        env.reset(seed=0)
+        emulator.do(lambda: emulator.lidar.stall(emulator.now + 1.3))
+        stalled = emulator.now
+        while emulator.now < stalled + 1.3:
+            *_, info = env.step(FORWARD)
+        assert info["applied"] == pytest.approx([0.0, 0.0])
+        *_, info = env.step(FORWARD)
+        assert info["applied"] == pytest.approx(FORWARD)
+
+
+@pytest.mark.parametrize("thread", ["main", "another"])
+def test_a_robot_that_nobody_holds_any_more_stops(thread: str) -> None:
+    with devices() as (emulator, ports):
+        env = gymnasium.make(ID, backend="hardware", yes=True, settings=ports)
+        env.reset(seed=0)
+        while still(emulator):
+            env.step(FORWARD)
+        if thread == "main":
+            del env
+            gc.collect()
+            assert not emulator.p3dx.open
+        else:
+            held, ring = [env], []
+            ring.append((ring, held.pop()))
+            del env, ring
+            with ThreadPoolExecutor() as pool:
+                pool.submit(gc.collect).result()
+        wait_until(lambda: still(emulator) and not emulator.p3dx.open)
+
+
+def test_an_interruption_stops_the_robot_and_a_wrong_action_only_for_now(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(timeout: float = 1.0) -> None:
+        raise KeyboardInterrupt
+
+    with on_devices() as (env, emulator):
+        env.reset(seed=0)
+        while still(emulator):
+            env.step(FORWARD)
+        with pytest.raises(InputError, match="did learning diverge"):
+            env.unwrapped.step([np.nan, 0.0])
+        wait_until(lambda: still(emulator))
+        while still(emulator):
+            env.step(FORWARD)
+        monkeypatch.setattr(env.unwrapped.robot, "observe", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            env.step(FORWARD)
+        assert still(emulator)
+        assert not emulator.p3dx.open
+
+
+def test_without_a_yes_and_in_a_dry_run_it_never_moves() -> None:
+    with on_devices(dry_run=True, yes=False) as (env, emulator):
+        env.reset(seed=0)
+        *_, info = env.step(FORWARD)
+        np.testing.assert_array_equal(info["applied"], [0.0, 0.0])
+        assert not emulator.p3dx.motion.enabled
+    with on_devices(yes=False) as (env, emulator):
+        env.reset(seed=0)
+        with pytest.raises(RobotError, match="nobody can be asked"):
+            env.step(FORWARD)
+        assert not emulator.p3dx.open
+
+
+@pytest.mark.parametrize("policy", ["by-hand", "ppo"])
+def test_the_documented_command_lets_a_policy_drive(
+    policy: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    if policy == "ppo":
+        policy = saved_ppo(tmp_path)
+    with devices(scenario="random_office") as (emulator, ports):
+        words = [word for setting in [*ports, "duration=2"] for word in ("--set", setting)]
+        monkeypatch.setattr("sys.argv", ["drive.py", policy, "--backend", "hardware", "--yes", *words])
+        with pytest.raises(SystemExit) as ended:
+            runpy.run_path(str(EXAMPLES / "drive.py"), run_name="__main__")
+        assert not ended.value.code
+        assert emulator.truth[1].distance(load_scenario("random_office").robot.start.pose) > 0.05
+    assert "time after 2.0 s" in (out := capsys.readouterr().out)
+    assert "where SLAM believes the robot is" in out
+
+
+def saved_ppo(folder: Path) -> str:
+    """A policy that has learnt nothing, but to go straight ahead."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of its own imports
+        ppo = pytest.importorskip("stable_baselines3", reason="pip install 'hopslam[rl]'").PPO
+    explorer = importlib.import_module("explorer").explorer
+    model = ppo("MlpPolicy", explorer(), device="cpu")
+    model.policy.action_net.bias.data[0] = 0.5
+    model.save(folder / "policy")
+    return str(folder / "policy.zip")
+
+
+class Room:
+    """A robot of one's own that stands in a square room, tells no truth, and says that its wheels are held."""
+
+    def __init__(self, scenario: Scenario, seed: int | None = None) -> None:
+        self.T_base_laser, self.turns, self.left = Pose2D(), 0, 0
+        walls = np.array([[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]])
+        self._plant = KinematicPlant([walls], Pose2D(), Pose2D())
+
+    def __enter__(self) -> "Room":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.left += 1
+
+    def observe(self, timeout: float = 1.0) -> Observation | None:
+        self.turns += 1
+        lidar = URG04LX.lidar
+        ranges = self._plant.ranges(lidar.angles)
+        bounds = lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max
+        scan = LaserScan(0.1 * self.turns, *bounds, np.where(ranges > lidar.range_max, np.inf, ranges))
+        stalled = self.turns == 3
+        return Observation(scan, Odometry(scan.stamp, Pose2D()), stalled=stalled) if self.turns < 5 else None
+
+    def drive(self, command: Twist2D) -> Twist2D:
+        return command
+
+
+class RestartableRoom(Room):
+    """The same, simulated."""
+
+    def restart(self, seed: int) -> None:
+        self.turns = 0
+
+
+@pytest.fixture
+def rooms(monkeypatch: pytest.MonkeyPatch) -> Iterator[ExitStack]:
+    monkeypatch.setitem(__import__("sys").modules, "rooms_of_a_user", __import__("types").SimpleNamespace(**globals()))
+    with ExitStack() as stack:
+        yield stack
+
+
+def test_wheels_that_are_held_are_a_collision(rooms: ExitStack) -> None:
+    env = rooms.enter_context(gymnasium.make(ID, backend="rooms_of_a_user:Room", collision_penalty=2.0))
+    env.reset(seed=0)
+    ends = [env.step(FORWARD)[2] for _ in range(2)]
+    assert ends == [False, True]
+    *_, info = env.unwrapped.step(FORWARD)
+    assert info["reward"]["collision"] == 0.0
+
+
+def test_a_robot_without_more_scans_truncates(rooms: ExitStack) -> None:
+    env = rooms.enter_context(gymnasium.make(ID, backend="rooms_of_a_user:Room", end_on="goal"))
+    env.reset(seed=0)
+    ends = [env.step(FORWARD)[3] for _ in range(4)]
+    assert ends == [False, False, False, True]
+
+
+@pytest.mark.parametrize(("name", "anew"), [("Room", True), ("RestartableRoom", False)])
+def test_only_a_robot_that_can_be_set_back_is_kept(rooms: ExitStack, name: str, anew: bool) -> None:
+    env = rooms.enter_context(gymnasium.make(ID, backend=f"rooms_of_a_user:{name}", end_on="goal"))
+    env.reset(seed=0)
+    first = env.unwrapped.robot
+    env.step(FORWARD)
+    env.reset(seed=1)
+    assert (env.unwrapped.robot is not first) == anew
+    assert first.left == anew
+    env.close()
+
+
+def test_scans_of_another_lidar_are_refused(rooms: ExitStack) -> None:
+    arguments = {"backend": "rooms_of_a_user:Room", "settings": "lidar.model=table1"}
+    env = rooms.enter_context(gymnasium.make(ID, **arguments))
+    with pytest.raises(RobotError, match=r"682 beams and reach \S+ m; those of lidar\.model table1 have 128"):
+        env.reset(seed=0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"backend": "replay"}, "a recorded log obeys no agent"),
+        ({"backend": "hardwear"}, "did you mean hardware?"),
+        ({"yes": True}, "add backend='hardware'"),
+        ({"dry_run": True}, "add backend='hardware'"),
+    ],
+)
+def test_what_cannot_be_driven_is_refused_when_it_is_made(arguments: dict[str, object], complaint: str) -> None:
+    with pytest.raises(InputError, match=complaint):
+        gymnasium.make(ID, **arguments)

@@ -15,7 +15,7 @@ from hardware.arcos.units import SONAR_REACH
 from hardware.consent import Consent
 from hardware.guard import Guard, age
 from hardware.p3dx import P3dx
-from hardware.process_watch import ProcessWatch
+from hardware.process_watch import Stop, process_watch
 from hardware.urg04lx import Reading, Urg04lx
 from slam.closing import Closing
 from slam.errors import RobotError, RobotTimeout, ScenarioError
@@ -72,7 +72,7 @@ class HardwareRobot(Closing):
             self._guard = Guard(self._ages, self._base.halt)
             devices.callback(self._guard.close)
             self._over = self._failure = None
-            devices.enter_context(ProcessWatch(self._end, self._suspend))
+            devices.enter_context(process_watch(Stop(self._end, self._suspend)))
             self._devices = devices.pop_all()
         atexit.register(self.close)
         return self

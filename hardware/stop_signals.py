@@ -35,8 +35,8 @@ class StopSignals:
         """Numbers of those that suspend it."""
 
     def install(self) -> None:
-        """Take over the signals that nobody handles."""
-        if threading.current_thread() is not threading.main_thread():
+        """Take over the signals that nobody handles; doing so twice is allowed."""
+        if self._installed or threading.current_thread() is not threading.main_thread():
             return
         self.ending |= {number for number in _numbers(_DEADLY) if signal.getsignal(number) is signal.SIG_DFL}
         for number in self.ending:
@@ -46,14 +46,16 @@ class StopSignals:
         self._previous_fd = signal.set_wakeup_fd(self._fd, warn_on_full_buffer=False)
         self._installed = True
 
-    def remove(self) -> None:
-        """Handle signals as before; doing so twice is allowed."""
-        if not self._installed or threading.current_thread() is not threading.main_thread():
-            return
+    def remove(self) -> bool:
+        """Handle signals as before, or return False: only the main thread can."""
+        if self._installed and threading.current_thread() is not threading.main_thread():
+            return False
+        if self._installed:
+            signal.set_wakeup_fd(self._previous_fd)
         self._installed = False
-        signal.set_wakeup_fd(self._previous_fd)
-        for number in self._handled:
-            signal.signal(number, signal.SIG_DFL)
+        while self._handled:
+            signal.signal(self._handled.pop(), signal.SIG_DFL)
+        return True
 
     def pass_on(self, numbers: bytes) -> None:
         """Tell whoever had such a file descriptor before, an event loop for example."""

@@ -12,7 +12,7 @@ from hardware.bench.driving_program import OWN_PROGRAM, DrivingProgram
 from hardware.bench.endings import ENDINGS, Ending, end_result
 from hardware.consent import Consent
 from hardware.emulator.emulator import Emulator
-from hardware.process_watch import ProcessWatch
+from hardware.process_watch import Stop, process_watch
 from slam.errors import OutputLost, RobotError
 from slam.run.scenario.file import load_scenario
 
@@ -80,6 +80,7 @@ class Notes:
         self.ends: list[tuple[str, RobotError | None]] = []
         self.suspended: list[str] = []
         self.told = threading.Event()
+        self.stop = Stop(self.end, self.suspended.append)
 
     def end(self, reason: str, error: RobotError | None) -> None:
         self.ends.append((reason, error))
@@ -92,7 +93,7 @@ def test_signals_reach_the_watch_whoever_handles_them_and_are_as_before_when_it_
     signal.signal(signal.SIGTERM, lambda number, _: seen.append(number))
     try:
         notes = Notes()
-        with ProcessWatch(notes.end, notes.suspended.append):
+        with process_watch(notes.stop):
             signal.raise_signal(signal.SIGTERM)
             assert notes.told.wait(20.0)
             with pytest.raises(SystemExit) as left:
@@ -105,6 +106,49 @@ def test_signals_reach_the_watch_whoever_handles_them_and_are_as_before_when_it_
     assert {number: signal.getsignal(number) for number in signal.valid_signals()} == before
 
 
+def test_every_robot_of_a_process_is_stopped_and_the_last_one_gives_the_signals_back() -> None:
+    before = signal.getsignal(signal.SIGHUP)
+    first, second = Notes(), Notes()
+    with process_watch(second.stop):
+        with process_watch(first.stop):
+            pass
+        assert signal.getsignal(signal.SIGHUP) != before
+        with pytest.raises(SystemExit):
+            signal.raise_signal(signal.SIGHUP)
+        assert second.told.wait(20.0)
+    assert first.ends == []
+    assert signal.getsignal(signal.SIGHUP) == before
+
+
+def test_a_robot_closed_by_another_thread_leaves_the_signals_to_the_next_one() -> None:
+    before = signal.getsignal(signal.SIGHUP)
+    watch, notes = process_watch(Notes().stop), Notes()
+    watch.__enter__()
+    closing = threading.Thread(target=watch.__exit__, args=(None, None, None))
+    closing.start()
+    closing.join()
+    with process_watch(notes.stop):
+        with pytest.raises(SystemExit):
+            signal.raise_signal(signal.SIGHUP)
+        assert notes.told.wait(20.0)
+    assert signal.getsignal(signal.SIGHUP) == before
+    assert signal.set_wakeup_fd(-1) == -1
+
+
+def test_signals_of_a_forked_child_are_its_own() -> None:
+    notes = Notes()
+    with process_watch(notes.stop):
+        child = os.fork()
+        if not child:
+            try:
+                signal.pause()
+            finally:
+                os._exit(0)
+        os.kill(child, signal.SIGTERM)
+        os.waitpid(child, 0)
+    assert notes.ends == []
+
+
 def test_an_event_loop_still_hears_of_signals() -> None:
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
@@ -112,7 +156,7 @@ def test_an_event_loop_still_hears_of_signals() -> None:
     previous = signal.set_wakeup_fd(writer)
     try:
         notes = Notes()
-        with ProcessWatch(notes.end, notes.suspended.append):
+        with process_watch(notes.stop):
             signal.raise_signal(signal.SIGINT)
             assert os.read(reader, 1) == bytes([signal.SIGINT])
         assert signal.set_wakeup_fd(writer) == writer

@@ -92,6 +92,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     |---|---|---|
     | `scenario` | `"corridor"` | name of a shipped scenario, path to a YAML file, or a `Scenario` |
     | `settings` | `()` | `"key=value"` strings on top of a named scenario |
+    | `allow_modules` | `()` | modules whose code the scenario's file may run; none: see docs/extend.md |
     | `render_mode` | `None` | `"rgb_array"`: the view from above, 10 frames a second |
     | `action` | `"twist"` | or `"wheels"` |
     | `observe` | `("scan", "odometry")` | keys of the observation |
@@ -134,10 +135,11 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         scenario: str | Path | Scenario = "corridor",
         settings: Sequence[str] = (),
         render_mode: Literal["rgb_array"] | None = None,
+        allow_modules: Sequence[str] = (),
         **arguments: Any,
     ) -> None:
         self.config = env_config(arguments)
-        world = scenario if isinstance(scenario, Scenario) else load_template(scenario, settings)
+        world = scenario if isinstance(scenario, Scenario) else load_template(scenario, settings, allow_modules)
         self._template = None if isinstance(world, Scenario) else world
         self.scenario = world if isinstance(world, Scenario) else world.draw()
         self._extent = Extent.of(self.scenario)

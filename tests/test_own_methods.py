@@ -3,11 +3,13 @@
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from slam.config import ChiSquareConfig, ForceFieldConfig, OwnMethod, PointMapConfig, SlamConfig
+from slam.config.own import ALLOWED
 from slam.errors import InputError
 from slam.late import late
 from slam.line_slam import LineSlam
@@ -38,16 +40,21 @@ def here(monkeypatch: pytest.MonkeyPatch) -> str:
     return "own_methods"
 
 
+def own(settings: dict[str, Any]) -> SlamConfig:
+    """The configuration, with the code of this module allowed."""
+    return SlamConfig.model_validate(settings, context={ALLOWED: ("own_methods",)})
+
+
 def test_an_extractor_named_is_the_one_called(here: str, scan_of: Scanner, room: FloatArray) -> None:
     scan = scan_of(room, Pose2D(), 1)
-    config = SlamConfig.model_validate({"lines": {"method": f"{here}:same_as_ours", "options": {"min_points": 9}}})
+    config = own({"lines": {"method": f"{here}:same_as_ours", "options": {"min_points": 9}}})
     ours = segments_by_chi_square(scan, ChiSquareConfig(min_points=9))
     assert np.array_equal(extract_segments(scan, config.lines).rho, ours.rho)
 
 
 def test_a_matcher_named_is_the_one_called(here: str, scan_of: Scanner, room: FloatArray) -> None:
     paper = {"lines": {"method": "paper"}, "deskew": False}
-    named = SlamConfig.model_validate(paper | {"matching": {"method": f"{here}:same_as_papers"}})
+    named = own(paper | {"matching": {"method": f"{here}:same_as_papers"}})
     poses = []
     for config in (named, SlamConfig(mode="paper")):
         slam = LineSlam(config, Pose2D(), seed=3)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from difflib import get_close_matches
 from typing import Any, Final, cast
 
 from slam.errors import ScenarioError
 from slam.late import late
+from slam.own_code import PLACE, call, find_code
 from slam.robot import Robot
+from slam.run.own_robot import OwnRobot
 
 BACKENDS: Final = {
     "sim": "sim.robot:SimRobot",
@@ -22,17 +25,21 @@ PLANTS: Final = {"sim": "sim.plant:SimPlant", "plan": "hardware.emulator.kinemat
 
 def make_plant(name: str, *args: Any) -> Any:
     """The plant of this name; ScenarioError lists the known ones."""
-    return late(_place(name, PLANTS, "plant"))(*args)
+    place = _place(name, PLANTS, "plant")
+    return late(place)(*args) if name in PLANTS else call(place, find_code(place, (place,)), *args)
 
 
 def make_robot(backend: str, *args: Any, **options: Any) -> Robot:
     """A robot of the named back end, or of one named ``module:Class``, made from what its class takes; ScenarioError
     lists the known names."""
-    return cast(Robot, late(_place(backend, BACKENDS, "robot back end"))(*args, **options))
+    place = _place(backend, BACKENDS, "robot back end")
+    if backend not in BACKENDS:
+        return OwnRobot(place, *args, **options)
+    return cast(Robot, late(place)(*args, **options))
 
 
 def _place(name: str, table: dict[str, str], kind: str) -> str:
-    if name in table or ":" in name:
+    if name in table or re.fullmatch(PLACE, name):
         return table.get(name, name)
     close = get_close_matches(name, table, n=1)
     hint = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(table)}, or give module:name"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slam.errors import InputError
-from slam.run.commands.options import Settings
+from slam.run.commands.options import AllowModules, Settings
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -41,6 +41,7 @@ def square(
         Path | None, typer.Option(metavar="FILE", help="The squares before and after; default: beside the file, .png.")
     ] = None,
     settings: Settings = None,
+    allow_modules: AllowModules = None,
     backend: Annotated[str, typer.Option(metavar="NAME", help="sim, or hardware: the real robot.")] = "sim",
     yes: Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")] = False,
 ) -> None:
@@ -77,7 +78,7 @@ def square(
     base = check_onto(onto or scenario)
     drawn = picture or out.with_suffix(".png")
     check_picture(drawn)
-    loaded = load_scenario(scenario, settings or [])
+    loaded = load_scenario(scenario, settings or [], allow_modules or [])
     console = Console()
     warm_up(console, loaded.slam)
     found = _driven(loaded, Square(size, laps, speed), backend, yes, console)

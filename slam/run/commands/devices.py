@@ -61,11 +61,11 @@ def emulate(
 
     from slam.late import late
     from slam.run.backends import make_plant
-    from slam.run.scenario.file import load_scenario
+    from slam.run.scenario.file import read_scenario
     from slam.run.viewer.viewers import Viewers
 
     noise = late("hardware.emulator.wire:Noise")(bit_errors, dropped, duplicated)
-    loaded = load_scenario(scenario, settings or [])
+    loaded = read_scenario(scenario, settings or [])
     moved = make_plant(plant, loaded)
     with ExitStack() as stack:
         show, viewers = None, stack.enter_context(Viewers(rerun or (), Console(file=stderr)))

@@ -60,7 +60,10 @@ def write_map(path: Path, saved: SavedSlam) -> None:
 def read_map(path: Path, config: SlamConfig) -> SavedSlam:
     """The map, to be used with these settings. InputError names the file, the key and what is wrong."""
     if not isinstance(config.map, SurfelMapConfig):
-        raise InputError(f"{path}: a saved map needs slam.mode=hopslam; these settings have slam.map.method=points")
+        raise InputError(
+            f"{path}: a saved map needs slam.mode=hopslam; these settings have slam.map.method=points; "
+            "take those of another scenario, for a log with --scenario replay"
+        )
     if config.matching.method != "least_squares":
         raise InputError(f"{path}: a saved map is matched by least_squares; leave slam.matching.method out")
     document = _parse(path)

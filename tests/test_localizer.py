@@ -173,7 +173,7 @@ def test_the_commands(small_log: Path, tmp_path: Path) -> None:
 
 
 def test_localize_takes_what_replay_takes(small_log: Path, tmp_path: Path) -> None:
-    """A run folder with its own settings, the bag in it by its topics; and it refuses what belongs to the other kind."""
+    """A run folder with its own settings, and the bag in it by its topics; each refuses options of the other kind."""
     run, folder = CliRunner(), tmp_path / "run"
     where = ["--map", str(folder / "map.json"), "--out"]
     made = run.invoke(app, ["replay", str(small_log), "--set", "slam.deskew=false", "--out", str(folder)])

@@ -23,6 +23,7 @@ from slam.matching.surfel_memory import SurfelMemory
 from slam.pose import FloatArray, Pose2D
 from slam.run.maps.schema import VERSION, MapDocument, SavedGrid
 from slam.run.results.files import write_whole
+from slam.run.scenario.complaint import told
 from slam.saved_slam import SavedSlam
 
 COLUMNS = 7  # of a surfel, without the link to the next
@@ -99,9 +100,9 @@ def _complaint(errors: ValidationError) -> str:
     error = min(errors.errors(), key=lambda error: error["loc"] != ("version",))
     if error["loc"] == ("version",) and error["type"] != "missing":
         return f"version: this hopslam reads version {VERSION}, and not {error['input']!r}; map again, or update"
-    key = ".".join(map(str, error["loc"])) or "the whole"
-    message = error["msg"].removeprefix("Value error, ")
-    return f"{key}: {message}; a map is written by hopslam run and replay as map.json"
+    location, reason = told(error, MapDocument)
+    key = ".".join(map(str, location)) or "the whole"
+    return f"{key}: {reason}; a map is written by hopslam run and replay as map.json"
 
 
 def _grid_text(grid: Grid) -> str:

@@ -9,6 +9,7 @@ import yaml
 
 from slam.errors import ScenarioError
 from slam.run.scenario.random_value import is_random
+from slam.run.scenario.yaml_fault import UNREADABLE, yaml_fault
 from slam.run.scenario.yaml_file import Location
 
 _CODE_KEYS: Final[tuple[Location, ...]] = (("slam", "lines", "method"), ("slam", "matching", "method"))
@@ -16,14 +17,15 @@ _CODE_KEYS: Final[tuple[Location, ...]] = (("slam", "lines", "method"), ("slam",
 
 
 def parse_setting(text: str) -> tuple[Location, Any]:
-    """``slam.lines.psi=2`` as its path and its value, which is read as YAML; a number in the path is an index."""
+    """``slam.lines.psi=1`` as its path and its value, which is read as YAML; a number in the path is an index."""
     key, equals, value = text.partition("=")
     if not equals or not all(key.strip().split(".")):
         raise ScenarioError(f"--set {text}: expected key=value, for example --set duration=60")
     try:
         parsed = yaml.safe_load(value)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise ScenarioError(f"--set {text}: the value is not valid YAML; quote it if it is text") from error
+    except UNREADABLE as error:
+        _, fault = yaml_fault(error)
+        raise ScenarioError(f"--set {text}: the value is not valid YAML: {fault}; quote it if it is text") from error
     return tuple(int(step) if step.isascii() and step.isdigit() else step for step in key.strip().split(".")), parsed
 
 

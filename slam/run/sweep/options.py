@@ -17,6 +17,7 @@ from slam.run.scenario.complaint import complaint
 from slam.run.scenario.random_value import KINDS
 from slam.run.scenario.settings import named_code
 from slam.run.scenario.shipped import SHIPPED
+from slam.run.scenario.yaml_fault import UNREADABLE, yaml_fault
 from slam.run.scenario.yaml_file import Location, YamlFile
 from slam.run.sweep.config import SweepConfig
 from slam.run.sweep.plan import Plan
@@ -44,7 +45,7 @@ def make_plan(names: Sequence[str], changes: dict[str, Any], allow_modules: Sequ
 
 def parse_grid(text: str) -> tuple[str, list[Any]]:
     """``key=a,b,c`` as key and values, each read as YAML."""
-    key, value = _halves("--grid", text, "slam.matching.floor=0.01,0.02")
+    key, value = _halves("--grid", text, "slam.update_distance=0,0.1")
     return key, _yaml("--grid", text, f"[{value}]")
 
 
@@ -69,8 +70,10 @@ def _halves(option: str, text: str, example: str) -> tuple[str, str]:
 def _yaml(option: str, text: str, value: str) -> list[Any]:
     try:
         return list(yaml.safe_load(value))
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise ScenarioError(f"{option} {text}: the values are not valid YAML; quote those that are text") from error
+    except UNREADABLE as error:
+        _, fault = yaml_fault(error)
+        fault = f"the values are not valid YAML: {fault}; quote those that are text"
+        raise ScenarioError(f"{option} {text}: {fault}") from error
 
 
 def _sweep_file(name: str) -> Path | None:

@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from datetime import datetime
 from importlib.metadata import version
+from math import inf
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -70,6 +71,8 @@ class Experiment:
     """More for ``metrics.json``."""
     T_map_odom: Pose2D | None = None
     """Where dead reckoning begins; None: at the robot's first estimate."""
+    duration: float = inf
+    """The scenario's, seconds, where the robot keeps to it."""
     measures: Callable[[Path], dict[str, Any]] = measure
     """The metrics of the folder."""
 
@@ -142,7 +145,7 @@ class Experiment:
     def _loop(self, watchers: Sequence[Watcher]) -> tuple[Ending, RobotError | None]:
         try:
             patience = self.scenario.hardware.patience
-            return run_loop(self.env, self.slam, self.pilot, watchers, self.seed, patience), None
+            return run_loop(self.env, self.slam, self.pilot, watchers, self.seed, patience, self.duration), None
         except KeyboardInterrupt:
             return "interrupted", None
         except RobotError as error:
@@ -183,6 +186,7 @@ def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: boo
         pilot=WaypointPilot(scenario.route, start),
         seed=scenario.seed,
         outlines=scenario.world.outlines(lidar.height),
+        duration=scenario.duration,
         notes={} if backend == "sim" else {"backend": backend, "dry_run": options.get("dry_run", False)},
     )
 

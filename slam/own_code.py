@@ -110,12 +110,16 @@ def _misfit(code: Any, arguments: Sequence[Any], more: Mapping[str, Any], option
         taken.bind(*arguments, **more, **options)
     except TypeError as error:
         unknown = [name for name in options if name not in own]
-        return f"takes no option {unknown[0]!r}; it takes {', '.join(own) or 'none'}" if unknown else f"{error}"
+        if unknown:
+            return f"takes no option {unknown[0]!r}; it takes {', '.join(own) or 'none'}"
+        return f"does not take what it is called with: {error}; see docs/extend.md"
     return None
 
 
 def _told(error: Exception, place: str) -> str:
     """The error in one line, with the line of the module in which it came up."""
+    if isinstance(error, SyntaxError):
+        return f"SyntaxError: {error.msg} ({error.filename}:{error.lineno})"
     file = getattr(sys.modules.get(place.partition(":")[0]), "__file__", None)
     frames = extract_tb(error.__traceback__)
     frame = next((frame for frame in reversed(frames) if frame.filename == file), frames[-1])

@@ -8,7 +8,7 @@ from typing import Any, Final, cast
 
 from slam.errors import ScenarioError
 from slam.late import late
-from slam.own_code import PLACE, call, find_code
+from slam.own_code import PLACE, call, expect_parts, find_code
 from slam.robot import Robot
 from slam.run.own_robot import OwnRobot
 
@@ -21,12 +21,20 @@ BACKENDS: Final = {
 
 PLANTS: Final = {"sim": "sim.plant:SimPlant", "plan": "hardware.emulator.kinematic_plant:scenario_plant"}
 """What moves the emulated devices: a function of the scenario."""
+_PLANT: Final = (
+    "T_map_base", "elapsed", "odometry", "travel", "stalled", "advance", "ranges", "bumpers", "sonar",
+)  # fmt: skip
+"""What it has: see hardware/emulator/plant.py."""
 
 
 def make_plant(name: str, *args: Any) -> Any:
     """The plant of this name; ScenarioError lists the known ones."""
     place = _place(name, PLANTS, "plant")
-    return late(place)(*args) if name in PLANTS else call(place, find_code(place, (place,)), *args)
+    if name in PLANTS:
+        return late(place)(*args)
+    plant = call(place, find_code(place, (place,)), *args)
+    expect_parts(place, plant, _PLANT, "plant")
+    return plant
 
 
 def make_robot(backend: str, *args: Any, **options: Any) -> Robot:

@@ -10,7 +10,8 @@ import typer
 from rich.console import Console
 
 from slam.run.commands.bench_hardware import bench_hardware
-from slam.run.commands.options import AllowModules, Settings
+from slam.run.commands.completion import complete_scenario
+from slam.run.commands.options import AllowModules, ScenarioName, Settings
 
 app = typer.Typer(
     help="Measure the paper's figures, extractors, matchers, localisation, SLAM, simulator, drivers, sweeps, start-up.",
@@ -135,7 +136,10 @@ def slam(
 @app.command()
 def localize(
     scenarios: Annotated[
-        list[str] | None, typer.Argument(metavar="[SCENARIO]...", help="By name or file; two offices without one.")
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENARIO]...", help="By name or file; two offices without one.", autocompletion=complete_scenario
+        ),
     ] = None,
     trials: Annotated[int, typer.Option(min=1, help="Robots that are set down, and then moved, in each.")] = 100,
     seconds: Annotated[float, typer.Option(min=1.0, help="Simulated time of each stay.")] = 10.0,
@@ -164,7 +168,9 @@ def localize(
 
 @app.command()
 def match(
-    scenario: Annotated[str, typer.Argument(help="Whose world is scanned: by name or file.")] = "random_office",
+    scenario: Annotated[
+        str, typer.Argument(help="Whose world is scanned: by name or file.", autocompletion=complete_scenario)
+    ] = "random_office",
     places: Annotated[int, typer.Option(min=1, help="Where a scan is matched.")] = 40,
     seed: Annotated[int, typer.Option(help="Of the places and the noise.")] = 1,
     png: Annotated[Path | None, typer.Option(metavar="FILE", help="Also draw it.")] = None,
@@ -221,7 +227,10 @@ def sweep(
 @app.command("slam-sim")
 def slam_sim(
     scenarios: Annotated[
-        list[str] | None, typer.Argument(metavar="[SCENARIO]...", help="Names such as corridor; six without one.")
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENARIO]...", help="Names such as corridor; six without one.", autocompletion=complete_scenario
+        ),
     ] = None,
     seeds: Annotated[int, typer.Option(min=0, max=100, help="Runs of each scenario; 0 with --hour alone.")] = 10,
     first_seed: Annotated[int, typer.Option(min=0, help="Of these runs; the others follow.")] = 0,
@@ -256,7 +265,7 @@ def slam_sim(
 
 @app.command()
 def viewer(
-    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")] = "corridor",
+    scenario: ScenarioName = "corridor",
     scans: Annotated[int, typer.Option(min=10, help="For each row at 10 Hz.")] = 150,
     allow_modules: AllowModules = None,
 ) -> None:
@@ -278,7 +287,7 @@ def viewer(
 
 @app.command()
 def start(
-    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")] = "corridor",
+    scenario: ScenarioName = "corridor",
     repeats: Annotated[int, typer.Option(min=1, help="Starts of each kind.")] = 5,
     allow_modules: AllowModules = None,
 ) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slam.errors import InputError
-from slam.run.commands.options import Rerun, Settings
+from slam.run.commands.options import Rerun, ScenarioName, Settings
 
 if TYPE_CHECKING:
     from slam.scan import LaserScan
@@ -17,7 +17,7 @@ Share = Annotated[float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="O
 
 
 def emulate(
-    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")] = "corridor",
+    scenario: ScenarioName = "corridor",
     link_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="Links p3dx and urg04lx are made there.")] = None,
     tcp: Annotated[bool, typer.Option("--tcp", help="TCP ports on the loopback interface instead.")] = False,
     fault: Annotated[

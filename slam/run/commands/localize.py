@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 
 from slam.errors import InputError
+from slam.run.commands.completion import complete_scenario
 from slam.run.commands.options import AllowModules, OdomTopic, Out, Rerun, ScanTopic, Settings
 
 
@@ -16,14 +17,19 @@ def localize(
     source: Annotated[
         str,
         typer.Argument(
-            metavar="LOG|SCENARIO", help="What hopslam replay takes: a log, a bag or a run folder; or a scenario."
+            metavar="LOG|SCENARIO",
+            help="What hopslam replay takes: a log, a bag or a run folder; or a scenario.",
+            autocompletion=complete_scenario,
         ),
     ],
     saved_map: Annotated[Path, typer.Option("--map", metavar="FILE", help="The map.json of another run.")],
     seed: Annotated[int | None, typer.Option(help="Of a scenario: of all that is random; default: its own.")] = None,
     scenario: Annotated[
         str | None,
-        typer.Option(help="Of a log: where the settings of the method come from; default: the run's own, or replay."),
+        typer.Option(
+            help="Of a log: where the settings of the method come from; default: the run's own, or replay.",
+            autocompletion=complete_scenario,
+        ),
     ] = None,
     out: Out = None,
     settings: Settings = None,

@@ -7,6 +7,12 @@ from typing import Annotated
 
 import typer
 
+from slam.run.commands.completion import complete_scenario
+
+ScenarioName = Annotated[
+    str,
+    typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.", autocompletion=complete_scenario),
+]
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
 ]

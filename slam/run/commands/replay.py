@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import typer
 from rich.console import Console
 
+from slam.run.commands.completion import complete_scenario
 from slam.run.commands.options import AllowModules, OdomTopic, Out, Rerun, SavedMap, ScanTopic, Settings
 
 
@@ -20,7 +21,11 @@ def replay(
         ),
     ],
     scenario: Annotated[
-        str | None, typer.Option(help="Where the settings of the method come from; default: the run's own, or replay.")
+        str | None,
+        typer.Option(
+            help="Where the settings of the method come from; default: the run's own, or replay.",
+            autocompletion=complete_scenario,
+        ),
     ] = None,
     out: Out = None,
     settings: Settings = None,

@@ -8,11 +8,11 @@ import typer
 from rich.console import Console
 
 from slam.errors import InputError
-from slam.run.commands.options import AllowModules, Out, Rerun, SavedMap, Settings
+from slam.run.commands.options import AllowModules, Out, Rerun, SavedMap, ScenarioName, Settings
 
 
 def run(
-    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")] = "corridor",
+    scenario: ScenarioName = "corridor",
     seed: Annotated[int | None, typer.Option(help="Seed of all that is random; default: the scenario's.")] = None,
     out: Out = None,
     settings: Settings = None,

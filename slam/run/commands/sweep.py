@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
+from slam.run.commands.completion import complete_sweep
 from slam.run.commands.options import AllowModules
 
 if TYPE_CHECKING:
@@ -49,7 +50,11 @@ Out = Annotated[str, typer.Argument(metavar="DIR", help="Of a sweep: a path, or 
 def run(
     scenarios: Annotated[
         list[str],
-        typer.Argument(metavar="SCENARIO|LOG|SWEEP...", help="Scenarios by name or file, logs; or one sweep file."),
+        typer.Argument(
+            metavar="SCENARIO|LOG|SWEEP...",
+            help="Scenarios by name or file, logs; or one sweep file.",
+            autocompletion=complete_sweep,
+        ),
     ],
     seeds: Annotated[
         str | None, typer.Option(metavar="FIRST:END", help="Seeds, END not among them; default 0:1.")

@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
-from slam.run.commands.options import Settings
+from slam.run.commands.options import ScenarioName, Settings
 
 
 def world(
-    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")],
+    scenario: ScenarioName,
     seed: Annotated[int | None, typer.Option(help="Seed of all that is random; default: the scenario's.")] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The picture: .png, .svg or .pdf; default <name>.png.")

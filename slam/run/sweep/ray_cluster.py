@@ -113,7 +113,7 @@ class RayCluster:
         return Lost(job, "the run was interrupted") if answer["row"] is None else Finished(job, answer["row"])
 
 
-def run_on_cluster(job: str, runs: str, pictures: bool, expected: dict[str, str], allowed: list[str]) -> str:
+def run_on_cluster(job: str, runs: str, pictures: bool, expected: dict[str, str], allowed: Sequence[str] = ()) -> str:
     """The task: JSON of the row, or of the host and its versions where these are not the expected ones."""
     import platform
 

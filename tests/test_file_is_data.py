@@ -167,6 +167,12 @@ def test_no_command_runs_what_a_run_folder_names(run_folder: Path, gadget: Path)
     assert not gadget.exists()
 
 
+def test_a_run_folder_that_is_allowed_is_replayed(run_folder: Path, gadget: Path) -> None:
+    code, said = hopslam("replay", run_folder, "--allow-module", "gadget:find", "--out", "again")
+    assert code == 0, said
+    assert gadget.read_text().startswith("imported\ncalled ['cmd']\n")
+
+
 def test_a_sweep_folder_does_not_allow_itself_what_it_was_allowed_once(tmp_path: Path, gadget: Path) -> None:
     """The permission reaches the worker; to go on, or to repeat, needs it again."""
     file = write(tmp_path / "mine.yaml", {"extends": "umbmark_room", "duration": 0.5, "slam": {"lines": OWN}})

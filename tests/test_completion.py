@@ -6,6 +6,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
+
+from slam.run.cli import app
 
 HOPSLAM = Path(sys.executable).with_name("hopslam")
 
@@ -18,8 +21,11 @@ def offered(shell: str, line: str) -> list[str]:
         "zsh": {"_TYPER_COMPLETE_ARGS": line},
         "fish": {"_TYPER_COMPLETE_ARGS": line, "_TYPER_COMPLETE_FISH_ACTION": "get-args"},
     }
-    environment = os.environ | question[shell] | {"_HOPSLAM_COMPLETE": f"complete_{shell}"}
-    return subprocess.run([HOPSLAM], env=environment, capture_output=True, text=True).stdout.split()
+    return asked(question[shell] | {"_HOPSLAM_COMPLETE": f"complete_{shell}"}).split()
+
+
+def asked(environment: dict[str, str]) -> str:
+    return CliRunner().invoke(app, [], env=environment, prog_name="hopslam").output
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
@@ -43,9 +49,7 @@ def test_commands_options_and_choices_are_completed(line: str, words: list[str])
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_the_script_of_each_shell_asks_for_it(shell: str) -> None:
-    environment = os.environ | {"_HOPSLAM_COMPLETE": f"source_{shell}"}
-    shown = subprocess.run([HOPSLAM], env=environment, capture_output=True, text=True)
-    assert f"_HOPSLAM_COMPLETE=complete_{shell}" in shown.stdout
+    assert f"_HOPSLAM_COMPLETE=complete_{shell}" in asked({"_HOPSLAM_COMPLETE": f"source_{shell}"})
 
 
 def test_it_is_installed_for_the_shell_that_asks(tmp_path: Path) -> None:
@@ -53,7 +57,7 @@ def test_it_is_installed_for_the_shell_that_asks(tmp_path: Path) -> None:
     subprocess.run(["bash", "-c", f"{HOPSLAM} --install-completion; true"], env=home, check=True, capture_output=True)
     line = "COMP_WORDS=(hopslam run cro) COMP_CWORD=2; _hopslam_completion hopslam; echo ${COMPREPLY[@]}"
     environment = home | {"PATH": f"{HOPSLAM.parent}:{os.environ['PATH']}"}
-    asked = subprocess.run(
+    offered = subprocess.run(
         ["bash", "--norc", "-c", f". {tmp_path}/.bashrc; {line}"], env=environment, capture_output=True, text=True
     )
-    assert asked.stdout == "crowded_corridor\n", asked.stderr
+    assert offered.stdout == "crowded_corridor\n", offered.stderr

@@ -46,6 +46,7 @@ class LineLocalizer:
         """Whether it knows where the robot is."""
         self._last_odometry: Pose2D | None = None
         self._moved = np.inf  # since the last evidence, metres and radians together; the first scan is evidence
+        self._weighed_at: Pose2D | None = None  # T_map_base of the best hypothesis then: all there is without odometry
         self._taken = self._searched_at = 0  # pieces of evidence since one search, and since the last
 
     @property
@@ -73,9 +74,12 @@ class LineLocalizer:
         extracted = perf_counter()
         for hypothesis in self._hypotheses:
             hypothesis.follow(scan, segments, motion)
+        if not self.config.odometry and self._weighed_at is not None:
+            self._moved = _size(self._weighed_at.between(self.T_map_base))
         if self._moved >= self.config.localization.step:
             self._moved = 0.0
             self._weigh(scan, segments)
+            self._weighed_at = self.T_map_base
         times = extracted - began, perf_counter() - began
         return Estimate(scan.stamp, self.T_map_base, segments, self._match(), len(self._map), *times)
 
@@ -88,8 +92,8 @@ class LineLocalizer:
 
     def _motion(self, odometry: Odometry) -> Pose2D:
         last, self._last_odometry = self._last_odometry, odometry.T_odom_base
-        motion = Pose2D() if last is None else last.between(odometry.T_odom_base)
-        self._moved += motion.distance(Pose2D()) + abs(motion.theta)
+        motion = Pose2D() if last is None or not self.config.odometry else last.between(odometry.T_odom_base)
+        self._moved += _size(motion)
         return motion
 
     def _weigh(self, scan: LaserScan, segments: Segments) -> None:
@@ -145,7 +149,12 @@ class LineLocalizer:
         self._hypotheses.sort(key=lambda hypothesis: -hypothesis.evidence)
 
     def _guess(self, T_map_base: Pose2D) -> Hypothesis:
-        return Hypothesis(self._map, self._guessing, self.T_base_laser, T_map_base)
+        return Hypothesis(self._map, self._guessing, self.T_base_laser, T_map_base, self.config.odometry)
 
     def _tracker(self, T_map_base: Pose2D) -> Hypothesis:
-        return Hypothesis(self._map, self._tracking, self.T_base_laser, T_map_base)
+        return Hypothesis(self._map, self._tracking, self.T_base_laser, T_map_base, self.config.odometry)
+
+
+def _size(motion: Pose2D) -> float:
+    """Metres and radians together."""
+    return motion.distance(Pose2D()) + abs(motion.theta)

@@ -97,7 +97,7 @@ def test_the_default_folder_and_latest(tmp_path: Path) -> None:
     assert hopslam("run", "paper_simulation", "--set", "duration=1", cwd=tmp_path).returncode == 0
     latest = tmp_path / "runs" / "latest"
     assert latest.is_symlink()
-    assert json.loads((latest / "metrics.json").read_text())["ending"] == "no more scans"
+    assert json.loads((latest / "metrics.json").read_text())["ending"] == "duration over"
 
 
 def test_the_corridor_is_mapped_where_dead_reckoning_bends(tmp_path: Path) -> None:

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 
 from sim.ids import GENERAL_ID, SCENARIO_IDS
 from slam.run.cli import app
-from slam.run.scenario.file import load_scenario, load_template
+from slam.run.scenario.file import checked_template, load_scenario
 from slam.run.scenario.json_schema import scenario_schema
 from slam.run.scenario.shipped import shipped_scenarios
 from slam.run.sweep.options import make_plan
@@ -108,7 +108,7 @@ def check_yaml(text: str) -> None:
         assert len(make_plan(["block.yaml"], {}))
     else:
         schema().validate(data)
-        load_template("block.yaml").draw(1)
+        checked_template("block.yaml", [], None).draw(1)
 
 
 def run_line(line: str) -> None:

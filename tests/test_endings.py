@@ -137,15 +137,20 @@ def test_a_robot_closed_by_another_thread_leaves_the_signals_to_the_next_one() -
 
 def test_signals_of_a_forked_child_are_its_own() -> None:
     notes = Notes()
+    ready, tell = os.pipe()
     with process_watch(notes.stop):
         child = os.fork()
         if not child:
             try:
-                signal.pause()
+                os.write(tell, b"!")
+                time.sleep(60.0)
             finally:
                 os._exit(0)
+        assert os.read(ready, 1) == b"!"
         os.kill(child, signal.SIGTERM)
         os.waitpid(child, 0)
+    os.close(ready)
+    os.close(tell)
     assert notes.ends == []
 
 

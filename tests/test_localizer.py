@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from slam.config import SlamConfig
+from slam.errors import InputError
 from slam.line_continuation import LineContinuation
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import LineSlam
@@ -70,6 +71,17 @@ def test_it_finds_itself_anywhere_and_leaves_the_map(
     assert localizer.T_map_base.distance(path[-1]) < 0.03
     assert abs(localizer.T_map_base.between(path[-1]).theta) < np.radians(1.0)
     assert np.array_equal(saved.memory.map.surfels, before)
+
+
+def test_without_odometry_it_finds_itself_by_the_scans_alone(saved: SavedSlam, look: Look) -> None:
+    path, localizer = (
+        loop(Pose2D(1.0, 0.5, 2.0), 30),
+        LineLocalizer(SlamConfig(odometry=False), MOUNT, saved.memory.map),
+    )
+    for k, pose in enumerate(path):
+        localizer.update(look(pose, k), Odometry(0.1 * k, Pose2D()))
+    assert localizer.sure
+    assert localizer.T_map_base.distance(path[-1]) < 0.03
 
 
 def test_moved_without_being_told_it_is_lost_and_finds_itself_again(saved: SavedSlam, look: Look) -> None:
@@ -158,3 +170,23 @@ def test_the_commands(small_log: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "b0" / "map.json").exists()
     assert "sure_after_s" in (tmp_path / "b0" / "metrics.json").read_text()
     assert (tmp_path / "b2" / "map.json").is_file()
+
+
+def test_localize_takes_what_replay_takes(small_log: Path, tmp_path: Path) -> None:
+    """A run folder with its own settings, and the bag in it by its topics; each refuses options of the other kind."""
+    run, folder = CliRunner(), tmp_path / "run"
+    where = ["--map", str(folder / "map.json"), "--out"]
+    made = run.invoke(app, ["replay", str(small_log), "--set", "slam.deskew=false", "--out", str(folder)])
+    assert made.exit_code == 0, made.output
+    for number, words in enumerate(([folder], [folder / "log.mcap", "--scan-topic", "/scan", "--odom-topic", "/odom"])):
+        result = run.invoke(app, ["localize", *map(str, words), *where, str(tmp_path / f"found{number}")])
+        assert result.exit_code == 0, result.output
+        assert "deskew: " + ("true" if number else "false") in (tmp_path / f"found{number}" / "config.yaml").read_text()
+    for words, said in (
+        ([str(folder), "--seed", "3"], "--seed 3"),
+        (["corridor", "--scan-topic", "/scan"], "corridor is a scenario, and no log"),
+        ([str(folder / "log.mcap"), "--scan-topic", "/other"], "/other"),
+    ):
+        refused = run.invoke(app, ["localize", *words, *where, str(tmp_path / "none")])
+        assert isinstance(refused.exception, InputError)
+        assert said in str(refused.exception)

@@ -98,6 +98,12 @@ def test_it_arrives_where_it_believes_to_be(truth: Pose2D, belief: Pose2D, endin
     assert len(robot.commands) == drives
 
 
+@pytest.mark.parametrize(("duration", "ending"), [(0.45, "duration over"), (9.0, "no more scans")])
+def test_the_end_of_the_duration_is_told_from_the_end_of_the_scans(duration: float, ending: str) -> None:
+    robot = Scripted([TRUTH] * 4)
+    assert run_loop(env_of(robot), Oracle([WRONG] * 4), Passenger(4), [], 0, duration=duration) == ending
+
+
 @pytest.mark.parametrize("at", [0, 2])
 def test_a_collision_ends_it_once_it_was_seen(at: int) -> None:
     robot, notes = Scripted([TRUTH] * 6, collides_at=at), Notes()

@@ -1,14 +1,17 @@
 """Extractors and matchers that are named ``module:name``."""
 
+import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from slam.config import ChiSquareConfig, ForceFieldConfig, OwnMethod, PointMapConfig, SlamConfig
-from slam.errors import InputError
+from slam.config.own import ALLOWED
+from slam.errors import InputError, RobotError
 from slam.late import late
 from slam.line_slam import LineSlam
 from slam.lines.chi_square import segments_by_chi_square
@@ -17,7 +20,9 @@ from slam.lines.segments import Segments
 from slam.matching.paper_mapper import PaperMapper
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
+from slam.run.backends import make_robot
 from slam.run.maps.file import read_map
+from slam.run.scenario.file import load_scenario
 from slam.scan import LaserScan
 
 Scanner = Callable[[FloatArray, Pose2D, int], LaserScan]
@@ -38,16 +43,21 @@ def here(monkeypatch: pytest.MonkeyPatch) -> str:
     return "own_methods"
 
 
+def own(settings: dict[str, Any]) -> SlamConfig:
+    """The configuration, with the code of this module allowed."""
+    return SlamConfig.model_validate(settings, context={ALLOWED: ("own_methods",)})
+
+
 def test_an_extractor_named_is_the_one_called(here: str, scan_of: Scanner, room: FloatArray) -> None:
     scan = scan_of(room, Pose2D(), 1)
-    config = SlamConfig.model_validate({"lines": {"method": f"{here}:same_as_ours", "options": {"min_points": 9}}})
+    config = own({"lines": {"method": f"{here}:same_as_ours", "options": {"min_points": 9}}})
     ours = segments_by_chi_square(scan, ChiSquareConfig(min_points=9))
     assert np.array_equal(extract_segments(scan, config.lines).rho, ours.rho)
 
 
 def test_a_matcher_named_is_the_one_called(here: str, scan_of: Scanner, room: FloatArray) -> None:
     paper = {"lines": {"method": "paper"}, "deskew": False}
-    named = SlamConfig.model_validate(paper | {"matching": {"method": f"{here}:same_as_papers"}})
+    named = own(paper | {"matching": {"method": f"{here}:same_as_papers"}})
     poses = []
     for config in (named, SlamConfig(mode="paper")):
         slam = LineSlam(config, Pose2D(), seed=3)
@@ -73,3 +83,95 @@ def test_a_saved_map_needs_the_matcher_that_made_it(here: str, tmp_path: Path) -
     config = SlamConfig(matching=OwnMethod(method=f"{here}:same_as_papers"))
     with pytest.raises(InputError, match="matched by least_squares"):
         read_map(tmp_path / "map.json", config)
+
+
+FAULTY = """
+import numpy as np
+from slam.lines.segments import Segments
+from slam.pose import Pose2D
+
+def split(scan, tolerance=0.04, gap=0.3): return []
+def ragged(scan): return Segments(*[np.zeros(2)] * 4, np.zeros((3, 2)), np.zeros((2, 2)))
+def fails(scan):
+    return 1 / 0
+def blind(): return None
+number = 3
+
+class Bare:
+    def __init__(self, T_base_laser, seed, reach=1.0): pass
+class Careless:
+    def __init__(self, T_base_laser, seed): "a" + 1
+class Map:
+    points, ends = np.empty((0, 2)), np.empty((0, 2, 2))
+    def __len__(self): return 0
+class Wrong:
+    points = lines = Map()
+    def __init__(self, T_base_laser, seed): pass
+    def locate(self, scan, segments, prior): return prior
+    def add(self, scan, segments, T_map_laser): pass
+
+class Mute:
+    T_base_laser = Pose2D()
+    def __init__(self, scenario, seed=None): pass
+    def __enter__(self): return self
+    def __exit__(self, *error): pass
+    def observe(self, timeout=1.0): return 5
+    def drive(self, command): return None
+class Seedless(Mute):
+    def __init__(self, scenario): pass
+class Broken(Mute):
+    def observe(self, timeout=1.0): raise OSError("gone")
+"""
+
+
+@pytest.fixture
+def faulty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """The module ``faulty``, and ``broken``, which is no Python."""
+    (tmp_path / "faulty.py").write_text(FAULTY)
+    (tmp_path / "broken.py").write_text("def f(:")
+    monkeypatch.syspath_prepend(tmp_path)
+    yield
+    sys.modules.pop("faulty", None)
+
+
+@pytest.mark.usefixtures("faulty")
+@pytest.mark.parametrize(
+    ("setting", "says"),
+    [
+        ("lines.method=faulty:split", "faulty:split returned list, not Segments"),
+        ("lines={method: 'faulty:split', options: {foo: 1}}", "takes no option 'foo'; it takes tolerance, gap"),
+        ("lines.method=faulty:ragged", r"faulty:ragged returned Segments whose start is of shape (3, 2)"),
+        ("lines.method=faulty:fails", "faulty:fails: ZeroDivisionError: division by zero ("),
+        ("lines.method=faulty:blind", "faulty:blind does not take what it is called with: too many positional"),
+        ("lines.method=faulty:number", "faulty:number is of type int; a function or a class belongs here"),
+        ("lines.method=broken:f", "broken:f: SyntaxError: invalid syntax ("),
+        ("matching.method=faulty:Bare", "faulty:Bare is no matcher: Bare has no locate, add, points, lines"),
+        ("matching={method: 'faulty:Bare', options: {foo: 1}}", "faulty:Bare takes no option 'foo'; it takes reach"),
+        ("matching.method=faulty:Careless", "faulty:Careless: TypeError: can only concatenate str"),
+        ("matching.method=faulty:Wrong", "faulty:Wrong.locate returned Pose2D, not Match"),
+    ],
+)
+def test_what_own_code_does_wrong_is_one_line_that_names_it(
+    setting: str, says: str, scan_of: Scanner, room: FloatArray
+) -> None:
+    config = load_scenario("corridor", [f"slam.{setting}"]).slam
+    with pytest.raises(InputError, match=re.escape(says)) as told:
+        LineSlam(config, Pose2D()).update(scan_of(room, Pose2D(), 1), Odometry(0.0, Pose2D()))
+    assert "\n" not in str(told.value)
+
+
+@pytest.mark.usefixtures("faulty")
+@pytest.mark.parametrize(
+    ("backend", "error", "says"),
+    [
+        ("faulty:Mute", RobotError, "faulty:Mute.observe returned int, not Observation"),
+        ("faulty:Broken", RobotError, "faulty:Broken.observe: OSError: gone ("),
+        ("faulty:Seedless", InputError, "faulty:Seedless does not take what it is called with"),
+        ("faulty:Map", InputError, "faulty:Map"),
+        ("faulty:Nobody", InputError, "faulty:Nobody: module 'faulty' has no attribute 'Nobody'"),
+        (":x", InputError, "no robot back end named ':x'"),
+    ],
+)
+def test_what_a_back_end_of_ones_own_does_wrong_is_told(backend: str, error: type[Exception], says: str) -> None:
+    with pytest.raises(error, match=re.escape(says)):
+        make_robot(backend, load_scenario("corridor"), seed=0).observe()

@@ -94,13 +94,19 @@ def test_a_path_starts_at_the_scenario_file_and_is_whole_in_the_dump(tmp_path: P
     ("header", "complaint"),
     [
         (None, "map.yaml: No such file or directory"),
-        ("image: map.pgm\nresolution: -1\norigin: [0, 0, 0]\n", "map.yaml: resolution: Input should be greater than 0"),
-        ("image: map.pgm\norigin: [0, 0, 0]\n", "map.yaml: resolution: Field required"),
-        ("image: map.pgm\nresolution: 1\norigin: [0, 0, 0]\nmode: raw\n", "map.yaml: mode: Input should be 'trinary'"),
+        (
+            "image: map.pgm\nresolution: -1\norigin: [0, 0, 0]\n",
+            "map.yaml: resolution: expected a number greater",
+        ),
+        ("image: map.pgm\norigin: [0, 0, 0]\n", "map.yaml: resolution: this key is missing"),
+        ("image: map.pgm\nresolution: 1\norigin: [0, 0, 0]\nmode: raw\n", "map.yaml: mode: expected 'trinary'"),
         ("image: none.pgm\nresolution: 1\norigin: [0, 0, 0]\n", "none.pgm: No such file or directory"),
         ("image: map.yaml\nresolution: 1\norigin: [0, 0, 0]\n", "map.yaml: not an image"),
-        ("image: [", "map.yaml: not a YAML text file"),
-        ("just words", "map.yaml: the header of a ROS map: Input should be"),
+        ("image: [", "map.yaml:1: not valid YAML: a value is missing"),
+        (
+            "just words",
+            "map.yaml: the header of a ROS map: expected a section with keys such as image",
+        ),
     ],
 )
 def test_a_bad_map_is_named(header: str | None, complaint: str, tmp_path: Path) -> None:

@@ -1,10 +1,13 @@
 """Scenario files: what is wrong is named by file, line and key."""
 
+import json
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.errors import ScenarioError
@@ -82,12 +85,16 @@ def test_the_name_comes_from_the_file(tmp_path: Path) -> None:
             "colour:",
             "route.colour: unknown key; known here: waypoints, speed, turn_speed, arrival",
         ),
-        ("0.3", "-1", "small.yaml:6: route.speed: Input should be greater than 0 (got -1)"),
-        ("0.3", "fast", "small.yaml:6: route.speed: Input should be a valid number"),
-        ("[1, 2]", "[1, 2.0e+9]", "small.yaml:4: world.boxes.0.center.1: Input should be less than or equal to 5000"),
-        ("[1, 2]", "[1]", "small.yaml:4: world.boxes.0.center.1: Field required"),
+        ("0.3", "-1", "small.yaml:6: route.speed: expected a number greater than 0 (got -1)"),
+        ("0.3", "fast", "small.yaml:6: route.speed: expected a number (got 'fast')"),
+        (
+            "[1, 2]",
+            "[1, 2.0e+9]",
+            "small.yaml:4: world.boxes.0.center.1: expected a number of at most 5000 (got",
+        ),
+        ("[1, 2]", "[1]", "small.yaml:4: world.boxes.0.center: expected a list of 2 numbers, like [1, 2] (got [1])"),
         ("  speed: 0.3", "  speed: 0.3\n  speed: 0.4", "small.yaml:7: speed: this key stands here for the second time"),
-        ("  speed: 0.3", "  speed: [", "small.yaml:7: not valid YAML"),
+        ("  speed: 0.3", "  speed: [", "small.yaml:7: not valid YAML: a value is missing, or a bracket is not closed"),
         ("name: small", "- name", "small.yaml:2: not valid YAML"),
     ],
 )
@@ -96,6 +103,92 @@ def test_a_mistake_is_named(old: str, new: str, complaint: str, tmp_path: Path) 
     with pytest.raises(ScenarioError, match=re.escape(complaint)) as error:
         load_scenario(path)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("mode", ["hopslam", "paper", "dead_reckoning"])
+@pytest.mark.parametrize(
+    ("setting", "theirs", "needed"),
+    [
+        ("slam.lines.psi=1", "paper", "slam.lines.method=paper"),
+        ("slam.map.draw=0.5", "paper", "slam.map.method=points"),
+        ("slam.matching.kappa=2", "paper", "slam.matching.method=force_field"),
+        ("slam.lines.merge_cost=20", "hopslam", "slam.lines.method=chi_square"),
+        ("slam.map.cell=0.1", "hopslam", "slam.map.method=surfels"),
+        ("slam.matching.motion.along=0.1", "hopslam", "slam.matching.method=least_squares"),
+    ],
+)
+def test_a_setting_of_another_mode_says_which(setting: str, theirs: str, needed: str, mode: str) -> None:
+    """And where it is refused, what the message says to add makes it work."""
+    given, says = (
+        [f"slam.mode={mode}", setting],
+        f"{theirs} mode only: add --set slam.mode={theirs} (it needs {needed})",
+    )
+    if (mode == "paper") == (theirs == "paper"):
+        assert load_scenario("corridor", given).slam.mode == mode
+        return
+    with pytest.raises(ScenarioError, match=re.escape(says)):
+        load_scenario("corridor", given)
+    assert load_scenario("corridor", [*given, f"slam.mode={theirs}"]).slam.mode == theirs
+
+
+def test_the_example_of_the_hint_works_in_every_scenario() -> None:
+    with pytest.raises(ScenarioError) as refused:
+        load_scenario("corridor", ["nonsense"])
+    example = str(refused.value).rpartition("--set ")[2]
+    for name in shipped_scenarios():
+        load_scenario(name, [example])
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "says"),
+    [
+        ("a:\n\tb: 1\n", 2, "a tab"),
+        ("a: @x\n", 1, "'@' must be in quotes"),
+        ("a: [1, 2]]\n", 1, "a ] too many"),
+        ("a: 1\n- b\n", 2, "a list item among keys"),
+        ("a:\n  b: 1\n c: 2\n", 3, "check its indentation"),
+        ("a: b: c\n", 1, "text with a ': ' in it must be in quotes"),
+        ("a:1\nb: 2\n", 2, "that a space follows the ':' of the line above"),
+        ("a: 1\nb\n", 2, "a key without ':'"),
+        ("a: - b\n", 1, "a line of its own"),
+        ("b: 1\na: {x: 1\n", 2, "not closed by }"),
+        ("a: 'it's'\n", 1, "use the other quotes"),
+        ("b: 1\na: 'x\nc: 1\n", 2, "a quotation mark is not closed"),
+        ('a: "x\\q"\n', 1, "single quotes"),
+        ("a: 1\n---\nb: 2\n", 2, "a second document"),
+        ("a: *x\n", 1, "marked with &"),
+        ("a: !!python/name:os.system\n", 1, "the tag python/name:os.system is not read"),
+        ("[1]: 2\n", 1, "a key must be plain text"),
+        ("a: 2024-13-45\n", None, "month must be in 1..12; put it in quotes"),
+        ("a: !!bool x\n", None, "a value cannot be read"),
+    ],
+)
+def test_what_is_no_yaml_is_told_in_plain_words(text: str, line: int | None, says: str, tmp_path: Path) -> None:
+    place = "small.yaml" if line is None else f"small.yaml:{line}"
+    with pytest.raises(ScenarioError, match=rf"{place}: not valid YAML: .*{re.escape(says)}"):
+        load_scenario(write(tmp_path, text))
+
+
+KEYS = [
+    "name", "world.walls", "people", "robot.start", "lidar.model", "route.waypoints", "slam", "slam.mode", "slam.lines",
+    "slam.matching.method", "generate", "hardware.robot_port",
+]  # fmt: skip
+SCALARS = st.none() | st.booleans() | st.integers(-9, 9) | st.text("ab:", max_size=3)
+NAMES = st.sampled_from(["x", "method", "choice", "points"])
+VALUES = st.recursive(
+    SCALARS, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(NAMES, inner, max_size=2), max_leaves=6
+)
+
+
+@given(st.sampled_from(KEYS), VALUES)
+@settings(max_examples=100)
+def test_no_value_is_told_in_words_of_pydantic(key: str, value: object) -> None:
+    said = ""
+    try:
+        load_scenario("corridor", [f"{key}={json.dumps(value)}"])
+    except ScenarioError as error:
+        said = str(error)
+    assert not re.search(r"Input should|valid tuple|dictionary|instance of|pattern|Field required|\n", said)
 
 
 def test_a_scenario_extends_another_mapping_by_mapping(tmp_path: Path) -> None:
@@ -118,12 +211,12 @@ def test_a_scenario_extends_another_mapping_by_mapping(tmp_path: Path) -> None:
         (
             GOOD.replace("0.3", "-1"),
             "extends: small.yaml\n",
-            "small.yaml:6: route.speed: Input should be greater than 0",
+            "small.yaml:6: route.speed: expected a number greater than 0",
         ),
         (
             GOOD,
             "extends: small.yaml\nroute:\n  speed: -1\n",
-            "above.yaml:3: route.speed: Input should be greater than 0",
+            "above.yaml:3: route.speed: expected a number greater than 0",
         ),
         (GOOD, "extends: [small]\n", "above.yaml:1: extends: no scenario"),
     ],
@@ -193,21 +286,24 @@ def test_settings_change_values_and_items() -> None:
         ("slam.lines.psi=9", "--set: slam.lines: psi = 9 over-hops"),
         ("slam.lines.method=papre", "--set: slam.lines.method: no method 'papre'; did you mean paper?"),
         ("slam.lines.method=[1]", "--set: slam.lines.method: no method '[1]'; known here: paper, chi_square"),
-        ("slam.lines=5", "--set: slam.lines: a section of settings belongs here (got 5)"),
+        ("slam.lines=5", "--set: slam.lines: expected a section of settings (got 5)"),
         ("slam.lines={method: chi_square, min_point: 9}", "lines.min_point: unknown key; did you mean min_points?"),
-        ("slam.lines={method: chi_square, merge_cost: 0}", "--set: slam.lines.merge_cost: Input should be greater"),
-        ("slam.lines.psi", "--set slam.lines.psi: expected key=value"),
+        (
+            "slam.lines={method: chi_square, merge_cost: 0}",
+            "--set: slam.lines.merge_cost: expected a number greater than 0",
+        ),
+        ("slam.lines.psi", "--set slam.lines.psi: expected key=value, for example --set duration=60"),
         ("=3", "--set =3: expected key=value"),
         ("route.waypoints.7=[0, 0]", "there are 2 items here; 7 is none of 0 to 1"),
         ("route.speed.x=1", "x lies inside 0.5, which has no parts"),
         ("route.speed=[", "the value is not valid YAML"),
-        ("duration=.inf", "--set: duration: Input should be a finite number (got inf)"),
-        ("robot.start.x=.nan", "--set: robot.start.x: Input should be a finite number (got nan)"),
+        ("duration=.inf", "--set: duration: expected a finite number (got inf)"),
+        ("robot.start.x=.nan", "--set: robot.start.x: expected a finite number (got nan)"),
         ("duration=0.05", "duration = 0.05 s ends before the first scan"),
-        ("name=../evil", "--set: name: String should match pattern"),
+        ("name=../evil", "--set: name: expected letters, digits, spaces"),
         ("world.walls.².x=1", "² is none of 0 to 3"),
         ("seed=" + 5000 * "9", "the value is not valid YAML"),
-        ("physics.rate=250.5", "--set: physics.rate: Input should be a valid integer"),
+        ("physics.rate=250.5", "--set: physics.rate: expected a whole number (got 250.5)"),
     ],
 )
 def test_a_bad_setting_is_named(setting: str, complaint: str) -> None:

@@ -143,36 +143,40 @@ def test_no_key_of_a_scenario_is_named_like_a_distribution() -> None:
             "[0.005, 0.001]",
             "random.yaml:6: robot.odometry.travel_noise: uniform: the lower bound comes",
         ),
-        ("[0.001, 0.005]", "[0.001]", "random.yaml:6: robot.odometry.travel_noise: uniform: Field required"),
-        ("[0.001, 0.005]", "[0, .inf]", "travel_noise: uniform: Input should be a finite number (got inf)"),
+        (
+            "[0.001, 0.005]",
+            "[0.001]",
+            "random.yaml:6: robot.odometry.travel_noise: uniform: expected a list of 2 numbers",
+        ),
+        ("[0.001, 0.005]", "[0, .inf]", "travel_noise: uniform: expected a finite number (got inf)"),
         (
             "[0.001, 0.005]",
             "[-0.001, 0.005]",
-            "6: robot.odometry.travel_noise: Input should be greater than or equal to 0",
+            "6: robot.odometry.travel_noise: expected a number of at least 0",
         ),
         (
             "[0.33, 0.002]",
             "[0.33, 0.2]",
-            "random.yaml:7: robot.odometry.track: Input should be greater than 0 (got -0.27",
+            "random.yaml:7: robot.odometry.track: expected a number greater than 0 (got -0.27",
         ),
-        ("[0.33, 0.002]", "[0.33, -1]", "random.yaml:7: robot.odometry.track: normal: Input should be greater"),
-        ("[table1, urg04lx]", "[table1, urg5]", "random.yaml:9: lidar.model: Input should be 'table1' or 'urg04lx'"),
-        ("[table1, urg04lx]", "[]", "random.yaml:9: lidar.model: choice: Tuple should have at least 1 item"),
+        ("[0.33, 0.002]", "[0.33, -1]", "random.yaml:7: robot.odometry.track: normal: expected a number of at least 0"),
+        ("[table1, urg04lx]", "[table1, urg5]", "random.yaml:9: lidar.model: expected 'table1' or 'urg04lx'"),
+        ("[table1, urg04lx]", "[]", "random.yaml:9: lidar.model: choice: expected a list of 1 or more values (got [])"),
         (
             "[100, 300]",
             "[0, 300]",
-            "random.yaml:11: slam.matching.max_iterations: Input should be greater than or equal",
+            "random.yaml:11: slam.matching.max_iterations: expected a number of at least",
         ),
         (
             "[100, 300]",
             f"[0, {10**30}]",
-            "max_iterations: integer: Input should be less than or equal to 46116860184273",
+            "max_iterations: integer: expected a number of at most 46116860184273",
         ),
-        ("{integer: [100, 300]}", "{uniform: [100, 300.5]}", "max_iterations: Input should be a valid integer"),
+        ("{integer: [100, 300]}", "{uniform: [100, 300.5]}", "max_iterations: expected a whole number"),
         (
             "integer:",
             "intger:",
-            "max_iterations: Input should be a valid integer (got {'intger': [100, 300]}; did you mean",
+            "max_iterations: expected a whole number (got {'intger': [100, 300]}; did you mean",
         ),
         ("seed: 5", "seed: {integer: [1, 5]}", "random.yaml:12: seed: cannot be random"),
         ("uniform: [3, 4]", "uniform: [0, 0.1]", "random.yaml:4: robot.start: (0, 0) is inside a solid"),
@@ -185,7 +189,7 @@ def test_a_bad_range_is_refused_when_the_file_is_loaded(old: str, new: str, comp
 
 
 def test_a_bad_range_given_by_hand_is_named_so(tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match=re.escape("--set: route.speed: Input should be greater than 0 (got 0.0)")):
+    with pytest.raises(ScenarioError, match=re.escape("--set: route.speed: expected a number greater than 0")):
         load_template(write(tmp_path), ["route.speed={uniform: [0, 1]}"])
 
 

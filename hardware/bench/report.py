@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from math import degrees
 from typing import Final
 
@@ -82,16 +83,19 @@ def noise_table(packets: int) -> ResultTable:
     return ResultTable("A noisy wire", columns, rows, notes)
 
 
-def twin_table(scenario: str, settings: Sequence[str], console: Console) -> ResultTable:
+def twin_table(
+    scenario: str, settings: Sequence[str], console: Console, allow_modules: Sequence[str] = ()
+) -> ResultTable:
     """The same scenario simulated and on emulated devices, without noise and with it; and with another one."""
-    quiet, other = [*settings, *_QUIET], [*settings, f"seed={load_scenario(scenario, settings).seed + 1000}"]
-    calm, noisy = simulated_way(scenario, quiet, console), simulated_way(scenario, settings, console)
+    load = partial(load_scenario, scenario, allow_modules=allow_modules)
+    quiet, other = [*settings, *_QUIET], [*settings, f"seed={load(settings).seed + 1000}"]
+    calm, noisy = simulated_way(load, quiet, console), simulated_way(load, settings, console)
     rows = [
         _twin_row("no noise: sim", calm, None),
-        _twin_row("no noise: hardware", emulated_way(scenario, quiet, console), calm),
+        _twin_row("no noise: hardware", emulated_way(load, quiet, console), calm),
         _twin_row("noise: sim", noisy, None),
-        _twin_row("noise: sim, another seed", simulated_way(scenario, other, console), noisy),
-        _twin_row("noise: hardware", emulated_way(scenario, settings, console), noisy),
+        _twin_row("noise: sim, another seed", simulated_way(load, other, console), noisy),
+        _twin_row("noise: hardware", emulated_way(load, settings, console), noisy),
     ]
     columns = (
         "", "SLAM error\nrms, cm", "largest\ncm", "way from sim\nrms, cm", "largest\ncm", "heading\ndeg",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 
@@ -17,8 +17,11 @@ from slam.run.experiment import Experiment, scenario_experiment
 from slam.run.interruption import Interruption
 from slam.run.loop import Step, Watcher, run_loop
 from slam.run.results.progress import RunProgress
-from slam.run.scenario.file import load_scenario
+from slam.run.scenario.schema import Scenario
 from slam.run.warm_up import warm_up
+
+Load = Callable[[Sequence[str]], Scenario]
+"""The scenario with these settings."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,15 +64,15 @@ class WayNotes:
         return DrivenWay(np.column_stack(truth), _rows(self.estimate))
 
 
-def simulated_way(name: str, settings: Sequence[str], console: Console) -> DrivenWay:
+def simulated_way(load: Load, settings: Sequence[str], console: Console) -> DrivenWay:
     """On the simulated robot."""
-    return _drive(scenario_experiment(load_scenario(name, settings)), WayNotes(), console, "sim")
+    return _drive(scenario_experiment(load(settings)), WayNotes(), console, "sim")
 
 
-def emulated_way(name: str, settings: Sequence[str], console: Console) -> DrivenWay:
+def emulated_way(load: Load, settings: Sequence[str], console: Console) -> DrivenWay:
     """On devices emulated at two pseudo-terminals, in real time."""
-    with emulated(load_scenario(name, settings)) as emulator, emulator:
-        scenario = load_scenario(name, [*settings, *port_settings(emulator)])
+    with emulated(load(settings)) as emulator, emulator:
+        scenario = load([*settings, *port_settings(emulator)])
         return _drive(scenario_experiment(scenario, "hardware", yes=True), WayNotes(emulator), console, "hardware")
 
 

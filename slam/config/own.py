@@ -2,18 +2,57 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, Final, Self
 
-from pydantic import Field
+from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
 
 from slam.config.section import Section
+from slam.own_code import PLACE, call, find_code, is_allowed, refusal
+
+ALLOWED: Final = "allow_modules"
+"""Key of pydantic's validation context: the modules and ``module:name`` places whose code the user allows.
+
+Without it nothing is refused when a configuration is read, and nothing that it names can be called.
+"""
 
 
 class OwnMethod(Section):
     """An extractor or a matcher of your own: any function or class that Python can import; see docs/extend.md. A file
-    that names one runs its code."""
+    only names it: the code runs when you allow its module, with `--allow-module`."""
 
-    method: str = Field(pattern=r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$")
+    method: str = Field(pattern=PLACE)
     """``module:name``; the module's folder is on PYTHONPATH, or it is installed."""
     options: dict[str, Any] = Field({})
     """Its keyword arguments."""
+    _allowed: tuple[str, ...] = PrivateAttr(())
+    """Never written to a file, nor read from one."""
+
+    @classmethod
+    def of(cls, code: Callable[..., Any], **options: Any) -> Self:
+        """The section that names this function or class, which has its name at the top of a module; allowed."""
+        place = f"{code.__module__}:{code.__qualname__}"
+        return cls.model_validate({"method": place, "options": options}, context={ALLOWED: (place,)})
+
+    @field_validator("method")
+    @classmethod
+    def _is_allowed(cls, method: str, info: ValidationInfo) -> str:
+        allowed = _allowed_by(info)
+        if allowed is not None and not is_allowed(method, allowed):
+            raise ValueError(refusal(method))
+        return method
+
+    def model_post_init(self, context: Any, /) -> None:
+        """Take the permission of the validation along."""
+        allowed = context.get(ALLOWED) if isinstance(context, Mapping) else None
+        if allowed is not None:
+            self._allowed = tuple(allowed)
+
+    def call(self, *arguments: Any, **more: Any) -> Any:
+        """What the code gives back; InputError, of one line, where it is not allowed, not found, or fails."""
+        return call(self.method, find_code(self.method, self._allowed), *arguments, options=self.options, **more)
+
+
+def _allowed_by(info: ValidationInfo) -> tuple[str, ...] | None:
+    allowed = info.context.get(ALLOWED) if isinstance(info.context, Mapping) else None
+    return None if allowed is None else tuple(allowed)

@@ -49,7 +49,7 @@ class SlamConfig(Section):
     @model_validator(mode="before")
     @classmethod
     def _methods_of_the_mode(cls, given: Any) -> Any:
-        if not isinstance(given, dict) or given.get("mode", "hopslam") not in _MODES:
+        if not isinstance(given, dict) or str(given.get("mode", "hopslam")) not in _MODES:
             return given
         paper = {"deskew": False} if given.get("mode") == "paper" else {}
         return (
@@ -77,6 +77,11 @@ class SlamConfig(Section):
                 f"goes with points, and least_squares with surfels"
             )
         return self
+
+
+def mode_of(part: str, method: str) -> str | None:
+    """The first mode whose ``lines``, ``map`` or ``matching`` has this method; None for any other part."""
+    return next((mode for mode, methods in _MODES.items() if methods.get(part) == method), None)
 
 
 def _filled_in(part: str, section: Any, method: str) -> Any:

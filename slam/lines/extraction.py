@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import cast
-
 from slam.config import ChiSquareConfig, HoppingConfig, OwnMethod
-from slam.late import late
 from slam.lines.chi_square import segments_by_chi_square
 from slam.lines.hopping import segments_by_hopping
+from slam.lines.own_extractor import own_segments
 from slam.lines.segments import Segments
 from slam.scan import LaserScan
 
@@ -15,7 +13,7 @@ from slam.scan import LaserScan
 def extract_segments(scan: LaserScan, config: HoppingConfig | ChiSquareConfig | OwnMethod) -> Segments:
     """Segments of the scan, sensor frame; they count its points as ``scan.points()`` does."""
     if isinstance(config, OwnMethod):
-        return cast(Segments, late(config.method)(scan, **config.options))
+        return own_segments(scan, config)
     if isinstance(config, ChiSquareConfig):
         return segments_by_chi_square(scan, config)
     return segments_by_hopping(scan.points(), config)

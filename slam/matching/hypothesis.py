@@ -22,15 +22,23 @@ AT_FIRST = np.diag([0.1**2, 0.1**2, 0.05**2])
 
 
 class Hypothesis:
-    """Tracks one pose in a map that does not change."""
+    """Tracks one pose in a map that does not change; without ``odometry`` each scan may be anywhere near the last."""
 
-    def __init__(self, surfel_map: SurfelMap, config: LeastSquaresConfig, T_base_laser: Pose2D, T_map_base: Pose2D):
+    def __init__(
+        self,
+        surfel_map: SurfelMap,
+        config: LeastSquaresConfig,
+        T_base_laser: Pose2D,
+        T_map_base: Pose2D,
+        odometry: bool = True,
+    ):
         self.T_map_base = T_map_base
         self.match: Match = NO_MATCH
         self.evidence = 0.0  # sum of the agreements, from where the best of its time stood when it was begun
         self.average = 1.0
-        self._T_base_laser = T_base_laser
-        self._mapper = SurfelMapper(SurfelMemory(surfel_map, Drift(), T_map_base, None, AT_FIRST), config, T_base_laser)
+        self._T_base_laser, self._odometry = T_base_laser, odometry
+        memory = SurfelMemory(surfel_map, Drift(), T_map_base, None, AT_FIRST)
+        self._mapper = SurfelMapper(memory, config, T_base_laser, odometry)
         self._map = surfel_map
 
     @property
@@ -48,7 +56,7 @@ class Hypothesis:
     def track(self, config: LeastSquaresConfig) -> None:
         """Go on with other settings of the matcher."""
         if self._mapper.config is not config:
-            self._mapper = SurfelMapper(self._mapper.memory, config, self._T_base_laser)
+            self._mapper = SurfelMapper(self._mapper.memory, config, self._T_base_laser, self._odometry)
 
     def agreement(self, scan: LaserScan, config: LocalizationConfig) -> float:
         """Of the scan that was followed last: 1 where all of it lies on walls, and none was seen through."""

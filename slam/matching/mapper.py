@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Protocol, cast
+from typing import Protocol
 
 from slam.config import ForceFieldConfig, LeastSquaresConfig, OwnMethod, PointMapConfig, SlamConfig, SurfelMapConfig
-from slam.late import late
 from slam.lines.segments import Segments
 from slam.matching.match import Match
+from slam.matching.own_mapper import OwnMapper
 from slam.matching.paper_mapper import PaperMapper
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.matching.surfel_memory import SurfelMemory
@@ -55,7 +55,7 @@ class Mapper(Protocol):
 def make_mapper(config: SlamConfig, T_base_laser: Pose2D, seed: int) -> Mapper:
     """The mapper of these settings; SlamConfig has seen to it that the two parts fit."""
     if isinstance(config.matching, OwnMethod):
-        return cast(Mapper, late(config.matching.method)(T_base_laser, seed=seed, **config.matching.options))
+        return OwnMapper(config.matching, T_base_laser, seed)
     if isinstance(config.matching, ForceFieldConfig) and isinstance(config.map, PointMapConfig):
         return PaperMapper(config.map, config.matching, T_base_laser, seed)
     assert isinstance(config.matching, LeastSquaresConfig)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
 from difflib import get_close_matches
 from typing import Any, Final, cast
 
 from slam.errors import ScenarioError
 from slam.late import late
-from slam.robot import Robot
+from slam.own_code import PLACE, call, expect_parts, find_code
+from slam.robot import Restartable, Robot
+from slam.run.own_robot import OwnRobot, RestartableOwnRobot
 
 BACKENDS: Final = {
     "sim": "sim.robot:SimRobot",
@@ -19,26 +21,49 @@ BACKENDS: Final = {
 
 PLANTS: Final = {"sim": "sim.plant:SimPlant", "plan": "hardware.emulator.kinematic_plant:scenario_plant"}
 """What moves the emulated devices: a function of the scenario."""
+_PLANT: Final = (
+    "T_map_base", "elapsed", "odometry", "travel", "stalled", "advance", "ranges", "bumpers", "sonar",
+)  # fmt: skip
+"""What it has: see hardware/emulator/plant.py."""
 
 
 def make_plant(name: str, *args: Any) -> Any:
     """The plant of this name; ScenarioError lists the known ones."""
-    return late(_place(name, PLANTS, "plant"))(*args)
+    place = _place(name, PLANTS, "plant")
+    if name in PLANTS:
+        return late(place)(*args)
+    plant = call(place, find_code(place, (place,)), *args)
+    expect_parts(place, plant, _PLANT, "plant")
+    return plant
 
 
 def make_robot(backend: str, *args: Any, **options: Any) -> Robot:
     """A robot of the named back end, or of one named ``module:Class``, made from what its class takes; ScenarioError
     lists the known names."""
-    return robot_class(backend)(*args, **options)
+    robot = _robot_code(backend)
+    if backend in BACKENDS:
+        return cast(Robot, robot(*args, **options))
+    own = RestartableOwnRobot if _can_restart(robot) else OwnRobot
+    return own(backend, *args, **options)
 
 
-def robot_class(backend: str) -> Callable[..., Robot]:
+def is_restartable(backend: str) -> bool:
+    """Whether robots of this back end can be set back to their start."""
+    return _can_restart(_robot_code(backend))
+
+
+def _robot_code(backend: str) -> Any:
     """What makes the robots of the named back end."""
-    return cast(Callable[..., Robot], late(_place(backend, BACKENDS, "robot back end")))
+    place = _place(backend, BACKENDS, "robot back end")
+    return late(place) if backend in BACKENDS else find_code(place, (place,))
+
+
+def _can_restart(code: Any) -> bool:
+    return isinstance(code, type) and issubclass(code, Restartable)
 
 
 def _place(name: str, table: dict[str, str], kind: str) -> str:
-    if name in table or ":" in name:
+    if name in table or re.fullmatch(PLACE, name):
         return table.get(name, name)
     close = get_close_matches(name, table, n=1)
     hint = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(table)}, or give module:name"

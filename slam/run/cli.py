@@ -35,7 +35,6 @@ app = typer.Typer(
     no_args_is_help=True,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
-    add_completion=False,
 )
 _PANELS: dict[str, dict[str, Callable[..., None]]] = {
     "Run": {"run": run, "replay": replay, "localize": localize, "lines": lines},

@@ -9,6 +9,7 @@ from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from datetime import datetime
 from importlib.metadata import version
+from math import inf
 from pathlib import Path
 from signal import SIGINT
 from time import perf_counter
@@ -73,6 +74,8 @@ class Experiment:
     """More for ``metrics.json``."""
     T_map_odom: Pose2D | None = None
     """Where dead reckoning begins; None: at the robot's first estimate."""
+    duration: float = inf
+    """The scenario's, seconds, where the robot keeps to it."""
     measures: Callable[[Path], dict[str, Any]] = measure
     """The metrics of the folder."""
 
@@ -146,7 +149,7 @@ class Experiment:
         """Whatever ends it, the robot is stopped at once."""
         try:
             patience = self.scenario.hardware.patience
-            return run_loop(self.env, self.slam, self.pilot, watchers, self.seed, patience), None
+            return run_loop(self.env, self.slam, self.pilot, watchers, self.seed, patience, self.duration), None
         except KeyboardInterrupt:
             return "interrupted", None
         except RobotError as error:
@@ -189,6 +192,7 @@ def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: boo
         pilot=WaypointPilot(scenario.route, start),
         seed=scenario.seed,
         outlines=scenario.world.outlines(lidar.height),
+        duration=scenario.duration,
         notes={} if backend == "sim" else {"backend": backend, "dry_run": options.get("dry_run", False)},
     )
 

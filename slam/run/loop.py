@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from math import inf
+from typing import Final, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,10 @@ from slam.run.patience import step_patiently
 from slam.run.pilot import Pilot
 from slam.run.robot_env import RobotEnv
 
-Ending = Literal["arrived", "collided", "no more scans", "interrupted", "failed"]
+Ending = Literal["arrived", "collided", "duration over", "no more scans", "interrupted", "failed"]
+"""As ``metrics.json`` has it. Until 0.1 the end of a scenario's duration was called ``no more scans`` too."""
+_NO_TIME: Final = 2.5
+"""With less than so many scan times left, the duration is why no scan comes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,13 +54,16 @@ def run_loop(
     watchers: Iterable[Watcher],
     seed: int | None,
     patience: float = 0.0,
+    duration: float = inf,
 ) -> Ending:
-    """Drive until the pilot has arrived, the robot has hit something, or there are no more scans.
+    """Drive until the pilot has arrived, the robot has hit something, or there are no more scans: because ``duration``,
+    seconds, is over, or for reasons of the robot's own.
 
     A robot that falls silent has ``patience`` seconds to come back; RobotTimeout after that.
     """
     _, info = env.reset(seed=seed)
     applied, index, timeouts = Twist2D(), 0, 0
+    began = info["observation"].scan.stamp
     while True:
         observation: Observation = info["observation"]
         estimate = slam.update(observation.scan, observation.odometry)
@@ -69,7 +76,8 @@ def run_loop(
             return "arrived"
         (*_, truncated, info), timeouts = step_patiently(lambda twist: env.step(_action(twist)), command, patience)
         if truncated:
-            return "no more scans"
+            left = began + duration - observation.scan.stamp
+            return "duration over" if left < _NO_TIME * observation.scan.scan_time else "no more scans"
         applied, index = info["applied"], index + 1
 
 

@@ -25,13 +25,21 @@ BOUND: Final = 7.815
 
 
 def tables(
-    names: Sequence[str], seeds: Sequence[int], hour: bool, settings: tuple[str, ...], console: Console
+    names: Sequence[str],
+    seeds: Sequence[int],
+    hour: bool,
+    settings: tuple[str, ...],
+    console: Console,
+    allow_modules: tuple[str, ...] = (),
 ) -> list[ResultTable]:
     """Errors of every scenario for these seeds, all scenarios without a name; with ``hour`` also the long run, after
     the others: nothing else should run beside what is timed."""
     jobs = [(name, seed) for name in (names or SCENARIOS) for seed in seeds]
     with ProcessPoolExecutor(WORKERS) as pool, console.status("driving in the simulator"):
-        futures = [(name, seed, pool.submit(run_scenario, name, seed, settings)) for name, seed in jobs]
+        futures = [
+            (name, seed, pool.submit(run_scenario, name, seed, settings, allow_modules=allow_modules))
+            for name, seed in jobs
+        ]
         runs = [(name, seed, future.result()) for name, seed, future in futures]
         made = [_each(runs), _together(runs), *open_tables(runs)] if runs else []
         return [*made, *hour_tables(pool.submit(run_scenario, HOUR_OF, 0, settings, True).result())] if hour else made

@@ -116,9 +116,11 @@ class SimRun:
         return np.asarray(np.sum(offsets * weighed, axis=1))
 
 
-def run_scenario(name: str, seed: int, settings: tuple[str, ...], hour: bool = False) -> SimRun:
+def run_scenario(
+    name: str, seed: int, settings: tuple[str, ...], hour: bool = False, allow_modules: tuple[str, ...] = ()
+) -> SimRun:
     """Drive the shipped scenario with this seed; with ``hour`` around its route for an hour."""
-    scenario = load_scenario(name, ["lidar.caster=exact", *settings, f"seed={seed}"])
+    scenario = load_scenario(name, ["lidar.caster=exact", *settings, f"seed={seed}"], allow_modules)
     if hour:
         laps = scenario.route.model_copy(update={"waypoints": 100 * scenario.route.waypoints})
         scenario = scenario.model_copy(update={"route": laps, "duration": HOUR})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, sleep
@@ -22,9 +22,13 @@ _BARS: Final = {"hopslam --help": 0.4, "first scan": 3.0}
 """Seconds, with warm caches."""
 
 
-def start_up_table(scenario: str, repeats: int, console: Console) -> ResultTable:
+def start_up_table(scenario: str, repeats: int, console: Console, allow_modules: Sequence[str] = ()) -> ResultTable:
     """Each in a process of its own, after one that warms the caches and is not counted."""
-    measures: dict[str, Callable[[], float]] = {"hopslam --help": _help, "first scan": lambda: _first_scan(scenario)}
+    allowing = [word for name in allow_modules for word in ("--allow-module", name)]
+    measures: dict[str, Callable[[], float]] = {
+        "hopslam --help": _help,
+        "first scan": lambda: _first_scan(scenario, allowing),
+    }
     rows = []
     with console.status("starting"):
         for name, measure in measures.items():
@@ -43,12 +47,12 @@ def _help() -> float:
     return perf_counter() - began
 
 
-def _first_scan(scenario: str) -> float:
+def _first_scan(scenario: str, allowing: Sequence[str]) -> float:
     """Until a run has written its first pose; the run is then ended."""
     with TemporaryDirectory() as folder:
         out = Path(folder) / "run"
         began = perf_counter()
-        run = _start("run", scenario, "--out", str(out))
+        run = _start("run", scenario, "--out", str(out), *allowing)
         try:
             while not _has_pose(out / "trajectory.tum"):
                 if run.poll() is not None or perf_counter() - began > _PATIENCE:

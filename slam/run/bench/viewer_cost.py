@@ -15,7 +15,7 @@ from rich.console import Console
 from slam.run.bench.tables import ResultTable
 from slam.run.experiment import Experiment, scenario_experiment
 from slam.run.loop import Step, run_loop
-from slam.run.scenario.file import load_scenario
+from slam.run.scenario.schema import Scenario
 from slam.run.viewer.address import listens
 from slam.run.viewer.broadcast import Broadcast
 from slam.run.viewer.programs import data_address, serve_page
@@ -60,19 +60,19 @@ class Cost(NamedTuple):
         ]
 
 
-def viewer_table(scenario: str, scans: int, console: Console) -> ResultTable:
+def viewer_table(scenario: Scenario, scans: int, console: Console) -> ResultTable:
     """The scenario is driven again for each row, by the same seed; live rows go at 10 Hz for so many scans."""
-    warm_up(console, load_scenario(scenario).slam)
+    warm_up(console, scenario.slam)
     with TemporaryDirectory() as folder, console.status("driving") as status:
         rows = []
         for cost in _costs(scenario, scans, Path(folder) / "run.rrd"):
             status.update(f"driving; done: {cost.name}")
             rows.append(cost.row())
     columns = ("shown in", "scans", "CPU ms\na scan", "ms\na scan", "worst\nms", "first\nms", "kB\na scan")
-    return ResultTable(f"What the viewer costs the loop: {scenario}", columns, rows, _BARS)
+    return ResultTable(f"What the viewer costs the loop: {scenario.name}", columns, rows, _BARS)
 
 
-def _costs(scenario: str, scans: int, path: Path) -> Iterator[Cost]:
+def _costs(scenario: Scenario, scans: int, path: Path) -> Iterator[Cost]:
     nobody = data_address(_PORT + 1)
     yield _measured("a file, whole run, no pause", scenario, None, 0.0, [path], [])
     yield _measured("a file, at 10 Hz", scenario, scans, 0.1, [path], [])
@@ -96,14 +96,14 @@ def _server() -> Iterator[subprocess.Popen[bytes]]:
 
 def _measured(
     name: str,
-    scenario: str,
+    scenario: Scenario,
     scans: int | None,
     period: float,
     files: list[Path],
     urls: list[str],
     victim: subprocess.Popen[bytes] | None = None,
 ) -> Cost:
-    experiment = scenario_experiment(load_scenario(scenario))
+    experiment = scenario_experiment(scenario)
     seconds: list[float] = []
     with Broadcast(files, urls, experiment.setting, lambda text: None) as broadcast:
         watcher = _Stopwatch(RunViewer(broadcast, experiment.setting), seconds, scans, period, victim)

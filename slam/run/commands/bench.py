@@ -10,7 +10,8 @@ import typer
 from rich.console import Console
 
 from slam.run.commands.bench_hardware import bench_hardware
-from slam.run.commands.options import Settings
+from slam.run.commands.completion import complete_scenario
+from slam.run.commands.options import AllowModules, ScenarioName, Settings
 
 app = typer.Typer(
     help="Measure the paper's figures, extractors, matchers, localisation, SLAM, simulator, drivers, sweeps, start-up.",
@@ -135,12 +136,16 @@ def slam(
 @app.command()
 def localize(
     scenarios: Annotated[
-        list[str] | None, typer.Argument(metavar="[SCENARIO]...", help="By name or file; two offices without one.")
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENARIO]...", help="By name or file; two offices without one.", autocompletion=complete_scenario
+        ),
     ] = None,
     trials: Annotated[int, typer.Option(min=1, help="Robots that are set down, and then moved, in each.")] = 100,
     seconds: Annotated[float, typer.Option(min=1.0, help="Simulated time of each stay.")] = 10.0,
     seed: Annotated[int, typer.Option(help="Of the places, and of the trials' noise.")] = 1,
     settings: Settings = None,
+    allow_modules: AllowModules = None,
 ) -> None:
     """Measure localisation in a saved map: from a random place, and after the robot was moved without being told.
 
@@ -157,13 +162,15 @@ def localize(
     from slam.run.scenario.file import load_scenario
 
     for name in scenarios or ["office_loop", "random_office"]:
-        scenario = load_scenario(name, ["lidar.caster=exact", *(settings or [])])
+        scenario = load_scenario(name, ["lidar.caster=exact", *(settings or [])], allow_modules or [])
         console.print(localization_table(scenario, trials, seconds, seed, console).rich())
 
 
 @app.command()
 def match(
-    scenario: Annotated[str, typer.Argument(help="Whose world is scanned: by name or file.")] = "random_office",
+    scenario: Annotated[
+        str, typer.Argument(help="Whose world is scanned: by name or file.", autocompletion=complete_scenario)
+    ] = "random_office",
     places: Annotated[int, typer.Option(min=1, help="Where a scan is matched.")] = 40,
     seed: Annotated[int, typer.Option(help="Of the places and the noise.")] = 1,
     png: Annotated[Path | None, typer.Option(metavar="FILE", help="Also draw it.")] = None,
@@ -182,9 +189,9 @@ def match(
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from slam.run.bench.lines_report import write_tables
     from slam.run.bench.match_report import compare, draw_comparison, match_tables
-    from slam.run.scenario.file import load_scenario
+    from slam.run.scenario.file import read_scenario
 
-    found = compare(load_scenario(scenario), places, seed, console)
+    found = compare(read_scenario(scenario), places, seed, console)
     tables = match_tables(found)
     for table in tables:
         console.print(table.rich())
@@ -220,12 +227,16 @@ def sweep(
 @app.command("slam-sim")
 def slam_sim(
     scenarios: Annotated[
-        list[str] | None, typer.Argument(metavar="[SCENARIO]...", help="Names such as corridor; six without one.")
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENARIO]...", help="Names such as corridor; six without one.", autocompletion=complete_scenario
+        ),
     ] = None,
     seeds: Annotated[int, typer.Option(min=0, max=100, help="Runs of each scenario; 0 with --hour alone.")] = 10,
     first_seed: Annotated[int, typer.Option(min=0, help="Of these runs; the others follow.")] = 0,
     hour: Annotated[bool, typer.Option("--hour", help="Also one simulated hour around office_loop: minutes.")] = False,
     settings: Settings = None,
+    allow_modules: AllowModules = None,
     out: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the tables to a Markdown file.")] = None,
 ) -> None:
     """Measure the whole method in the simulator, against the truth: errors, covariances, costs.
@@ -245,7 +256,7 @@ def slam_sim(
     from slam.run.bench.sim_report import tables
 
     runs = range(first_seed, first_seed + seeds)
-    made = tables(scenarios or [], runs, hour, tuple(settings or ()), console)
+    made = tables(scenarios or [], runs, hour, tuple(settings or ()), console, tuple(allow_modules or ()))
     for table in made:
         console.print(table.rich())
     if out is not None:
@@ -254,8 +265,9 @@ def slam_sim(
 
 @app.command()
 def viewer(
-    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")] = "corridor",
+    scenario: ScenarioName = "corridor",
     scans: Annotated[int, typer.Option(min=10, help="For each row at 10 Hz.")] = 150,
+    allow_modules: AllowModules = None,
 ) -> None:
     """Measure what --rerun costs: milliseconds and kilobytes a scan, in a file, and live when nobody looks.
 
@@ -268,14 +280,16 @@ def viewer(
     hopslam bench viewer office_loop --scans 50
     """
     from slam.run.bench.viewer_cost import viewer_table
+    from slam.run.scenario.file import load_scenario
 
-    console.print(viewer_table(scenario, scans, console).rich())
+    console.print(viewer_table(load_scenario(scenario, [], allow_modules or []), scans, console).rich())
 
 
 @app.command()
 def start(
-    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")] = "corridor",
+    scenario: ScenarioName = "corridor",
     repeats: Annotated[int, typer.Option(min=1, help="Starts of each kind.")] = 5,
+    allow_modules: AllowModules = None,
 ) -> None:
     """Measure how long a user waits: for the help, and for the first scan of a run, with warm caches.
 
@@ -287,4 +301,4 @@ def start(
     """
     from slam.run.bench.start_up import start_up_table
 
-    console.print(start_up_table(scenario, repeats, console).rich())
+    console.print(start_up_table(scenario, repeats, console, allow_modules or []).rich())

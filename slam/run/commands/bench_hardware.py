@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from slam.run.commands.options import AllowModules
+
 
 class Part(StrEnum):
     """What is measured."""
@@ -27,6 +29,7 @@ def bench_hardware(
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="sim, env: change one setting of it.")
     ] = None,
+    allow_modules: AllowModules = None,
 ) -> None:
     """Measure the drivers on emulated devices.
 
@@ -63,7 +66,7 @@ def bench_hardware(
         Part.ENDINGS: report.ending_table,
         Part.LOAD: lambda: report.load_table(seconds),
         Part.NOISE: lambda: report.noise_table(packets),
-        Part.SIM: lambda: report.twin_table(scenario, settings or [], console),
+        Part.SIM: lambda: report.twin_table(scenario, settings or [], console, allow_modules or []),
         Part.ENV: lambda: report.env_table(scenario, settings or []),
     }
     for part, table in tables.items():

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slam.errors import InputError
-from slam.run.commands.options import Settings
+from slam.run.commands.completion import complete_scenario
+from slam.run.commands.options import AllowModules, ScenarioName, Settings
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -27,20 +28,24 @@ def _calibrate() -> None:
 
 @app.command()
 def square(
-    scenario: Annotated[
-        str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")
-    ] = "umbmark_room",
+    scenario: ScenarioName = "umbmark_room",
     size: Annotated[float, typer.Option(min=0.5, max=10.0, metavar="M", help="Side of the squares, metres.")] = 2.0,
     laps: Annotated[int, typer.Option(min=1, max=50, help="Squares to the right, and as many to the left.")] = 2,
     speed: Annotated[float, typer.Option(min=0.05, max=1.0, metavar="M/S", help="On the sides.")] = 0.3,
     onto: Annotated[
-        str | None, typer.Option(metavar="SCENARIO", help="What the file extends; default: the scenario itself.")
+        str | None,
+        typer.Option(
+            metavar="SCENARIO",
+            help="What the file extends; default: the scenario itself.",
+            autocompletion=complete_scenario,
+        ),
     ] = None,
     out: Annotated[Path, typer.Option(metavar="FILE", help="A scenario with the right wheels.")] = Path("wheels.yaml"),
     picture: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The squares before and after; default: beside the file, .png.")
     ] = None,
     settings: Settings = None,
+    allow_modules: AllowModules = None,
     backend: Annotated[str, typer.Option(metavar="NAME", help="sim, or hardware: the real robot.")] = "sim",
     yes: Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")] = False,
 ) -> None:
@@ -77,7 +82,7 @@ def square(
     base = check_onto(onto or scenario)
     drawn = picture or out.with_suffix(".png")
     check_picture(drawn)
-    loaded = load_scenario(scenario, settings or [])
+    loaded = load_scenario(scenario, settings or [], allow_modules or [])
     console = Console()
     warm_up(console, loaded.slam)
     found = _driven(loaded, Square(size, laps, speed), backend, yes, console)

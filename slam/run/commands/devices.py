@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from slam.errors import InputError
-from slam.run.commands.options import Rerun, Settings
+from slam.run.commands.options import Rerun, ScenarioName, Settings
 
 if TYPE_CHECKING:
     from slam.scan import LaserScan
@@ -17,7 +17,7 @@ Share = Annotated[float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="O
 
 
 def emulate(
-    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")] = "corridor",
+    scenario: ScenarioName = "corridor",
     link_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="Links p3dx and urg04lx are made there.")] = None,
     tcp: Annotated[bool, typer.Option("--tcp", help="TCP ports on the loopback interface instead.")] = False,
     fault: Annotated[
@@ -61,11 +61,11 @@ def emulate(
 
     from slam.late import late
     from slam.run.backends import make_plant
-    from slam.run.scenario.file import load_scenario
+    from slam.run.scenario.file import read_scenario
     from slam.run.viewer.viewers import Viewers
 
     noise = late("hardware.emulator.wire:Noise")(bit_errors, dropped, duplicated)
-    loaded = load_scenario(scenario, settings or [])
+    loaded = read_scenario(scenario, settings or [])
     moved = make_plant(plant, loaded)
     with ExitStack() as stack:
         show, viewers = None, stack.enter_context(Viewers(rerun or (), Console(file=stderr)))

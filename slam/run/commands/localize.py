@@ -3,30 +3,40 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from rich.console import Console
 
 from slam.errors import InputError
-from slam.run.commands.options import Out, Rerun, Settings
-
-if TYPE_CHECKING:
-    from slam.run.experiment import Experiment
+from slam.run.commands.completion import complete_scenario
+from slam.run.commands.options import AllowModules, OdomTopic, Out, Rerun, ScanTopic, Settings
 
 
 def localize(
     source: Annotated[
-        str, typer.Argument(metavar="LOG|SCENARIO", help="A recorded log, or a scenario by name or YAML file.")
+        str,
+        typer.Argument(
+            metavar="LOG|SCENARIO",
+            help="What hopslam replay takes: a log, a bag or a run folder; or a scenario.",
+            autocompletion=complete_scenario,
+        ),
     ],
     saved_map: Annotated[Path, typer.Option("--map", metavar="FILE", help="The map.json of another run.")],
     seed: Annotated[int | None, typer.Option(help="Of a scenario: of all that is random; default: its own.")] = None,
     scenario: Annotated[
-        str | None, typer.Option(help="Of a log: where the settings of the method come from; default: replay.")
+        str | None,
+        typer.Option(
+            help="Of a log: where the settings of the method come from; default: the run's own, or replay.",
+            autocompletion=complete_scenario,
+        ),
     ] = None,
     out: Out = None,
     settings: Settings = None,
+    allow_modules: AllowModules = None,
     rerun: Rerun = None,
+    scan_topic: ScanTopic = None,
+    odom_topic: OdomTopic = None,
 ) -> None:
     """Find the robot in a saved map, from nothing, and track it. The map stays as it is.
 
@@ -39,28 +49,42 @@ def localize(
     hopslam localize office_loop --map /tmp/office/map.json --seed 7 --set robot.start.x=3 --set robot.start.theta=2
 
     hopslam localize fr079.log.gz --map runs/latest/map.json --set slam.localization.hypotheses=100
+
+    hopslam localize runs/latest --map /tmp/office/map.json
     """
+    from slam.run.commands.recorded import recorded_experiment
     from slam.run.conduct import conduct
+    from slam.run.experiment import scenario_experiment
     from slam.run.localization import localized
-
-    console = Console()
-    experiment = localized(_experiment(source, scenario, settings or [], seed, console), saved_map)
-    conduct(experiment, out, rerun, console)
-
-
-def _experiment(
-    source: str, scenario: str | None, settings: list[str], seed: int | None, console: Console
-) -> Experiment:
-    """Of a scenario where the source is one, of a log where it is another file."""
-    from slam.run.experiment import replay_experiment, scenario_experiment
+    from slam.run.logs import BagTopics
     from slam.run.scenario.file import load_scenario
 
+    console, path, allowed = Console(), Path(source), allow_modules or []
+    topics = BagTopics(scan_topic, odom_topic)
+    if _is_recorded(source):
+        if seed is not None:
+            raise InputError(f"--seed {seed}: {source} is a recorded log, in which nothing is random; leave it out")
+        experiment = recorded_experiment(path, scenario, settings or [], allowed, topics, console)
+    else:
+        _refuse_options_of_logs(
+            source, {"--scenario": scenario, "--scan-topic": scan_topic, "--odom-topic": odom_topic}
+        )
+        by_seed = [] if seed is None else [f"seed={seed}"]
+        experiment = scenario_experiment(load_scenario(source, [*(settings or []), *by_seed], allowed))
+    conduct(localized(experiment, saved_map), out, rerun, console)
+
+
+def _is_recorded(source: str) -> bool:
+    """Whether there is a file or folder of this name that is no scenario. A shipped scenario comes before a folder."""
+    from slam.run.scenario.shipped import shipped_scenarios
+
     path = Path(source)
-    if path.is_file() and path.suffix not in {".yaml", ".yml"}:
-        experiment = replay_experiment(path, load_scenario(scenario or "replay", settings))
-        console.print(experiment.notes["log_report"], highlight=False)
-        return experiment
-    if scenario is not None:
-        raise InputError(f"--scenario {scenario}: {source} is one itself, and no log; leave it out")
-    by_seed = [] if seed is None else [f"seed={seed}"]
-    return scenario_experiment(load_scenario(source, [*settings, *by_seed]))
+    if path.is_dir():
+        return source not in shipped_scenarios()
+    return path.is_file() and path.suffix not in {".yaml", ".yml"}
+
+
+def _refuse_options_of_logs(source: str, options: dict[str, str | None]) -> None:
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"{name} {value}: {source} is a scenario, and no log; leave it out")

@@ -8,7 +8,8 @@ from typing import Annotated, Literal
 import typer
 from rich.console import Console
 
-from slam.run.commands.options import Out, Rerun, SavedMap, Settings
+from slam.run.commands.completion import complete_scenario
+from slam.run.commands.options import AllowModules, OdomTopic, Out, Rerun, SavedMap, ScanTopic, Settings
 
 
 def replay(
@@ -20,22 +21,22 @@ def replay(
         ),
     ],
     scenario: Annotated[
-        str | None, typer.Option(help="Where the settings of the method come from; default: the run's own, or replay.")
+        str | None,
+        typer.Option(
+            help="Where the settings of the method come from; default: the run's own, or replay.",
+            autocompletion=complete_scenario,
+        ),
     ] = None,
     out: Out = None,
     settings: Settings = None,
+    allow_modules: AllowModules = None,
     rerun: Rerun = None,
     saved_map: SavedMap = None,
     start: Annotated[
         Literal["search", "saved"], typer.Option(help="Where in that map: to be found, or where the other run ended.")
     ] = "search",
-    scan_topic: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="Of a bag: the topic of the scans, where there are several."),
-    ] = None,
-    odom_topic: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Of a bag: the topic of the odometry, likewise.")
-    ] = None,
+    scan_topic: ScanTopic = None,
+    odom_topic: OdomTopic = None,
 ) -> None:
     """Map a recorded log of a robot, or a run once more.
 
@@ -51,16 +52,12 @@ def replay(
 
     hopslam replay second_half.log --map runs/latest/map.json --start saved
     """
+    from slam.run.commands.recorded import recorded_experiment
     from slam.run.conduct import conduct
-    from slam.run.experiment import replay_experiment
     from slam.run.logs import BagTopics
-    from slam.run.scenario.file import load_scenario
 
-    console = Console()
-    own = log / "config.yaml"
-    source = scenario or (own if own.is_file() else "replay")
-    experiment = replay_experiment(log, load_scenario(source, settings or []), BagTopics(scan_topic, odom_topic))
-    console.print(experiment.notes["log_report"], highlight=False)
+    console, topics = Console(), BagTopics(scan_topic, odom_topic)
+    experiment = recorded_experiment(log, scenario, settings or [], allow_modules or [], topics, console)
     if saved_map is not None:
         from slam.run.localization import continued
 

@@ -8,14 +8,15 @@ import typer
 from rich.console import Console
 
 from slam.errors import InputError
-from slam.run.commands.options import Out, Rerun, SavedMap, Settings
+from slam.run.commands.options import AllowModules, Out, Rerun, SavedMap, ScenarioName, Settings
 
 
 def run(
-    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")] = "corridor",
+    scenario: ScenarioName = "corridor",
     seed: Annotated[int | None, typer.Option(help="Seed of all that is random; default: the scenario's.")] = None,
     out: Out = None,
     settings: Settings = None,
+    allow_modules: AllowModules = None,
     rerun: Rerun = None,
     backend: Annotated[
         str, typer.Option(metavar="NAME", help="sim; hardware, the real robot; or module:Class, one of your own.")
@@ -54,7 +55,8 @@ def run(
     console = Console()
     by_seed = [] if seed is None else [f"seed={seed}"]
     options = {"yes": yes, "dry_run": dry_run} if backend == "hardware" else {}
-    experiment = scenario_experiment(load_scenario(scenario, [*(settings or []), *by_seed]), backend, **options)
+    loaded = load_scenario(scenario, [*(settings or []), *by_seed], allow_modules or [])
+    experiment = scenario_experiment(loaded, backend, **options)
     if saved_map is not None:
         from slam.run.localization import continued
 

@@ -9,6 +9,9 @@ import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
+from slam.run.commands.completion import complete_sweep
+from slam.run.commands.options import AllowModules
+
 if TYPE_CHECKING:
     from slam.run.sweep.plan import Plan
 
@@ -47,7 +50,11 @@ Out = Annotated[str, typer.Argument(metavar="DIR", help="Of a sweep: a path, or 
 def run(
     scenarios: Annotated[
         list[str],
-        typer.Argument(metavar="SCENARIO|LOG|SWEEP...", help="Scenarios by name or file, logs; or one sweep file."),
+        typer.Argument(
+            metavar="SCENARIO|LOG|SWEEP...",
+            help="Scenarios by name or file, logs; or one sweep file.",
+            autocompletion=complete_sweep,
+        ),
     ],
     seeds: Annotated[
         str | None, typer.Option(metavar="FIRST:END", help="Seeds, END not among them; default 0:1.")
@@ -68,6 +75,7 @@ def run(
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="A setting of all runs; may be given again.")
     ] = None,
+    allow_modules: AllowModules = None,
     jobs: Annotated[
         int | None, typer.Option(min=1, metavar="N", help="Runs at a time; default: one for each processor.")
     ] = None,
@@ -107,7 +115,7 @@ def run(
         "sample": sample and dict(map(parse_sample, sample)),
         "settings": settings and _settings(settings),
     }
-    planned = make_plan(scenarios, {key: value for key, value in changes.items() if value})
+    planned = make_plan(scenarios, {key: value for key, value in changes.items() if value}, allow_modules or [])
     address = out or f"sweeps/{planned.config.name}"
     means = Means(jobs or len(os.sched_getaffinity(0)), ray, retry, pictures)
     if plan:
@@ -157,6 +165,7 @@ def repeat(
     out: Out,
     run_id: Annotated[str, typer.Argument(metavar="ID", help="Of a row; its first digits will do.")],
     pictures: Annotated[bool, typer.Option("--pictures", help="Draw map and errors.")] = False,
+    allow_modules: AllowModules = None,
 ) -> None:
     """Run one row of a sweep again, and compare all its metrics bit for bit; exit code 1 where one differs.
 
@@ -166,7 +175,7 @@ def repeat(
     """
     from slam.run.sweep.repeat import repeated
 
-    again = repeated(out, run_id, pictures)
+    again = repeated(out, run_id, pictures, allow_modules or [])
     console.print(f"{again.command}\nresults in {again.folder}", highlight=False, soft_wrap=True)
     if again.differences:
         console.print(f"differs in {', '.join(again.differences)}")

@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
-from slam.run.commands.options import Settings
+from slam.run.commands.options import ScenarioName, Settings
 
 
 def world(
-    scenario: Annotated[str, typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.")],
+    scenario: ScenarioName,
     seed: Annotated[int | None, typer.Option(help="Seed of all that is random; default: the scenario's.")] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The picture: .png, .svg or .pdf; default <name>.png.")
@@ -32,11 +32,11 @@ def world(
     hopslam world replay --set generate.kind=corridor --set generate.width=3 --out corridor.svg
     """
     from slam.run.results.world_picture import check_picture, draw_world
-    from slam.run.scenario.file import load_scenario
+    from slam.run.scenario.file import read_scenario
     from slam.run.scenario.overview import overview
 
     by_seed = [] if seed is None else [f"seed={seed}"]
-    loaded = load_scenario(scenario, [*(settings or []), *by_seed])
+    loaded = read_scenario(scenario, [*(settings or []), *by_seed])
     path = out or Path(f"{loaded.name}.png")
     check_picture(path)
     draw_world(path, loaded)

@@ -13,7 +13,7 @@ from rich.console import Console
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.robot import Observation, Restartable, Robot
-from slam.run.backends import make_robot, robot_class
+from slam.run.backends import is_restartable, make_robot
 from slam.run.patience import step_patiently
 from slam.run.scenario.lidar_config import LidarConfig
 from slam.run.scenario.schema import Scenario
@@ -33,8 +33,7 @@ class DrivenRobot:
     """
 
     def __init__(self, backend: str, **options: bool) -> None:
-        maker = robot_class(backend)  # an unknown name is refused now
-        self.restartable = isinstance(maker, type) and issubclass(maker, Restartable)
+        self.restartable = is_restartable(backend)  # an unknown name is refused now
         """Whether an episode begins at the start of its scenario; else it begins where the robot stands."""
         self._backend, self._options = backend, options
         self._robot: Robot | None = None

@@ -130,6 +130,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     |---|---|---|
     | `scenario` | `"corridor"` | name of a shipped scenario, path to a YAML file, or a `Scenario` |
     | `settings` | `()` | `"key=value"` strings on top of a named scenario |
+    | `allow_modules` | `()` | modules whose code the scenario's file may run; none: see docs/extend.md |
     | `render_mode` | `None` | `"rgb_array"`: the view from above; `"human"`: the window of the rerun viewer |
     | `backend` | `"sim"` | or `"hardware"`, or `"module:Class"` |
     | `yes` | `False` | the real robot moves without asking |
@@ -185,13 +186,14 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         backend: str = "sim",
         yes: bool = False,
         dry_run: bool = False,
+        allow_modules: str | Sequence[str] = (),
         **arguments: Any,
     ) -> None:
         self._made_with = {"scenario": scenario, "settings": settings, "render_mode": render_mode} | arguments
-        self._made_with |= {"backend": backend, "yes": yes, "dry_run": dry_run}
+        self._made_with |= {"backend": backend, "yes": yes, "dry_run": dry_run, "allow_modules": allow_modules}
         self.config = env_config(arguments)
         self._driven = DrivenRobot(backend, **_options(backend, yes, dry_run))
-        self._worlds = Worlds(scenario, settings)
+        self._worlds = Worlds(scenario, settings, allow_modules)
         self.scenario = self._worlds.first
         self._require_route(self.scenario)
         self._extent = Extent.of(self.scenario)

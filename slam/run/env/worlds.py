@@ -16,10 +16,15 @@ from slam.run.texts import texts
 class Worlds:
     """Drawn from one scenario: a name or a path with settings on top, or a value."""
 
-    def __init__(self, scenario: str | Path | Scenario, settings: str | Sequence[str] = ()) -> None:
-        self._given, self._settings = scenario, texts(settings)
+    def __init__(
+        self,
+        scenario: str | Path | Scenario,
+        settings: str | Sequence[str] = (),
+        allow_modules: str | Sequence[str] = (),
+    ) -> None:
+        self._given, self._settings, self._allow_modules = scenario, texts(settings), texts(allow_modules)
         self._template = self._load(())
-        self.first = scenario if isinstance(scenario, Scenario) else load_template(scenario, self._settings).draw()
+        self.first = scenario if isinstance(scenario, Scenario) else self._read(scenario, ()).draw()
         """The scenario of the file's own seed."""
 
     def draw(self, seed: int | None, options: ResetOptions) -> Scenario:
@@ -32,9 +37,12 @@ class Worlds:
         """What to draw from, with more settings on top; None for a value, which takes none."""
         settings = self._settings + more
         if not isinstance(self._given, Scenario):
-            return load_template(self._given, settings)
+            return self._read(self._given, more)
         if settings:
             raise ScenarioError(
                 f"settings={list(settings)}: the scenario is a value here; change it, or give its name or file instead"
             )
         return None
+
+    def _read(self, name: str | Path, more: tuple[str, ...]) -> ScenarioTemplate:
+        return load_template(name, self._settings + more, self._allow_modules)

@@ -23,6 +23,7 @@ from slam.matching.surfel_memory import SurfelMemory
 from slam.pose import FloatArray, Pose2D
 from slam.run.maps.schema import VERSION, MapDocument, SavedGrid
 from slam.run.results.files import write_whole
+from slam.run.scenario.complaint import told
 from slam.saved_slam import SavedSlam
 
 COLUMNS = 7  # of a surfel, without the link to the next
@@ -60,7 +61,10 @@ def write_map(path: Path, saved: SavedSlam) -> None:
 def read_map(path: Path, config: SlamConfig) -> SavedSlam:
     """The map, to be used with these settings. InputError names the file, the key and what is wrong."""
     if not isinstance(config.map, SurfelMapConfig):
-        raise InputError(f"{path}: a saved map needs slam.mode=hopslam; these settings have slam.map.method=points")
+        raise InputError(
+            f"{path}: a saved map needs slam.mode=hopslam; these settings have slam.map.method=points; "
+            "take those of another scenario, for a log with --scenario replay"
+        )
     if config.matching.method != "least_squares":
         raise InputError(f"{path}: a saved map is matched by least_squares; leave slam.matching.method out")
     document = _parse(path)
@@ -96,9 +100,9 @@ def _complaint(errors: ValidationError) -> str:
     error = min(errors.errors(), key=lambda error: error["loc"] != ("version",))
     if error["loc"] == ("version",) and error["type"] != "missing":
         return f"version: this hopslam reads version {VERSION}, and not {error['input']!r}; map again, or update"
-    key = ".".join(map(str, error["loc"])) or "the whole"
-    message = error["msg"].removeprefix("Value error, ")
-    return f"{key}: {message}; a map is written by hopslam run and replay as map.json"
+    location, reason = told(error, MapDocument)
+    key = ".".join(map(str, location)) or "the whole"
+    return f"{key}: {reason}; a map is written by hopslam run and replay as map.json"
 
 
 def _grid_text(grid: Grid) -> str:

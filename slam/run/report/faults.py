@@ -18,6 +18,8 @@ _STALLED: Final = 1.0
 """Seconds without motion under a command, from which on the robot is said to stand against something."""
 _CREEP: Final = 0.02, 0.05
 """m/s and rad/s: less is no motion; twice of it is a command."""
+_TOO_LONG: Final = {"duration over", "no more scans"}
+"""Endings of a run that had no time to arrive; the second is what older runs say."""
 _NAMED: Final = 3
 """So many places in time are named, the others counted."""
 
@@ -37,7 +39,7 @@ def _how_it_ended(record: RunRecord, metrics: Mapping[str, Any]) -> Iterator[str
         yield f"It was interrupted by hand at {last:.1f} s."
     if "error" in metrics:
         yield f"The robot failed: {metrics['error']}."
-    if ending == "no more scans" and "log" not in metrics:
+    if ending in _TOO_LONG and "log" not in metrics:
         yield f"It did not arrive within the {record.config.duration:g} s of the scenario."
 
 

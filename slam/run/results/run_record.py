@@ -19,7 +19,7 @@ from slam.run.maps.file import read_map
 from slam.run.results.log_reader import logged_mount, logged_observations, logged_start
 from slam.run.results.run_log import LOG
 from slam.run.results.traces import Traces
-from slam.run.scenario.file import load_scenario
+from slam.run.scenario.file import read_scenario
 from slam.run.scenario.schema import Scenario
 from slam.saved_slam import SavedSlam
 
@@ -45,7 +45,7 @@ class RunRecord:
         traces = Traces.read(folder)
         if traces is None:
             raise InputError(f"{folder}: this run has no scan; give a run that came to its first")
-        return cls(folder, load_scenario(folder / "config.yaml"), traces, _metrics(folder / "metrics.json"))
+        return cls(folder, read_scenario(folder / "config.yaml"), traces, _metrics(folder / "metrics.json"))
 
     @property
     def name(self) -> str:

@@ -3,22 +3,49 @@
 from __future__ import annotations
 
 from difflib import get_close_matches
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 from pydantic import BaseModel, Tag, ValidationError
 from pydantic_core import ErrorDetails
 
+from slam.config import OwnMethod
+from slam.config.section import OWN
+from slam.config.whole import mode_of
+from slam.run.scenario.expected import expected, is_fixed_list, without_bounds
 from slam.run.scenario.random_value import KINDS
 from slam.run.scenario.yaml_file import Location
 
 
+class _Place(NamedTuple):
+    """Where in the schema a path leads."""
+
+    path: Location
+    """As the file has it, without the names of methods that pydantic puts into it."""
+    section: Any
+    """The annotation of the innermost section, or choice of sections, on it."""
+    value: Any
+    """The annotation of what stands at its end."""
+    others: dict[str, type[BaseModel]]
+    """The sections that could stand in the place of ``section``, by the name that chooses them."""
+
+
 def complaint(errors: ValidationError, section: type[BaseModel]) -> tuple[Location, str]:
-    """The path of the key, as the file has it, and what is wrong with it; ``section`` is the schema of the whole."""
-    error = min(errors.errors(), key=lambda error: error["type"] != "extra_forbidden")
-    location, innermost = _walk(error["loc"], section)
+    """The path of the key, as the file has it, and what is wrong with it: with unknown keys first of all.
+
+    ``section`` is the schema of the whole.
+    """
+    return told(min(errors.errors(), key=lambda error: error["type"] != "extra_forbidden"), section)
+
+
+def told(error: ErrorDetails, section: type[BaseModel]) -> tuple[Location, str]:
+    """The same of one error."""
+    place = _walk(error["loc"], section)
     if error["type"] == "union_tag_invalid":
-        location = (*location, _chooser(innermost))
-    return location, _reason(error, innermost)
+        return (*place.path, _chooser(place.section)), _reason(error, place)
+    if error["type"] == "missing" and isinstance(error["loc"][-1], int):  # of a list, which is too short
+        place = _walk(error["loc"][:-1], section)
+        error = error | {"type": "too_short"}
+    return place.path, _reason(error, place)
 
 
 def hint(word: str, known: list[str]) -> str:
@@ -27,19 +54,37 @@ def hint(word: str, known: list[str]) -> str:
     return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
 
 
-def _reason(error: ErrorDetails, section: Any) -> str:
+def _reason(error: ErrorDetails, place: _Place) -> str:
+    value = error["input"]
     if error["type"] == "extra_forbidden":
-        return f"unknown key; {hint(str(error['loc'][-1]), list(section.model_fields))}"
+        return _unknown(str(error["loc"][-1]), place)
     if error["type"] == "union_tag_invalid":
-        return f"no {_chooser(section)} {error['ctx']['tag']!r}; {hint(error['ctx']['tag'], list(_choices(section)))}"
-    message, value = error["msg"].removeprefix("Value error, "), error["input"]
+        name = error["ctx"]["tag"]
+        return f"no {_chooser(place.section)} {name!r}; {hint(name, list(_choices(place.section)))}"
+    if error["type"] == "union_tag_not_found" and isinstance(value, dict):
+        return f"{_chooser(place.section)} is missing; one of {', '.join(_choices(place.section))}"
     if error["type"] == "union_tag_not_found":
-        message = "a section of settings belongs here"
-        if isinstance(value, dict):
-            message = f"{_chooser(section)} is missing; one of {', '.join(_choices(section))}"
-    if isinstance(value, dict):
-        return message + _meant_random(value)
-    return f"{message} (got {value!r})"
+        error = error | {"type": "model_type"}
+    return expected(error, place.value) + (_meant_random(value) if isinstance(value, dict) else "")
+
+
+def _unknown(key: str, place: _Place) -> str:
+    """An unknown key: one that another choice of the section has, an option of the user's own code, or a slip."""
+    if place.section is OwnMethod:
+        return f"unknown key; what your own code takes stands under {'.'.join(map(str, place.path[:-1]))}.options"
+    names = [name for name, section in place.others.items() if key in section.model_fields and name != OWN]
+    if names:
+        return _belongs_elsewhere(names, place)
+    return f"unknown key; {hint(key, list(place.section.model_fields))}"
+
+
+def _belongs_elsewhere(names: list[str], place: _Place) -> str:
+    """What must be chosen for a key that other choices of the section have."""
+    *outer, part, _ = map(str, place.path)
+    needed = f"{'.'.join([*outer, part])}.{_chooser_of(place.others)}={' or '.join(names)}"
+    if (mode := mode_of(part, names[0])) is None:
+        return f"only with {needed}"
+    return f"{'paper' if mode == 'paper' else 'hopslam'} mode only: add --set slam.mode={mode} (it needs {needed})"
 
 
 def _meant_random(value: dict[str, Any]) -> str:
@@ -48,19 +93,28 @@ def _meant_random(value: dict[str, Any]) -> str:
     return f" (got {value!r}; did you mean {close[0]}?)" if close and close[0] not in value else ""
 
 
-def _walk(location: Location, section: Any) -> tuple[Location, Any]:
-    """The path as the file has it, without the names of methods that pydantic puts into it, and the annotation of the
-    innermost section (or choice of sections) on it."""
+def _walk(location: Location, section: Any) -> _Place:
     path: Location = ()
+    value, others = section, dict[str, type[BaseModel]]()
     for step in location:
         choices = _choices(section)
         if step in choices:
-            section = choices[str(step)]
+            section, others = choices[str(step)], choices
             continue
         path = (*path, step)
-        if step in getattr(section, "model_fields", ()):
-            section = _section_in(section.model_fields[step].annotation) or section
-    return path, section
+        if isinstance(step, int):
+            value = _item(value, step)
+        elif step in getattr(section, "model_fields", ()):
+            value = without_bounds(section.model_fields[step].annotation)
+            inner = _section_in(section.model_fields[step].annotation)
+            section, others = (section, others) if inner is None else (inner, {})
+    return _Place(path, section, value, others)
+
+
+def _item(annotation: Any, index: int) -> Any:
+    """What an item of this list is."""
+    items = get_args(annotation)
+    return items[index] if is_fixed_list(annotation) and index < len(items) else items[0] if items else annotation
 
 
 def _section_in(annotation: Any) -> Any:
@@ -77,6 +131,11 @@ def _choices(annotation: Any) -> dict[str, type[BaseModel]]:
 
 
 def _chooser(annotation: Any) -> str:
-    """The key whose value chooses among the sections of a union: the one that each has its own name in."""
-    name, section = next(iter(_choices(annotation).items()))
+    """The key whose value chooses among the sections of a union."""
+    return _chooser_of(_choices(annotation))
+
+
+def _chooser_of(choices: dict[str, type[BaseModel]]) -> str:
+    """The key that each section has its own name in."""
+    name, section = next(iter(choices.items()))
     return next(key for key, field in section.model_fields.items() if field.default == name)

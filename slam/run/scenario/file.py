@@ -8,23 +8,41 @@ from pathlib import Path
 import yaml
 
 from slam.run.scenario.schema import Scenario
+from slam.run.scenario.settings import named_code, parse_setting
 from slam.run.scenario.shipped import find_scenario
 from slam.run.scenario.source import ScenarioSource
 from slam.run.scenario.template import ScenarioTemplate
+from slam.run.texts import texts
 
 
-def load_template(name: str | Path, settings: str | Sequence[str] = ()) -> ScenarioTemplate:
+def load_template(
+    name: str | Path, settings: str | Sequence[str] = (), allow_modules: str | Sequence[str] = ()
+) -> ScenarioTemplate:
     """The scenario in this file, or the shipped one of this name, with ``key=value`` settings on top, one or
     several, to draw from.
 
-    Raises ScenarioError: one line that names file, line and key, what is wrong, and what was perhaps meant.
+    What the settings name as ``module:name`` may run; what the file names so is refused, unless ``allow_modules`` has
+    its module. Raises ScenarioError: one line that names file, line and key, what is wrong, and what was perhaps meant.
     """
-    return ScenarioTemplate(ScenarioSource(find_scenario(name), settings))
+    given = texts(settings)
+    return checked_template(name, given, [*texts(allow_modules), *named_code(map(parse_setting, given))])
 
 
-def load_scenario(name: str | Path, settings: str | Sequence[str] = ()) -> Scenario:
+def load_scenario(
+    name: str | Path, settings: str | Sequence[str] = (), allow_modules: str | Sequence[str] = ()
+) -> Scenario:
     """The draw of ``load_template`` for the scenario's own seed."""
-    return load_template(name, settings).draw()
+    return load_template(name, settings, allow_modules).draw()
+
+
+def read_scenario(name: str | Path, settings: Sequence[str] = ()) -> Scenario:
+    """The same, to be looked at and not to be run: it may name any code, and none of it can be called."""
+    return checked_template(name, settings, None).draw()
+
+
+def checked_template(name: str | Path, settings: Sequence[str], allowed: Sequence[str] | None) -> ScenarioTemplate:
+    """As ``load_template``, for settings that come from a file: only what is ``allowed`` may be named in them."""
+    return ScenarioTemplate(ScenarioSource(find_scenario(name), settings), allowed)
 
 
 def dump_scenario(scenario: Scenario) -> str:

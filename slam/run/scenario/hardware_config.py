@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from slam.config import Section
 from slam.run.scenario.values import Positive
@@ -13,12 +13,27 @@ FIRMWARE_TRACK: Final = 0.357
 """What a P3-DX's firmware believes of the way between its wheels, metres (DiffConvFactor in Aria's p3dx.p)."""
 
 
-class HardwareConfig(Section):
-    """What ``--backend hardware`` opens. A port is a device, ``socket://host:port`` or whatever else pyserial knows."""
+_URLS: Final = ("socket", "rfc2217", "loop")
+"""Of pyserial's kinds of URL those that reach a device, and write no file."""
 
-    robot_port: str = "/dev/ttyUSB0"
+
+def _port(name: str) -> str:
+    kind, url, _ = name.partition("://")
+    if url and kind not in _URLS:
+        raise ValueError(f"a port is a device such as /dev/ttyUSB0, or {', '.join(f'{kind}://' for kind in _URLS)}")
+    return name
+
+
+Port = Annotated[str, AfterValidator(_port)]
+
+
+class HardwareConfig(Section):
+    """What ``--backend hardware`` opens. A port is a device, ``socket://host:port``, ``rfc2217://host:port`` or
+    ``loop://``."""
+
+    robot_port: Port = "/dev/ttyUSB0"
     """Of the P3-DX."""
-    lidar_port: str = "/dev/ttyACM0"
+    lidar_port: Port = "/dev/ttyACM0"
     """Of the URG-04LX."""
     lidar_baud: Literal[19200, 38400, 57600, 115200, 250000, 500000, 750000] = 500000
     """Bits a second; below 250000 an RS-232 line has no room for ten full scans a second. Over USB it means nothing."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final, Literal, Self
+from typing import Final, Literal, Self
 
 import numpy as np
 import yaml
@@ -15,8 +15,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationIn
 from slam.config import Section
 from slam.pose import FloatArray, Pose2D
 from slam.run.scenario.cell_rectangles import merge_cells
+from slam.run.scenario.complaint import complaint
 from slam.run.scenario.prism import Prism
 from slam.run.scenario.values import Positive
+from slam.run.scenario.yaml_fault import UNREADABLE, yaml_fault
 
 _IMAGES: Final = ("PPM", "PNG", "BMP")
 """What Pillow calls the formats that are read; PPM includes PGM, binary (P5) and plain (P2)."""
@@ -84,12 +86,13 @@ def _footprints(path: Path, changed: int) -> FloatArray:
 def _read_header(path: Path) -> MapHeader:
     try:
         return MapHeader.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: not a YAML text file") from error
     except ValidationError as errors:
-        first: Any = errors.errors()[0]
-        key = ".".join(map(str, first["loc"])) or "the header of a ROS map"
-        raise ValueError(f"{path}: {key}: {first['msg']}") from errors
+        location, reason = complaint(errors, MapHeader)
+        key = ".".join(map(str, location)) or "the header of a ROS map"
+        raise ValueError(f"{path}: {key}: {reason}") from errors
+    except UNREADABLE as error:
+        line, fault = yaml_fault(error)
+        raise ValueError(f"{path}{f':{line}' if line else ''}: not valid YAML: {fault}") from error
 
 
 def _occupied(path: Path, header: MapHeader) -> NDArray[np.bool_]:

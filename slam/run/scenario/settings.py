@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import Any, Final
 
 import yaml
 
 from slam.errors import ScenarioError
+from slam.run.scenario.random_value import is_random
+from slam.run.scenario.yaml_fault import UNREADABLE, yaml_fault
 from slam.run.scenario.yaml_file import Location
+
+_CODE_KEYS: Final[tuple[Location, ...]] = (("slam", "lines", "method"), ("slam", "matching", "method"))
+"""The keys whose value may be code of the user's own."""
 
 
 def parse_setting(text: str) -> tuple[Location, Any]:
-    """``slam.lines.psi=2`` as its path and its value, which is read as YAML; a number in the path is an index."""
+    """``slam.lines.psi=1`` as its path and its value, which is read as YAML; a number in the path is an index."""
     key, equals, value = text.partition("=")
     if not equals or not all(key.strip().split(".")):
-        raise ScenarioError(f"--set {text}: expected key=value, for example --set slam.lines.psi=2")
+        raise ScenarioError(f"--set {text}: expected key=value, for example --set duration=60")
     try:
         parsed = yaml.safe_load(value)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise ScenarioError(f"--set {text}: the value is not valid YAML; quote it if it is text") from error
+    except UNREADABLE as error:
+        _, fault = yaml_fault(error)
+        raise ScenarioError(f"--set {text}: the value is not valid YAML: {fault}; quote it if it is text") from error
     return tuple(int(step) if step.isascii() and step.isdigit() else step for step in key.strip().split(".")), parsed
 
 
@@ -31,6 +37,25 @@ def apply_settings(data: dict[str, Any], settings: Iterable[tuple[Location, Any]
             at = _enter(at, step, location)
         _check_item(at, location[-1], location)
         at[location[-1]] = value
+
+
+def named_code(settings: Iterable[tuple[Location, Any]]) -> Iterator[str]:
+    """The ``module:name`` places that these settings name as parts of the method: whoever writes them allows them."""
+    for location, value in settings:
+        for key in _CODE_KEYS:
+            if location == key[: len(location)]:
+                yield from _code_in(value, key[len(location) :])
+
+
+def _code_in(value: Any, rest: Location) -> Iterator[str]:
+    """What stands at the rest of the path, or may be drawn to stand there."""
+    if is_random(value):
+        for choice in value.get("choice", ()):
+            yield from _code_in(choice, rest)
+    elif rest and isinstance(value, dict):
+        yield from _code_in(value.get(rest[0]), rest[1:])
+    elif not rest and isinstance(value, str) and ":" in value:
+        yield value
 
 
 def _enter(at: Any, step: str | int, location: Location) -> Any:

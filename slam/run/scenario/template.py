@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 from pydantic import ValidationError
 
+from slam.config.own import ALLOWED
 from slam.run.scenario.clearance import obstruction
 from slam.run.scenario.complaint import complaint
 from slam.run.scenario.generators.build import built
@@ -23,11 +25,13 @@ class ScenarioTemplate:
     """What a scenario file says: ``draw(seed)`` makes a scenario of it.
 
     All random values are checked at both ends of their range, each with the others at their first end. Raises
-    ScenarioError, which names file, line and key.
+    ScenarioError, which names file, line and key. ``allowed`` are the modules and ``module:name`` places whose code the
+    user allows; any other that is named is refused. None: they may be named, and cannot be called.
     """
 
-    def __init__(self, source: ScenarioSource) -> None:
+    def __init__(self, source: ScenarioSource, allowed: Sequence[str] | None) -> None:
         self._source = source
+        self._context = {"folder": source.folder} | ({} if allowed is None else {ALLOWED: tuple(allowed)})
         self._random = self._find_random()
         self.seed = self._checked_extremes().seed
         """The seed that the file gives, or 0."""
@@ -89,7 +93,7 @@ class ScenarioTemplate:
         """The scenario with these values in place of what the file has there."""
         data = filled({"seed": 0} | self._source.data, values)
         try:
-            return Scenario.model_validate(data, context={"folder": self._source.folder})
+            return Scenario.model_validate(data, context=self._context)
         except ValidationError as errors:
             location, reason = complaint(errors, Scenario)
             raise self._source.error(location, reason) from errors

@@ -8,6 +8,7 @@ from typing import Any
 import yaml
 
 from slam.errors import ScenarioError
+from slam.run.scenario.yaml_fault import UNREADABLE, yaml_fault
 
 Location = tuple[str | int, ...]
 
@@ -52,13 +53,12 @@ class YamlFile:
             root, data = yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
             self._refuse_doubles(root)
             return root, data
-        except yaml.MarkedYAMLError as error:
-            line = error.problem_mark.line + 1 if error.problem_mark else 1
-            raise ScenarioError(f"{self.path}:{line}: not valid YAML: {error.problem}") from error
-        except (yaml.YAMLError, ValueError, RecursionError) as error:
-            raise ScenarioError(f"{self.path}: not a YAML text file: {str(error).splitlines()[0]}") from error
         except OSError as error:
             raise ScenarioError(f"{self.path}: cannot be read: {error.strerror}") from error
+        except UNREADABLE as error:
+            line, fault = yaml_fault(error)
+            place = self.path if line is None else f"{self.path}:{line}"
+            raise ScenarioError(f"{place}: not valid YAML: {fault}") from error
 
     def _refuse_doubles(self, node: yaml.Node | None) -> None:
         seen: set[str | int] = set()

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
 from slam.config import Section
+from slam.run.scenario.complaint import told
 from slam.run.scenario.random_value import KINDS, is_random
 
 Mode = Literal["hopslam", "paper", "dead_reckoning"]
@@ -29,10 +30,11 @@ def _range(given: Any) -> Any:
 def _random(given: Any) -> Any:
     if not is_random(given):
         raise ValueError(f"expected one of {', '.join(KINDS)} with its numbers, for example {{uniform: [0.2, 0.6]}}")
+    kind = KINDS[next(iter(given))]
     try:
-        KINDS[next(iter(given))].model_validate(given)
+        kind.model_validate(given)
     except ValidationError as errors:
-        raise ValueError(errors.errors()[0]["msg"].removeprefix("Value error, ")) from errors
+        raise ValueError(told(errors.errors()[0], kind)[1]) from errors
     return given
 
 

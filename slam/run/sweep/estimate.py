@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Final
@@ -31,9 +32,9 @@ class _Glance:
             raise KeyboardInterrupt
 
 
-def seconds_of(job: Job) -> float:
+def seconds_of(job: Job, allowed: Sequence[str]) -> float:
     """What one run of this job takes, from its first two seconds; InputError where it cannot be run at all."""
-    experiment = experiment_of(job)
+    experiment = experiment_of(job, allowed)
     experiment.env.prepare(job.seed)
     warm_up(Console(quiet=True), experiment.scenario.slam)
     glance = _Glance(perf_counter())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final
@@ -12,10 +12,13 @@ import yaml
 from pydantic import ValidationError
 
 from slam.errors import InputError, ScenarioError
+from slam.own_code import is_allowed, refusal
 from slam.run.scenario.complaint import complaint
 from slam.run.scenario.random_value import KINDS
+from slam.run.scenario.settings import named_code
 from slam.run.scenario.shipped import SHIPPED
-from slam.run.scenario.yaml_file import YamlFile
+from slam.run.scenario.yaml_fault import UNREADABLE, yaml_fault
+from slam.run.scenario.yaml_file import Location, YamlFile
 from slam.run.sweep.config import SweepConfig
 from slam.run.sweep.plan import Plan
 from slam.run.texts import texts
@@ -23,24 +26,28 @@ from slam.run.texts import texts
 _CALL: Final = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 
 
-def make_plan(names: str | Sequence[str], changes: dict[str, Any]) -> Plan:
+def make_plan(names: str | Sequence[str], changes: dict[str, Any], allow_modules: str | Sequence[str] = ()) -> Plan:
     """Of scenarios and logs, or of one sweep file, which ``changes`` then overrule key by key.
 
+    What ``changes`` name as ``module:name`` may run, and what the files name so where ``allow_modules`` has its module.
     InputError, where the fault is in a file with file, line and key.
     """
     names = texts(names)
+    allowed = [*texts(allow_modules), *(place for _, place in _code_in(changes))]
     files = [path for path in map(_sweep_file, names) if path is not None]
     if not files:
-        return Plan(_config(_given_by_hand(names) | changes, None))
+        return Plan(_config(_given_by_hand(names) | changes, None), allowed=allowed)
     if len(names) > 1:
         raise InputError(f"{files[0]}: a sweep file stands alone; put the other scenarios into it")
     file = YamlFile(files[0])
-    return Plan(_config({"name": files[0].stem} | file.data | changes, file), files[0].parent)
+    config = _config({"name": files[0].stem} | file.data | changes, file)
+    _refuse_code(config, file, allowed)
+    return Plan(config, files[0].parent, allowed)
 
 
 def parse_grid(text: str) -> tuple[str, list[Any]]:
     """``key=a,b,c`` as key and values, each read as YAML."""
-    key, value = _halves("--grid", text, "slam.matching.floor=0.01,0.02")
+    key, value = _halves("--grid", text, "slam.update_distance=0,0.1")
     return key, _yaml("--grid", text, f"[{value}]")
 
 
@@ -65,8 +72,10 @@ def _halves(option: str, text: str, example: str) -> tuple[str, str]:
 def _yaml(option: str, text: str, value: str) -> list[Any]:
     try:
         return list(yaml.safe_load(value))
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        raise ScenarioError(f"{option} {text}: the values are not valid YAML; quote those that are text") from error
+    except UNREADABLE as error:
+        _, fault = yaml_fault(error)
+        fault = f"the values are not valid YAML: {fault}; quote those that are text"
+        raise ScenarioError(f"{option} {text}: {fault}") from error
 
 
 def _sweep_file(name: str) -> Path | None:
@@ -83,6 +92,21 @@ def _given_by_hand(names: Sequence[str]) -> dict[str, Any]:
     scenarios = [name for name in names if name not in logs]
     stems = [re.sub(r"[^A-Za-z0-9._-]", "-", Path(name).name.split(".")[0].lstrip("-_")) or "sweep" for name in names]
     return {"scenarios": scenarios, "logs": logs, "name": "-".join(stems[:3])}
+
+
+def _code_in(config: dict[str, Any]) -> Iterator[tuple[Location, str]]:
+    """The ``module:name`` places in a sweep's configuration, each with the key that it stands at."""
+    values = [(part, key, value) for part in ("settings", "sample") for key, value in config.get(part, {}).items()]
+    values += [("grid", key, value) for key, several in config.get("grid", {}).items() for value in several]
+    for part, key, value in values:
+        for place in named_code([(tuple(key.split(".")), value)]):
+            yield (part, key), place
+
+
+def _refuse_code(config: SweepConfig, file: YamlFile, allowed: Sequence[str]) -> None:
+    for location, place in _code_in(config.model_dump()):
+        if not is_allowed(place, allowed):
+            raise ScenarioError(f"{file.place(location)}: {'.'.join(map(str, location))}: {refusal(place)}")
 
 
 def _config(data: dict[str, Any], file: YamlFile | None) -> SweepConfig:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 from slam.errors import InputError, ScenarioError
-from slam.run.scenario.file import load_template
+from slam.run.scenario.file import checked_template
 from slam.run.scenario.random_value import KINDS, key_rng
 from slam.run.sweep.config import SweepConfig
 from slam.run.sweep.job import Job, setting
@@ -33,10 +33,14 @@ class Case:
 
 
 class Plan:
-    """The runs of this configuration; files named in it are relative to ``beside``. InputError where one is missing."""
+    """The runs of this configuration; files named in it are relative to ``beside``. InputError where one is missing.
 
-    def __init__(self, config: SweepConfig, beside: Path = Path()) -> None:
+    ``allowed`` are the modules and ``module:name`` places whose code the user allows. It is written to no file.
+    """
+
+    def __init__(self, config: SweepConfig, beside: Path = Path(), allowed: Sequence[str] = ()) -> None:
         self.config = config
+        self.allowed = tuple(allowed)
         self.subjects = [Subject.of_scenario(name, beside) for name in config.scenarios]
         self.subjects += [Subject.of_log(name, beside) for name in config.logs]
         self.cases = [case for subject in self.subjects for case in self._cases_of(subject)]
@@ -73,7 +77,7 @@ class Plan:
         sampled = [setting(*item) for item in self.config.sample.items()]
         for case in self.cases:
             try:
-                load_template(case.subject.scenario, [*case.settings, *sampled])
+                checked_template(case.subject.scenario, [*case.settings, *sampled], self.allowed)
             except ScenarioError as error:
                 raise InputError(f"{case.label}: {error}") from error
 

@@ -22,7 +22,7 @@ def plan_table(plan: Plan, out: str, jobs: int) -> ResultTable:
     rows, left, runs_left = [], 0.0, 0
     for case in plan.cases:
         known = [over[job] for job in _ids(plan, case) if job in over]
-        seconds = median(known) if known else seconds_of(plan.job(case, plan.config.seeds[0]))
+        seconds = median(known) if known else seconds_of(plan.job(case, plan.config.seeds[0]), plan.allowed)
         todo = len(plan.config.seeds) - len(known)
         left, runs_left = left + todo * seconds, runs_left + todo
         rows.append([case.label, str(len(plan.config.seeds)), str(len(known)), f"{seconds:.1f}"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from multiprocessing import connection, get_context
 from multiprocessing.context import SpawnProcess
@@ -23,11 +23,14 @@ ONE_THREAD: Final = dict.fromkeys(
 
 
 class Pool:
-    """So many workers, which stay warm from job to job; each has one job at a time."""
+    """So many workers, which stay warm from job to job; each has one job at a time.
 
-    def __init__(self, size: int, runs: str, keep: Keep) -> None:
-        self._runs, self._keep = runs, keep
-        self._workers = [_Worker(runs, keep) for _ in range(size)]
+    ``allowed`` is the code that the user allows: see slam/config/own.py.
+    """
+
+    def __init__(self, size: int, runs: str, keep: Keep, allowed: Sequence[str] = ()) -> None:
+        self._made_with = runs, keep, tuple(allowed)
+        self._workers = [_Worker(*self._made_with) for _ in range(size)]
 
     @property
     def free(self) -> int:
@@ -68,17 +71,17 @@ class Pool:
 
     def _replace(self, index: int) -> None:
         self._workers[index].kill()
-        self._workers[index] = _Worker(self._runs, self._keep)
+        self._workers[index] = _Worker(*self._made_with)
 
 
 class _Worker:
     """One process and the pipe to it."""
 
-    def __init__(self, runs: str, keep: Keep) -> None:
+    def __init__(self, runs: str, keep: Keep, allowed: Sequence[str]) -> None:
         self.job: Job | None = None
         self.pipe, far_end = get_context("spawn").Pipe()
         self._process: SpawnProcess = get_context("spawn").Process(
-            target=work, args=(far_end, os.getpid(), runs, keep), daemon=True
+            target=work, args=(far_end, os.getpid(), runs, keep, allowed), daemon=True
         )
         with _environment(ONE_THREAD):
             self._process.start()

@@ -6,7 +6,7 @@ import json
 import logging
 import os
 import socket
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -30,17 +30,26 @@ _WAITING: Final = 1.25
 class RayCluster:
     """The cluster at ``address``, or a new one of ``jobs`` processors on this machine for ``local``.
 
-    To other machines the code is sent, with the ``files`` that the jobs name. InputError where there is no cluster, or
+    To other machines the code is sent, with the ``files`` that the jobs name; ``allowed`` is the code of the user's own
+    that they may run. InputError where there is no cluster, or
     one of another version of Ray or Python; ClusterError where it goes away, or its packages differ from those here.
     """
 
-    def __init__(self, address: str, jobs: int, runs: str, keep: Keep, files: Iterable[Path] = ()) -> None:
+    def __init__(
+        self,
+        address: str,
+        jobs: int,
+        runs: str,
+        keep: Keep,
+        files: Iterable[Path] = (),
+        allowed: Sequence[str] = (),
+    ) -> None:
         os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # its new default, and it would warn
         if address == LOCAL:
             os.environ["RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"] = "0"  # what makes Ray stay on the loopback, on Linux too
         self._ray = optional("ray", "cluster")
-        self._runs, self._keep = runs, keep
+        self._runs, self._keep, self._allowed = runs, keep, list(allowed)
         self._shipment = None if address == LOCAL else Shipment(files)
         self._pending: dict[Any, Job] = {}
         _check_reachable(address)
@@ -61,7 +70,7 @@ class RayCluster:
 
     def submit(self, job: Job) -> None:
         """Make a task of it."""
-        task = self._run.remote(job.model_dump_json(), self._runs, self._keep.pictures, versions())
+        task = self._run.remote(job.model_dump_json(), self._runs, self._keep.pictures, versions(), self._allowed)
         self._pending[task] = job
 
     def collect(self, timeout: float) -> Iterator[Finished | Lost]:
@@ -104,7 +113,7 @@ class RayCluster:
         return Lost(job, "the run was interrupted") if answer["row"] is None else Finished(job, answer["row"])
 
 
-def run_on_cluster(job: str, runs: str, pictures: bool, expected: dict[str, str]) -> str:
+def run_on_cluster(job: str, runs: str, pictures: bool, expected: dict[str, str], allowed: Sequence[str] = ()) -> str:
     """The task: JSON of the row, or of the host and its versions where these are not the expected ones."""
     import platform
 
@@ -113,7 +122,7 @@ def run_on_cluster(job: str, runs: str, pictures: bool, expected: dict[str, str]
     from slam.run.sweep.run_job import run_job
 
     os.chdir("/")  # the folder of the code is written anew when a second node of this machine starts: no place to stand
-    return json.dumps({"row": run_job(Job.model_validate_json(job), runs, Keep(pictures))})
+    return json.dumps({"row": run_job(Job.model_validate_json(job), runs, Keep(pictures), allowed)})
 
 
 def _check_reachable(address: str) -> None:

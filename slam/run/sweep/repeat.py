@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from slam.errors import InputError
+from slam.errors import InputError, ScenarioError
 from slam.run.results.keep import Keep
+from slam.run.scenario.file import checked_template
 from slam.run.sweep.executor import Finished
 from slam.run.sweep.folder import Folder
 from slam.run.sweep.job import Job
@@ -31,15 +33,20 @@ class Repeated:
     """Columns."""
 
 
-def repeated(out: str, run_id: str, pictures: bool = False) -> Repeated:
+def repeated(out: str, run_id: str, pictures: bool = False, allow_modules: Sequence[str] = ()) -> Repeated:
     """Run the row of that id, or of the only one that begins so, in a process of its own.
 
-    InputError where there is no such row, or its scenario or log has changed since.
+    InputError where there is no such row, its scenario or log has changed since, or it names code whose module is not
+    in ``allow_modules``.
     """
     folder = Folder(out)
     row = _find(SweepStore(folder), run_id, out)
     job = _job_of(row)
-    pool = Pool(1, (folder / REPEATED).address, Keep(pictures))
+    try:
+        checked_template(job.source if job.kind == "scenario" else "replay", job.settings, allow_modules)
+    except ScenarioError as error:
+        raise InputError(f"{out}: run {job.id}: {error}") from error
+    pool = Pool(1, (folder / REPEATED).address, Keep(pictures), allow_modules)
     try:
         pool.submit(job)
         came = next(iter(pool.collect(timeout=1e6)))

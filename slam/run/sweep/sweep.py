@@ -88,10 +88,10 @@ def _run_in(folder: Folder, plan: Plan, means: Means, console: Console) -> Sweep
 def _executor(plan: Plan, folder: Folder, means: Means, todo: int) -> Executor:
     runs, keep = (folder / RUNS).address, Keep(means.pictures)
     if means.ray is None:
-        return Pool(max(min(means.jobs, todo), 1), runs, keep)
+        return Pool(max(min(means.jobs, todo), 1), runs, keep, plan.allowed)
     from slam.run.sweep.ray_cluster import RayCluster
 
-    return RayCluster(means.ray, means.jobs, runs, keep, plan.files())
+    return RayCluster(means.ray, means.jobs, runs, keep, plan.files(), plan.allowed)
 
 
 def _whole(plan: Plan) -> dict[str, object]:

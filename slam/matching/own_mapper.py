@@ -1,0 +1,48 @@
+"""A matcher of the user's own with its map, checked at every call."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from slam.config import OwnMethod
+from slam.lines.segments import Segments
+from slam.matching.match import Match
+from slam.own_code import call, expect, expect_parts
+from slam.pose import Pose2D
+from slam.scan import LaserScan
+
+
+class OwnMapper:
+    """Stands before the user's object. InputError, of one line that names it, where it cannot be made, is no matcher,
+    raises, or gives back something else than a Match."""
+
+    def __init__(self, config: OwnMethod, T_base_laser: Pose2D, seed: int) -> None:
+        self._place = place = config.method
+        self._mapper = mapper = config.call(T_base_laser, seed=seed)
+        expect_parts(place, mapper, ("locate", "add", "points", "lines"), "matcher")
+        expect_parts(f"{place}.points", mapper.points, ("points", "__len__"), "set of points")
+        expect_parts(f"{place}.lines", mapper.lines, ("ends",), "set of lines")
+
+    @property
+    def points(self) -> Any:
+        """What of its map is shown as points."""
+        return self._mapper.points
+
+    @property
+    def lines(self) -> Any:
+        """What of its map is shown as lines."""
+        return self._mapper.lines
+
+    def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
+        """See Mapper."""
+        match: Match = self._call("locate", scan, segments, prior)
+        expect(f"{self._place}.locate", match, Match)
+        expect(f"{self._place}.locate: Match.T_prior_laser", match.T_prior_laser, Pose2D)
+        return match
+
+    def add(self, scan: LaserScan, segments: Segments, T_map_laser: Pose2D) -> None:
+        """See Mapper."""
+        self._call("add", scan, segments, T_map_laser)
+
+    def _call(self, name: str, *arguments: Any) -> Any:
+        return call(f"{self._place}.{name}", getattr(self._mapper, name), *arguments)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from math import degrees
 from typing import Final
 
 import numpy as np
-from rich.console import Console
 
 from hardware.bench.bench import bench
 from hardware.bench.faults import CUT_OFF, FAULTS, FaultResult, fault_results, kill_result
@@ -17,6 +16,7 @@ from hardware.bench.twin_runs import DrivenWay, emulated_way, simulated_way
 from hardware.bench.way_difference import WayDifference
 from slam.run.bench.tables import ResultTable
 from slam.run.scenario.file import load_scenario
+from slam.run.terminal import Terminal
 
 _HAIL: Final = {
     "1 % of bytes, anywhere": Hail(0.01),
@@ -30,8 +30,9 @@ _WATCHDOGS: Final = (2.0, 0.4)
 """Seconds: as delivered, and as docs/bench.md says to set it."""
 
 
-def load_table(seconds: float) -> ResultTable:
+def load_table(seconds: float, console: Terminal) -> ResultTable:
     """What drivers and emulator cost, and how late scans are."""
+    console.print(f"driving for {seconds:g} s")
     with bench() as at:
         load = measure_load(at, seconds)
     return ResultTable(
@@ -47,29 +48,43 @@ def load_table(seconds: float) -> ResultTable:
     )
 
 
-def fault_table() -> ResultTable:
+def fault_table(console: Terminal) -> ResultTable:
     """Every fault, and those in which the robot is alone with both watchdogs."""
-    killed = {watchdog: kill_result(watchdog) for watchdog in _WATCHDOGS}  # forks, while there are no threads
-    rows = [_fault_row(result, "") for result in fault_results(FAULTS, _WATCHDOGS[0])]
-    for watchdog in _WATCHDOGS:
-        results = [*fault_results(CUT_OFF, watchdog), killed[watchdog]]
-        rows += [_fault_row(result, f", watchdog {watchdog:g} s") for result in results]
+    total = len(FAULTS) + len(_WATCHDOGS) * (len(CUT_OFF) + 1)
+    with console.progress(still=True) as bar:
+        rows = [_fault_row(*found) for found in bar.track(_faults(), total, description="faults")]
     columns = ("fault", "until it stands\ns", "by", "cure to motion\ns", "reason named")
     notes = "A watchdog counts from the last command, up to 0.1 s before the fault, and then begins to brake."
     return ResultTable("Faults at 0.3 m/s", columns, rows, notes)
 
 
-def noise_table(packets: int) -> ResultTable:
+def _faults() -> Iterator[tuple[FaultResult, str]]:
+    """What came of each fault, and under which condition."""
+    killed = [(kill_result(watchdog), watchdog) for watchdog in _WATCHDOGS]  # forks, while there are no threads
+    yield from ((result, _with(watchdog)) for result, watchdog in killed)
+    yield from ((result, "") for result in fault_results(FAULTS, _WATCHDOGS[0]))
+    for watchdog in _WATCHDOGS:
+        yield from ((result, _with(watchdog)) for result in fault_results(CUT_OFF, watchdog))
+
+
+def _with(watchdog: float) -> str:
+    return f", watchdog {watchdog:g} s"
+
+
+def noise_table(packets: int, console: Terminal) -> ResultTable:
     """What a noisy wire lets through."""
-    rows = [
-        _noise_row(name, wire, hear(packets, hail)) for name, hear in HEARERS.items() for wire, hail in _HAIL.items()
-    ]
+    lines = [(name, hear, *wire) for name, hear in HEARERS.items() for wire in _HAIL.items()]
+    with console.progress(still=True) as bar:
+        rows = [
+            _noise_row(name, wire, hear(packets, hail))
+            for name, hear, wire, hail in bar.track(lines, description="noise")
+        ]
     columns = ("", "damage", "sent", "not hit", "of these\nreceived %", "believed\nwrongly", "ranges\nkept %")
     notes = "Wrong scans are counted by their ranges. Kept are, of all ranges of all scans, those received rightly."
     return ResultTable("A noisy wire", columns, rows, notes)
 
 
-def twin_table(scenario: str, settings: Sequence[str], console: Console) -> ResultTable:
+def twin_table(scenario: str, settings: Sequence[str], console: Terminal) -> ResultTable:
     """The same scenario simulated and on emulated devices, without noise and with it; and with another one."""
     quiet, other = [*settings, *_QUIET], [*settings, f"seed={load_scenario(scenario, settings).seed + 1000}"]
     calm, noisy = simulated_way(scenario, quiet, console), simulated_way(scenario, settings, console)

@@ -7,7 +7,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 
 import numpy as np
-from rich.console import Console
 
 from hardware.bench.bench import emulated, port_settings
 from hardware.emulator.emulator import Emulator
@@ -18,6 +17,7 @@ from slam.run.interruption import Interruption
 from slam.run.loop import Step, Watcher, run_loop
 from slam.run.results.progress import RunProgress
 from slam.run.scenario.file import load_scenario
+from slam.run.terminal import Terminal
 from slam.run.warm_up import warm_up
 
 
@@ -61,19 +61,19 @@ class _Notes:
         return DrivenWay(np.column_stack(truth), _rows(self.estimate))
 
 
-def simulated_way(name: str, settings: Sequence[str], console: Console) -> DrivenWay:
+def simulated_way(name: str, settings: Sequence[str], console: Terminal) -> DrivenWay:
     """On the simulated robot."""
     return _drive(scenario_experiment(load_scenario(name, settings)), _Notes(), console, "sim")
 
 
-def emulated_way(name: str, settings: Sequence[str], console: Console) -> DrivenWay:
+def emulated_way(name: str, settings: Sequence[str], console: Terminal) -> DrivenWay:
     """On devices emulated at two pseudo-terminals, in real time."""
     with emulated(load_scenario(name, settings)) as emulator, emulator:
         scenario = load_scenario(name, [*settings, *port_settings(emulator)])
         return _drive(scenario_experiment(scenario, "hardware", yes=True), _Notes(emulator), console, "hardware")
 
 
-def _drive(experiment: Experiment, notes: _Notes, console: Console, name: str) -> DrivenWay:
+def _drive(experiment: Experiment, notes: _Notes, console: Terminal, name: str) -> DrivenWay:
     warm_up(console, experiment.scenario.slam)
     with ExitStack() as stack:
         stack.callback(experiment.env.close)

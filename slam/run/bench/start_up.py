@@ -10,10 +10,9 @@ from tempfile import TemporaryDirectory
 from time import perf_counter, sleep
 from typing import Final
 
-from rich.console import Console
-
 from slam.errors import InputError
 from slam.run.bench.tables import ResultTable
+from slam.run.terminal import Terminal
 
 _HOPSLAM: Final = (sys.executable, "-c", "from slam.run.cli import main; main()")
 """As the console script has it."""
@@ -22,15 +21,15 @@ _BARS: Final = {"hopslam --help": 0.4, "first scan": 3.0}
 """Seconds, with warm caches."""
 
 
-def start_up_table(scenario: str, repeats: int, console: Console) -> ResultTable:
+def start_up_table(scenario: str, repeats: int, console: Terminal) -> ResultTable:
     """Each in a process of its own, after one that warms the caches and is not counted."""
     measures: dict[str, Callable[[], float]] = {"hopslam --help": _help, "first scan": lambda: _first_scan(scenario)}
     rows = []
-    with console.status("starting"):
-        for name, measure in measures.items():
-            measure()
-            seconds = sorted(measure() for _ in range(repeats))
-            rows.append([name, *(f"{value:.2f}" for value in (seconds[0], seconds[repeats // 2], _BARS[name]))])
+    for name, measure in measures.items():
+        measure()
+        with console.progress(transient=True, still=True) as bar:
+            seconds = sorted(measure() for _ in bar.track(range(repeats), description=name))
+        rows.append([name, *(f"{value:.2f}" for value in (seconds[0], seconds[repeats // 2], _BARS[name]))])
     columns = ("", "least s", "median s", "bar s")
     return ResultTable(
         f"Start-up: {scenario}, {repeats} times", columns, rows, "wall time, from the start of the process"

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
 
 from slam.errors import InputError
 from slam.run.commands.options import Out, Rerun, Settings
+from slam.run.terminal import Terminal
 
 if TYPE_CHECKING:
     from slam.run.experiment import Experiment
@@ -43,13 +43,13 @@ def localize(
     from slam.run.conduct import conduct
     from slam.run.localization import localized
 
-    console = Console()
+    console = Terminal()
     experiment = localized(_experiment(source, scenario, settings or [], seed, console), saved_map)
     conduct(experiment, out, rerun, console)
 
 
 def _experiment(
-    source: str, scenario: str | None, settings: list[str], seed: int | None, console: Console
+    source: str, scenario: str | None, settings: list[str], seed: int | None, console: Terminal
 ) -> Experiment:
     """Of a scenario where the source is one, of a log where it is another file."""
     from slam.run.experiment import replay_experiment, scenario_experiment
@@ -58,7 +58,7 @@ def _experiment(
     path = Path(source)
     if path.is_file() and path.suffix not in {".yaml", ".yml"}:
         experiment = replay_experiment(path, load_scenario(scenario or "replay", settings))
-        console.print(experiment.notes["log_report"], highlight=False)
+        console.print(experiment.notes["log_report"])
         return experiment
     if scenario is not None:
         raise InputError(f"--scenario {scenario}: {source} is one itself, and no log; leave it out")

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
-from rich.console import Console
 
 from slam.run.commands.options import Out, Rerun, SavedMap, Settings
+from slam.run.terminal import Terminal
 
 
 def replay(
@@ -56,11 +56,11 @@ def replay(
     from slam.run.logs import BagTopics
     from slam.run.scenario.file import load_scenario
 
-    console = Console()
+    console = Terminal()
     own = log / "config.yaml"
     source = scenario or (own if own.is_file() else "replay")
     experiment = replay_experiment(log, load_scenario(source, settings or []), BagTopics(scan_topic, odom_topic))
-    console.print(experiment.notes["log_report"], highlight=False)
+    console.print(experiment.notes["log_report"])
     if saved_map is not None:
         from slam.run.localization import continued
 

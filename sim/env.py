@@ -187,8 +187,8 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         return episode.views(), sum(parts.values()), bool(end), episode.out_of_time, info
 
     def render(self) -> NDArray[np.uint8] | None:
-        """The view from above, (height, width, 3): walls grey, the scan yellow, SLAM's lines blue and its pose red, the
-        true pose dark, the next way-point green, people purple. None without a render mode."""
+        """The view from above, (height, width, 3): walls grey, the scan yellow, SLAM's lines blue and its pose orange,
+        the true pose dark, the next way-point violet, people sky blue. None without a render mode."""
         if self.render_mode is None:
             return None
         if self._top_view is None:

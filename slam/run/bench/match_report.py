@@ -16,7 +16,9 @@ from slam.run.bench.match_score import BEAMS, NEAR, SHIFTS, TURNS, Runs, basin, 
 from slam.run.bench.matchers import Icp, Matcher, Ours, Paper
 from slam.run.bench.tables import ResultTable
 from slam.run.optional import optional
+from slam.run.results.figure_file import save_figure
 from slam.run.results.files import whole_file
+from slam.run.results.palette import PAPER
 from slam.run.scenario.schema import Scenario
 from slam.run.terminal import Terminal
 
@@ -116,8 +118,10 @@ def draw_comparison(path: Path, found: Comparison) -> None:
     figure = Figure(figsize=(13, 6.5), dpi=130, layout="constrained")
     panels = figure.subplots(2, 4)
     times = panels[0, 0]
-    for name, by_beams in found.near.items():
-        times.loglog(BEAMS, [_milliseconds(of) for of in by_beams.values()], "o-", label=name, markersize=3)
+    for k, (name, by_beams) in enumerate(found.near.items()):
+        colour, dash = PAPER.curve(k)
+        milliseconds = [_milliseconds(of) for of in by_beams.values()]
+        times.loglog(BEAMS, milliseconds, dash, marker="o", color=colour, label=name, markersize=3)
     times.set(xlabel="points", ylabel="time [ms]", title="time of one match")
     times.legend(fontsize=6)
     places = [*panels[0, 1:], *panels[1]]
@@ -130,4 +134,4 @@ def draw_comparison(path: Path, found: Comparison) -> None:
     for axes in places[len(found.basins) :]:
         axes.set_visible(False)
     with whole_file(path) as draft:
-        figure.savefig(draft, format="png")
+        save_figure(figure, draft, format="png")

@@ -10,6 +10,8 @@ from slam.run.results.run_record import RunRecord
 
 _NAMED: Final = 3
 """So many differing settings are named, the others are counted."""
+_LONGEST: Final = 24
+"""Characters of a value."""
 
 
 def run_names(records: Sequence[RunRecord]) -> list[str]:
@@ -48,8 +50,10 @@ def _leaves(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, 
 
 
 def _setting(key: str, value: Any) -> str:
+    """Without the sections in which the key stands, and with the beginning of a long value."""
     text = "none" if value is None else str(value)
-    return f"seed {value}" if key == "seed" else f"{key}={text if len(text) <= 24 else text[:23] + '…'}"
+    short = text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+    return f"seed {short}" if key == "seed" else f"{key.rpartition('.')[2]}={short}"
 
 
 def _dates(records: Sequence[RunRecord]) -> list[str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import shlex
 import shutil
 from io import StringIO
 from pathlib import Path
@@ -13,11 +14,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from slam.errors import InputError
 from slam.run.bench.tables import ResultTable
 from slam.run.cli import app
 from slam.run.commands.compare import _cells
 from slam.run.results.progress import RunProgress
 from slam.run.results.summary import summary_tables
+from slam.run.sweep.report import write_report
+from slam.run.sweep.sweep import SweepOutcome
 from slam.run.terminal import Terminal
 from slam.run.terminal_table import TerminalTable
 
@@ -122,10 +126,25 @@ def test_a_run_prints_a_path_in_brackets(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("value", "first", "text"),
     [
-        (97.3, 0.1, "97.3 (x 973)"), (0.1, 97.3, "0.1 (x 0.00103)"), (1.1, 1.0, "1.1 (+10 %)"),
+        (97.3, 0.1, "97.3 (x 973)"), (0.1, 97.3, "0.1 (/ 973)"), (1.1, 1.0, "1.1 (+10 %)"),
         (0.9, 1.0, "0.9 (-10 %)"), (3, 0, "3 (+3)"), (-1.0, 1.0, "-1 (-2)"), (1, 1, "1"), ("a", "b", "a"),
         (None, 1.0, "-"), (True, False, "True"),
     ],
 )  # fmt: skip
 def test_a_difference_is_a_share_or_a_factor(value: object, first: object, text: str) -> None:
     assert _cells([first, value])[1] == text
+
+
+def command_in(text: str) -> list[str]:
+    """The words that a shell makes of the command at the end of a message."""
+    return shlex.split("hopslam" + text.strip().rpartition("hopslam")[2])
+
+
+def test_a_printed_command_can_be_pasted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    out = str(tmp_path / "my sweep [1]; $(true) 'x'")
+    with pytest.raises(InputError) as raised:
+        write_report(out)
+    assert command_in(str(raised.value)) == ["hopslam", "sweep", "SCENARIO", "--out", out]
+    monkeypatch.setattr("slam.run.sweep.sweep.run_sweep", lambda *_: SweepOutcome(1, 0, 0, False))
+    done = CliRunner().invoke(app, ["sweep", "paper_simulation", "--out", out])
+    assert command_in(done.output) == ["hopslam", "sweep", "report", out]

@@ -32,8 +32,9 @@ _WATCHDOGS: Final = (2.0, 0.4)
 
 def load_table(seconds: float, console: Terminal) -> ResultTable:
     """What drivers and emulator cost, and how late scans are."""
-    console.print(f"driving for {seconds:g} s")
-    with bench() as at:
+    with console.progress(transient=True, still=True) as bar, bench() as at:
+        bar.add_task(f"driving for {seconds:g} s", total=None)
+        bar.refresh()
         load = measure_load(at, seconds)
     return ResultTable(
         "Drivers and emulator, in real time",

@@ -40,7 +40,9 @@ class TerminalTable:
         available = options.max_width if console.is_terminal else sys.maxsize
         yield from _paragraph(self.title, available, "bold")
         sizes = [_Size.of(cells) for cells in zip(self.columns, *self.rows, strict=True)]
-        for widths in _blocks(sizes, available):
+        for number, widths in enumerate(_blocks(sizes, available)):
+            if number:
+                yield Text()
             width = sum(widths.values()) + _GAP * len(widths)
             yield from console.render(self._block(widths), options.update(width=width, no_wrap=False))
         yield from _paragraph(self.notes, available, "dim")

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from shlex import quote
 from tempfile import TemporaryDirectory
 from time import perf_counter, sleep
 from typing import Final
@@ -26,9 +27,9 @@ def start_up_table(scenario: str, repeats: int, console: Terminal) -> ResultTabl
     measures: dict[str, Callable[[], float]] = {"hopslam --help": _help, "first scan": lambda: _first_scan(scenario)}
     rows = []
     for name, measure in measures.items():
-        measure()
         with console.progress(transient=True, still=True) as bar:
-            seconds = sorted(measure() for _ in bar.track(range(repeats), description=name))
+            _, *seconds = [measure() for _ in bar.track(range(repeats + 1), description=name)]
+        seconds.sort()
         rows.append([name, *(f"{value:.2f}" for value in (seconds[0], seconds[repeats // 2], _BARS[name]))])
     columns = ("", "least s", "median s", "bar s")
     return ResultTable(
@@ -51,7 +52,7 @@ def _first_scan(scenario: str) -> float:
         try:
             while not _has_pose(out / "trajectory.tum"):
                 if run.poll() is not None or perf_counter() - began > _PATIENCE:
-                    raise InputError(f"{scenario}: no first scan; try: hopslam run {scenario}")
+                    raise InputError(f"{scenario}: no first scan; try: hopslam run {quote(scenario)}")
                 sleep(0.002)
             return perf_counter() - began
         finally:

@@ -26,7 +26,7 @@ def compare(
 ) -> None:
     """Show the metrics of runs side by side, each with its difference from the first run.
 
-    The difference is in percent, or a factor (x 973) where it is half as much, twice as much, or more.
+    The difference is in percent, or a factor, x 973 or / 973, where it is twice as much, half as much, or farther off.
 
     [bold]Examples[/bold]
 
@@ -99,7 +99,9 @@ def _difference(value: Any, first: Any) -> str:
     if not first or value / first <= 0.0:
         return f" ({value - first:+.3g})"
     ratio = value / first
-    return f" ({100 * (ratio - 1):+.2g} %)" if 0.5 < ratio < 2.0 else f" (x {ratio:.3g})"
+    if 0.5 < ratio < 2.0:
+        return f" ({100 * (ratio - 1):+.2g} %)"
+    return f" (x {ratio:.3g})" if ratio > 1.0 else f" (/ {1 / ratio:.3g})"
 
 
 def _is_number(value: Any) -> bool:

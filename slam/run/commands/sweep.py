@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -117,7 +118,7 @@ def run(
     outcome = run_sweep(planned, address, means, console)
     console.print(
         f"{outcome.done} runs done, {outcome.failed} of them failed; {outcome.before} were there already\n"
-        f"results in {address}; look at them: hopslam sweep report {address}",
+        f"results in {address}; look at them: hopslam sweep report {quote(address)}",
     )
     if outcome.interrupted:
         console.print("interrupted; the same command goes on with what is missing")

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from slam.errors import InputError
 from slam.run.bench.paper import fig_7, fig_8, fig_10, table_2
 from slam.run.bench.paper.report import reproduce
 from slam.run.bench.paper.speed_up import hops, predicted_speed_up
+from slam.run.terminal import Terminal
 
 
 def test_hops_by_hand() -> None:
@@ -69,7 +69,7 @@ def test_the_report_and_its_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyP
     pytest.importorskip("skimage")
     monkeypatch.setattr("slam.run.bench.paper.report.QUICK_POINTS", 60)
     monkeypatch.setattr("slam.run.bench.paper.report.QUICK_TRIALS", 3)
-    report = reproduce(tmp_path / "paper", quick=True, console=Console(quiet=True))
+    report = reproduce(tmp_path / "paper", quick=True, console=Terminal(quiet=True))
     text = report.path.read_text()
     assert {path.name for path in (tmp_path / "paper").iterdir()} == {
         "report.md", "fig_7.png", "fig_8.png", "fig_10.png",
@@ -82,5 +82,5 @@ def test_the_report_and_its_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_without_scikit_image_it_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "skimage.transform", None)
     with pytest.raises(InputError, match=r"skimage is not installed; run: pip install 'hopslam\[bench\]'"):
-        reproduce(tmp_path / "paper", quick=True, console=Console(quiet=True))
+        reproduce(tmp_path / "paper", quick=True, console=Terminal(quiet=True))
     assert not (tmp_path / "paper").exists()

@@ -5,6 +5,7 @@ import pytest
 from sim.bench import report, speed
 from sim.bench.long_life import memory_growth
 from sim.bench.scene import corridor
+from slam.run.terminal import Terminal
 
 
 @pytest.mark.parametrize("caster", ["bullet", "exact"])
@@ -21,6 +22,6 @@ def test_the_tables_can_be_made(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(report, "reset_times", lambda _: (1e-4, 1e-2))
     monkeypatch.setattr(speed, "STEPS", 3)
     monkeypatch.setattr(report, "memory_growth", lambda scenario, **_: memory_growth(scenario, 2, 1, 2))
-    tables = list(report.sim_tables(long=True))
+    tables = report.sim_tables(True, Terminal(quiet=True))
     assert [len(table.rows) for table in tables] == [2, 2, 2, 2]
     assert tables[0].rows[0] == ("bullet", "1000", "2000", "50.0 %", "50")

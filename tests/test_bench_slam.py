@@ -1,13 +1,13 @@
 """The measures of bench slam, by hand and beside evo."""
 
 import gzip
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
 import pytest
 from evo.core import metrics
 from evo.core.trajectory import PosePath3D
-from rich.console import Console
 
 from slam.config import SlamConfig
 from slam.pose import FloatArray
@@ -23,6 +23,7 @@ from slam.run.bench.slam_runs import doubled_noise, run_log
 from slam.run.scoring.pose_errors import absolute_error, relative_error
 from slam.run.scoring.poses_at import poses_at
 from slam.run.scoring.relations import read_relations, relation_errors
+from slam.run.terminal import Terminal
 
 
 def wander(seed: int, count: int = 60) -> FloatArray:
@@ -84,9 +85,10 @@ def test_noisy_wheels_are_noisy_and_the_same_again() -> None:
 
 
 def test_logs_that_are_not_there_are_skipped_and_named(tmp_path: Path) -> None:
-    console = Console(record=True, width=200, quiet=False, force_terminal=False)
+    told = StringIO()
+    console = Terminal(file=told)
     assert tables(["fr079"], tmp_path, SlamConfig(), console) == []
-    assert "fr079.log.gz; skipped" in console.export_text()
+    assert "fr079.log.gz; skipped" in told.getvalue()
 
 
 def test_a_run_in_the_simulator_is_measured_against_the_truth() -> None:
@@ -100,7 +102,7 @@ def test_a_run_in_the_simulator_is_measured_against_the_truth() -> None:
 
 
 def test_the_tables_of_the_simulator() -> None:
-    each, together = sim_tables(["cluttered_room"], range(3, 4), False, ("duration=1",), Console(quiet=True))
+    each, together = sim_tables(["cluttered_room"], range(3, 4), False, ("duration=1",), Terminal(quiet=True))
     assert each.rows[0][0] == "cluttered_room, 3"
     assert together.rows[0][:2] == ("cluttered_room", "1")
     assert {len(row) for row in each.rows} == {len(each.columns)}

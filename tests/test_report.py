@@ -23,6 +23,7 @@ from slam.run.report.growing_lines import SeenWalls
 from slam.run.report.metric_rows import METRICS, rows
 from slam.run.report.page import write_report
 from slam.run.report.settings import changes
+from slam.run.results.run_names import run_names
 from slam.run.results.run_record import RunRecord
 from slam.run.scenario.file import load_scenario
 from slam.run.scenario.schema import Scenario
@@ -36,6 +37,10 @@ class Page(HTMLParser):
     def __init__(self, text: str) -> None:
         super().__init__()
         self.open: list[str] = []
+        self.scrolling: list[bool] = []
+        """Of each open tag: whether what is in it can be scrolled sideways."""
+        self.stuck: list[str] = []
+        """What is wide, and cannot be."""
         self.ids: list[str] = []
         self.tags: set[str] = set()
         self.addresses: list[str] = []
@@ -43,8 +48,11 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.add(tag)
+        if tag in {"svg", "table"} and not any(self.scrolling):
+            self.stuck.append(tag)
         if tag not in VOID:
             self.open.append(tag)
+            self.scrolling.append(("class", "scroll") in attrs)
         self.note(attrs)
 
     def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
@@ -56,6 +64,7 @@ class Page(HTMLParser):
 
     def handle_endtag(self, tag: str) -> None:
         assert self.open.pop() == tag
+        self.scrolling.pop()
 
 
 @pytest.fixture(scope="module")
@@ -83,8 +92,9 @@ def page_of(*folders: Path) -> tuple[str, Page]:
 
 
 def check_alone(text: str, page: Page) -> None:
-    """It is whole, and asks nothing of anyone."""
+    """It is whole, asks nothing of anyone, and nothing wide is cut off by a narrow screen."""
     assert not page.open
+    assert not page.stuck
     assert len(set(page.ids)) == len(page.ids)
     assert not page.addresses
     assert not page.tags & {"script", "link", "iframe"}
@@ -153,11 +163,42 @@ def test_faults_are_found_and_named(run: Path, tmp_path: Path) -> None:
 
 
 def test_the_best_is_marked_and_only_where_there_is_one() -> None:
-    table = {m.key: cells for m, cells, _ in rows([{"ate_rmse_m": 0.2, "scans": 5}, {"ate_rmse_m": 0.1, "scans": 4}])}
+    runs = [{"ate_rmse_m": error, "scans": 5, "ending": "arrived"} for error in (0.2, 0.1)]
+    table = {metric.key: cells for metric, cells, _ in rows(runs)}
     assert [cell.best for cell in table["ate_rmse_m"]] == [False, True]
     assert not any(cell.best for cell in table["scans"])
-    same = rows([{"ate_rmse_m": 0.1}, {"ate_rmse_m": 0.1}])
+    same = rows([runs[0], runs[0]])
     assert not any(cell.best for _, cells, _ in same for cell in cells)
+
+
+@pytest.mark.parametrize("ending", ["collided", "failed", "interrupted", None])
+def test_a_run_that_was_cut_short_wins_nothing(ending: str | None) -> None:
+    whole = [{"ate_rmse_m": error, "ending": "arrived"} for error in (0.3, 0.2)]
+    short = {"ate_rmse_m": 0.1} | ({"ending": ending} if ending else {})
+    for runs, best in (([short, *whole], [False, False, True]), ([short, whole[0]], [False, False])):
+        (_, cells, _), *_ = rows(runs)
+        assert [cell.best for cell in cells] == best
+
+
+def test_runs_of_one_name_are_told_apart(run: Path, tmp_path: Path) -> None:
+    """By the seed, by a setting, by the date, and by the folder where all else is the same."""
+    folders = [copy_of(run, tmp_path / str(number)) for number in range(4)]
+    for folder, given in zip(folders, ({}, {"seed": 7}, {"duration": 9.0}, {}), strict=True):
+        config = yaml.safe_load((folder / "config.yaml").read_text())
+        (folder / "config.yaml").write_text(yaml.safe_dump(config | given))
+    metrics = json.loads((folders[3] / "metrics.json").read_text())
+    (folders[3] / "metrics.json").write_text(json.dumps(metrics | {"began": "2031-02-03T04:05:06+00:00"}))
+    records = [RunRecord.open(folder) for folder in folders]
+    names = run_names(records)
+    assert len(set(names)) == 4
+    assert "seed 7" in names[1]
+    assert "duration=9.0" in names[2]
+    assert "2031-02-03 04:05:06" in names[3]
+    assert len(set(run_names([records[0], RunRecord.open(copy_of(run, tmp_path / "again"))]))) == 2
+    assert run_names([records[0]]) == ["paper_simulation"]
+    write_report(records, tmp_path / "page.html")
+    text = (tmp_path / "page.html").read_text()
+    assert all(text.count(name) >= 3 for name in names)
 
 
 def test_every_number_of_a_run_has_a_meaning(run: Path) -> None:

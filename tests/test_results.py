@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.image import imread
-from rich.console import Console
 
 from slam.errors import InputError
 from slam.line_slam import Estimate
@@ -26,6 +25,7 @@ from slam.run.results.metrics import measure
 from slam.run.results.progress import RunProgress
 from slam.run.results.recorder import STEP_COLUMNS
 from slam.run.results.run_folder import make_run_folder
+from slam.run.terminal import Terminal
 from slam.scan import LaserScan
 
 
@@ -135,7 +135,7 @@ def step_of(truth: Pose2D | None, estimate: Pose2D) -> Step:
 
 def shown_by_the_bar(step: Step) -> str:
     text = StringIO()
-    with RunProgress(Console(file=text, force_terminal=True, width=200), "corridor") as bar:
+    with RunProgress(Terminal(file=text, force_terminal=True, width=200), "corridor") as bar:
         bar.see(step)
     return text.getvalue()
 

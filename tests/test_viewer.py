@@ -15,7 +15,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from rich.console import Console
 from typer.testing import CliRunner
 
 from slam.errors import InputError
@@ -26,6 +25,7 @@ from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.cli import app
 from slam.run.loop import Step
+from slam.run.terminal import Terminal
 from slam.run.viewer.broadcast import Broadcast
 from slam.run.viewer.curves import PLOTS
 from slam.run.viewer.events import EventWatch
@@ -129,7 +129,7 @@ def test_no_screen_is_one_line_and_no_failure(
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr("slam.run.viewer.viewers.listens", lambda url: False)
-    with Viewers(["spawn"], Console(soft_wrap=True)) as viewers:
+    with Viewers(["spawn"], Terminal()) as viewers:
         broadcast = viewers.open(SETTING)
         assert broadcast is not None
         with broadcast:

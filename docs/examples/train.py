@@ -15,10 +15,10 @@ import numpy as np
 import typer
 from explorer import ByHand, explorer
 from matplotlib.figure import Figure
-from rich.progress import track
 from stable_baselines3 import PPO
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import SubprocVecEnv
+from tqdm import tqdm
 
 OUT = Path("runs/train")
 
@@ -26,7 +26,7 @@ OUT = Path("runs/train")
 def score(name: str, policy: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Returns of 40 episodes in offices that nobody trained on."""
     env, returns = explorer(), np.zeros(40)
-    for k in track(range(len(returns)), f"{name}, 40 unseen offices"):
+    for k in tqdm(range(len(returns)), f"{name}, 40 unseen offices"):
         (seen, _), over = env.reset(seed=1_000_000 + k), False
         while not over:
             seen, reward, terminated, truncated, _ = env.step(policy(seen))

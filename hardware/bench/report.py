@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from math import degrees
 from typing import Final
 
 import numpy as np
-from rich.console import Console
 
 from hardware.bench.bench import bench
-from hardware.bench.endings import EndResult, end_results
+from hardware.bench.endings import ENDINGS, EndResult, end_results
 from hardware.bench.env_runs import emulated_env_way, simulated_env_way
 from hardware.bench.faults import CUT_OFF, FAULTS, FaultResult, fault_results, kill_result
 from hardware.bench.load import measure_load
@@ -21,6 +20,7 @@ from hardware.bench.way_difference import WayDifference
 from slam.run.backends import PLANTS
 from slam.run.bench.tables import ResultTable
 from slam.run.scenario.file import load_scenario
+from slam.run.terminal import Terminal
 
 _HAIL: Final = {
     "1 % of bytes, anywhere": Hail(0.01),
@@ -36,9 +36,11 @@ _WATCHDOGS: Final = (2.0, 0.4)
 """Seconds: as delivered, and as docs/bench.md says to set it."""
 
 
-def load_table(seconds: float) -> ResultTable:
+def load_table(seconds: float, console: Terminal) -> ResultTable:
     """What drivers and emulator cost, and how late scans are."""
-    with bench() as at:
+    with console.progress(transient=True, still=True) as bar, bench() as at:
+        bar.add_task(f"driving for {seconds:g} s", total=None)
+        bar.refresh()
         load = measure_load(at, seconds)
     return ResultTable(
         "Drivers and emulator, in real time",
@@ -53,38 +55,55 @@ def load_table(seconds: float) -> ResultTable:
     )
 
 
-def fault_table() -> ResultTable:
+def fault_table(console: Terminal) -> ResultTable:
     """Every fault, and those in which the robot is alone with both watchdogs."""
-    killed = {watchdog: kill_result(watchdog) for watchdog in _WATCHDOGS}  # forks, while there are no threads
-    rows = [_fault_row(result, "") for result in fault_results(FAULTS, _WATCHDOGS[0])]
-    for watchdog in _WATCHDOGS:
-        results = [*fault_results(CUT_OFF, watchdog), killed[watchdog]]
-        rows += [_fault_row(result, f", watchdog {watchdog:g} s") for result in results]
+    total = len(FAULTS) + len(_WATCHDOGS) * (len(CUT_OFF) + 1)
+    with console.progress(still=True) as bar:
+        rows = [_fault_row(*found) for found in bar.track(_faults(), total, description="faults")]
     columns = ("fault", "until it stands\ns", "by", "cure to motion\ns", "reason named")
     notes = "A watchdog counts from the last command, up to 0.1 s before the fault, and then begins to brake."
     return ResultTable("Faults at 0.3 m/s", columns, rows, notes)
 
 
-def ending_table() -> ResultTable:
+def _faults() -> Iterator[tuple[FaultResult, str]]:
+    """What came of each fault, and under which condition."""
+    killed = [(kill_result(watchdog), watchdog) for watchdog in _WATCHDOGS]  # forks, while there are no threads
+    yield from ((result, _with(watchdog)) for result, watchdog in killed)
+    yield from ((result, "") for result in fault_results(FAULTS, _WATCHDOGS[0]))
+    for watchdog in _WATCHDOGS:
+        yield from ((result, _with(watchdog)) for result in fault_results(CUT_OFF, watchdog))
+
+
+def _with(watchdog: float) -> str:
+    return f", watchdog {watchdog:g} s"
+
+
+def ending_table(console: Terminal) -> ResultTable:
     """Every way in which a program ends, with both plants."""
-    rows = [_end_row(plant, result) for plant in PLANTS for result in end_results(plant)]
+    results = ((plant, result) for plant in PLANTS for result in end_results(plant))
+    with console.progress(still=True) as bar:
+        total = len(PLANTS) * len(ENDINGS)
+        rows = [_end_row(*found) for found in bar.track(results, total, description="endings")]
     columns = ("a program's end", "plant", "told to stop\ns", "stands\ns", "way\ncm", "exit code", "metrics.json")
     notes = "No program can see SIGKILL and SIGSTOP: there the robot's watchdog stops it, as in the table of faults."
     return ResultTable("A program ends at 0.3 m/s", columns, rows, notes)
 
 
-def noise_table(packets: int) -> ResultTable:
+def noise_table(packets: int, console: Terminal) -> ResultTable:
     """What a noisy wire lets through."""
-    rows = [
-        _noise_row(name, wire, hear(packets, hail)) for name, hear in HEARERS.items() for wire, hail in _HAIL.items()
-    ]
+    lines = [(name, hear, *wire) for name, hear in HEARERS.items() for wire in _HAIL.items()]
+    with console.progress(still=True) as bar:
+        rows = [
+            _noise_row(name, wire, hear(packets, hail))
+            for name, hear, wire, hail in bar.track(lines, description="noise")
+        ]
     columns = ("", "damage", "sent", "not hit", "of these\nreceived %", "believed\nwrongly", "ranges\nkept %")
     notes = "Wrong scans are counted by their ranges. Kept are, of all ranges of all scans, those received rightly."
     return ResultTable("A noisy wire", columns, rows, notes)
 
 
 def twin_table(
-    scenario: str, settings: Sequence[str], console: Console, allow_modules: Sequence[str] = ()
+    scenario: str, settings: Sequence[str], console: Terminal, allow_modules: Sequence[str] = ()
 ) -> ResultTable:
     """The same scenario simulated and on emulated devices, without noise and with it; and with another one."""
     load = partial(load_scenario, scenario, allow_modules=allow_modules)

@@ -7,7 +7,6 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 
 import numpy as np
-from rich.console import Console
 
 from hardware.bench.bench import emulated, port_settings
 from hardware.emulator.emulator import Emulator
@@ -18,6 +17,7 @@ from slam.run.interruption import Interruption
 from slam.run.loop import Step, Watcher, run_loop
 from slam.run.results.progress import RunProgress
 from slam.run.scenario.schema import Scenario
+from slam.run.terminal import Terminal
 from slam.run.warm_up import warm_up
 
 Load = Callable[[Sequence[str]], Scenario]
@@ -64,19 +64,19 @@ class WayNotes:
         return DrivenWay(np.column_stack(truth), _rows(self.estimate))
 
 
-def simulated_way(load: Load, settings: Sequence[str], console: Console) -> DrivenWay:
+def simulated_way(load: Load, settings: Sequence[str], console: Terminal) -> DrivenWay:
     """On the simulated robot."""
     return _drive(scenario_experiment(load(settings)), WayNotes(), console, "sim")
 
 
-def emulated_way(load: Load, settings: Sequence[str], console: Console) -> DrivenWay:
+def emulated_way(load: Load, settings: Sequence[str], console: Terminal) -> DrivenWay:
     """On devices emulated at two pseudo-terminals, in real time."""
     with emulated(load(settings)) as emulator, emulator:
         scenario = load([*settings, *port_settings(emulator)])
         return _drive(scenario_experiment(scenario, "hardware", yes=True), WayNotes(emulator), console, "hardware")
 
 
-def _drive(experiment: Experiment, notes: WayNotes, console: Console, name: str) -> DrivenWay:
+def _drive(experiment: Experiment, notes: WayNotes, console: Terminal, name: str) -> DrivenWay:
     warm_up(console, experiment.scenario.slam)
     with ExitStack() as stack:
         stack.callback(experiment.env.close)

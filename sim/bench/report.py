@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from sim.bench.long_life import memory_growth, peak_memory
 from sim.bench.scene import corridor
 from sim.bench.speed import env_steps_per_second, reset_times, speed_of
 from slam.run.bench.tables import ResultTable
+from slam.run.terminal import Terminal
 
 
-def sim_tables(long: bool) -> Iterator[ResultTable]:
+def sim_tables(long: bool, console: Terminal) -> list[ResultTable]:
     """Speed and resets of both ray casters, the vector environment, and with ``long`` the memory over a long life."""
-    yield _speeds()
-    yield _resets()
-    yield _vector()
-    if long:
-        yield _long_life()
+    parts = [_speeds, _resets, _vector, *([_long_life] if long else [])]
+    with console.progress(still=True) as bar:
+        return [part() for part in bar.track(parts, description="simulator")]
 
 
 def _speeds() -> ResultTable:

@@ -8,7 +8,6 @@ from collections.abc import Callable
 from typing import Annotated, NoReturn
 
 import typer
-from rich.console import Console
 
 from slam.errors import HopslamError
 from slam.run.commands.bench import app as bench
@@ -29,6 +28,7 @@ from slam.run.commands.view import view
 from slam.run.commands.world import world
 from slam.run.interruption import ENDING_SIGNALS, is_left_alone
 from slam.run.lasting_output import LastingOutput
+from slam.run.terminal import Terminal
 
 app = typer.Typer(
     help="A robot testbed for line-based SLAM with a cheap 2-D lidar.",
@@ -49,14 +49,14 @@ for panel, commands in _PANELS.items():
 app.add_typer(sweep, name="sweep", rich_help_panel="Run")
 app.add_typer(calibrate, name="calibrate", rich_help_panel="The robot")
 app.add_typer(bench, name="bench", rich_help_panel="Measure")
-console = Console()
+console = Terminal()
 
 
 def _show_version(asked: bool) -> None:
     if asked:
         from importlib.metadata import version
 
-        console.print(f"hopslam {version('hopslam')}", highlight=False)
+        console.print(f"hopslam {version('hopslam')}")
         raise typer.Exit
 
 

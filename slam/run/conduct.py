@@ -5,22 +5,22 @@ from __future__ import annotations
 from pathlib import Path
 
 import typer
-from rich.console import Console
 
 from slam.run.experiment import Experiment
-from slam.run.results.summary import summary_table
+from slam.run.results.summary import summary_tables
+from slam.run.terminal import Terminal
 from slam.run.viewer.viewers import Viewers
 
 
-def conduct(experiment: Experiment, out: Path | None, rerun: list[str] | None, console: Console) -> None:
+def conduct(experiment: Experiment, out: Path | None, rerun: list[str] | None, console: Terminal) -> None:
     """Run it, show what came out, and go on serving it where a page of it is served.
 
     Raises the error of a robot that failed, and leaves with 130 after Ctrl-C, 128 + N after the signal N.
     """
     with Viewers(rerun or (), console) as viewers:
         outcome = experiment.run(out, viewers, console)
-        console.print(summary_table(outcome.metrics))
-        console.print(f"{outcome.ending}; results in {outcome.folder}", highlight=False)
+        console.print(*summary_tables(outcome.metrics))
+        console.print(f"{outcome.ending}; results in {outcome.folder}")
         if outcome.error is not None:
             raise outcome.error
         if outcome.ending == "interrupted":

@@ -16,7 +16,6 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 
 from slam.errors import RobotError, ScenarioError, StorageError
 from slam.line_slam import LineSlam
@@ -40,6 +39,7 @@ from slam.run.results.run_log import RunLog
 from slam.run.robot_env import RobotEnv
 from slam.run.scenario.file import dump_scenario
 from slam.run.scenario.schema import Scenario
+from slam.run.terminal import Terminal
 from slam.run.viewer.run_viewer import RunViewer
 from slam.run.viewer.setting import Setting
 from slam.run.viewer.viewers import Viewers
@@ -83,14 +83,14 @@ class Experiment:
         self,
         out: Path | None = None,
         viewers: Viewers | None = None,
-        console: Console | None = None,
+        console: Terminal | None = None,
         keep: Keep = Keep(),  # noqa: B008  # it is frozen
     ) -> Outcome:
         """Run to the end, or to Ctrl-C, or to the failure of the robot; what was done is in the folder in every case.
 
         Raises InputError for files that cannot be written, before anything is done, and StorageError on the way.
         """
-        console = console or Console(quiet=True)
+        console = console or Terminal(quiet=True)
         self.env.prepare(self.seed)
         if not isinstance(self.slam, DeadReckoning):
             warm_up(console, self.scenario.slam, search=not isinstance(self.slam, LineSlam))
@@ -100,7 +100,7 @@ class Experiment:
         except OSError as error:
             raise StorageError(f"{folder}: {error.strerror}; what was written until then is kept") from error
 
-    def _run_in(self, folder: Path, viewers: Viewers, console: Console, keep: Keep) -> Outcome:
+    def _run_in(self, folder: Path, viewers: Viewers, console: Terminal, keep: Keep) -> Outcome:
         write_whole(folder / "config.yaml", dump_scenario(self.scenario))
         began, date = perf_counter(), datetime.now().astimezone().isoformat(timespec="seconds")
         with Interruption() as interruption:
@@ -117,16 +117,16 @@ class Experiment:
             return Outcome(folder, "interrupted", metrics, error, interruption.signal)
         return Outcome(folder, ending, metrics, error)
 
-    def _draw(self, folder: Path, console: Console) -> None:
+    def _draw(self, folder: Path, console: Terminal) -> None:
         from slam.run.results.error_picture import draw_errors  # late: matplotlib takes long to load
         from slam.run.results.map_picture import draw_map
 
-        with console.status("drawing"), suppress(KeyboardInterrupt):
+        with console.waiting("drawing"), suppress(KeyboardInterrupt):
             draw_map(folder, self.slam.points.points, self.slam.lines.ends, self.outlines)
             draw_errors(folder)
 
     def _drive(
-        self, folder: Path, viewers: Viewers, console: Console, interruption: Interruption
+        self, folder: Path, viewers: Viewers, console: Terminal, interruption: Interruption
     ) -> tuple[Ending, RobotError | None]:
         """The loop, with its watchers, whose files are closed whatever ends it."""
         with ExitStack() as stack:

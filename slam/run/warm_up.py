@@ -6,7 +6,6 @@ from time import perf_counter
 from typing import Final
 
 import numpy as np
-from rich.console import Console
 
 from slam.config import SlamConfig
 from slam.lidars import TABLE1
@@ -15,6 +14,7 @@ from slam.line_slam import LineSlam
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
+from slam.run.terminal import Terminal
 from slam.scan import LaserScan
 
 _PLACES: Final = (*(0.06 * k for k in range(8)), 2.0)
@@ -23,11 +23,11 @@ _BEAM_TIME: Final = 1e-4
 """Seconds."""
 
 
-def warm_up(console: Console, config: SlamConfig, search: bool = False) -> None:
+def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None:
     """Make sure the hot loops of these settings are compiled, those of the search in a saved map too where they are
     needed; the first time on a machine takes some seconds, and says so."""
     began = perf_counter()
-    with console.status("loading the hot loops (the first run on a machine compiles them)"):
+    with console.waiting("loading the hot loops (the first run on a machine compiles them)"):
         slam = LineSlam(config.model_copy(update={"update_distance": 0.0}), Pose2D())
         _run(slam)
         if search and isinstance(slam.mapper, SurfelMapper):

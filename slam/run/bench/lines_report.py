@@ -6,9 +6,6 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from rich.console import Console
-from rich.progress import Progress
-
 from slam.errors import InputError
 from slam.run.bench import compare, log_score
 from slam.run.bench.line_times import time_table
@@ -18,29 +15,30 @@ from slam.run.bench.tables import ResultTable
 from slam.run.log_lines import chi_square_config
 from slam.run.logs import read_log
 from slam.run.results.files import write_whole
+from slam.run.terminal import Terminal
 
 
-def scene_tables(seeds: int, console: Console) -> list[ResultTable]:
+def scene_tables(seeds: int, console: Terminal) -> list[ResultTable]:
     """A table for each level of noise, on the first so many held-out seeds of each family."""
     used = HELD_OUT_SEEDS[:seeds]
     tables = []
-    with Progress(console=console) as bar:
+    with console.progress() as bar:
         for noise_level, noise in NOISE_LEVELS.items():
             methods = (*all_methods(noise_level, told_the_noise(noise)), *ours_misled(noise))
             seen = list(scenes(used, noise_level))
             task = bar.add_task(f"noise {noise_level}", total=len(seen))
             tables.append(compare.table(noise_level, compare.compare(seen, methods, partial(bar.advance, task)), used))
-    with console.status("timing"):
+    with console.waiting("timing"):
         tables.append(time_table(seeds))
     return tables
 
 
-def log_tables(path: Path, console: Console, sensor: str | None = None) -> list[ResultTable]:
+def log_tables(path: Path, console: Terminal, sensor: str | None = None) -> list[ResultTable]:
     """The table of a recorded log, with ours for the noise of the sensor of that name where one is given."""
     methods = all_methods(ours=chi_square_config(sensor))
     log = read_log(path)
-    console.print(log.report, highlight=False)
-    with Progress(console=console) as bar:
+    console.print(log.report)
+    with console.progress() as bar:
         task = bar.add_task(path.name, total=len(log_score.scans_of(log)))
         return [log_score.table(path.name, log, log_score.score_log(log, methods, partial(bar.advance, task)))]
 

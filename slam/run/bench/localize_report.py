@@ -5,25 +5,25 @@ from __future__ import annotations
 from itertools import chain
 
 import numpy as np
-from rich.console import Console
-from rich.progress import track
 
 from slam.run.bench.localize_trials import MappedWorld, Stay, map_world, starts, trial
 from slam.run.bench.tables import ResultTable
 from slam.run.scenario.schema import Scenario
+from slam.run.terminal import Terminal
 from slam.run.warm_up import warm_up
 
 
-def localization_table(scenario: Scenario, trials: int, seconds: float, seed: int, console: Console) -> ResultTable:
+def localization_table(scenario: Scenario, trials: int, seconds: float, seed: int, console: Terminal) -> ResultTable:
     """Map the scenario's world, set down and move so many robots in it, and sum up."""
     warm_up(console, scenario.slam, search=True)
-    with console.status(f"mapping {scenario.name}"):
+    with console.waiting(f"mapping {scenario.name}"):
         world = map_world(scenario, scenario.slam)
     places = starts(world, np.random.default_rng(seed))
-    stays = [
-        trial(world, (next(places), next(places)), seconds, seed + k)
-        for k in track(range(trials), scenario.name, console=console, transient=True)
-    ]
+    with console.progress(transient=True) as bar:
+        stays = [
+            trial(world, (next(places), next(places)), seconds, seed + k)
+            for k in bar.track(range(trials), description=scenario.name)
+        ]
     set_down, moved = zip(*stays, strict=True)
     return ResultTable(
         f"Localisation in {scenario.name}, seed {scenario.seed}: {trials} trials of {seconds:g} s",

@@ -9,7 +9,6 @@ from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
-from rich.console import Console
 
 from slam.pose import FloatArray
 from slam.run.bench.match_scenes import ScannedWorld
@@ -17,8 +16,11 @@ from slam.run.bench.match_score import BEAMS, NEAR, SHIFTS, TURNS, Runs, basin, 
 from slam.run.bench.matchers import Icp, Matcher, Ours, Paper
 from slam.run.bench.tables import ResultTable
 from slam.run.optional import optional
+from slam.run.results.figure_file import save_figure
 from slam.run.results.files import whole_file
+from slam.run.results.palette import PAPER
 from slam.run.scenario.schema import Scenario
+from slam.run.terminal import Terminal
 
 FEW: Final = 5
 """Of so many places one, for the basin of the paper's matcher, which is slow."""
@@ -35,23 +37,23 @@ class Comparison:
     places: int
 
 
-def compare(scenario: Scenario, places: int, seed: int, console: Console) -> Comparison:
+def compare(scenario: Scenario, places: int, seed: int, console: Terminal) -> Comparison:
     """All matchers on the same scans; InputError where small_gicp is not installed."""
     small_gicp = optional("small_gicp", "bench")
     world = ScannedWorld(scenario, seed)
-    with console.status("scanning"):
+    with console.waiting("scanning"):
         made_from = world.map_scans()
         poses = world.places(places)
         scans = {beams: [world.scan(pose, beams) for pose in poses] for beams in BEAMS}
     kinds = "PLANE_ICP", "GICP", "ICP"
     matchers: list[Matcher] = [Ours(made_from), Ours(made_from, search=False), Paper(made_from)]
     matchers += [Icp(made_from, small_gicp, kind) for kind in kinds]
-    with console.status("timing"):
+    with console.waiting("timing"):
         races = {beams: race(matchers, scans[beams], starts(*NEAR)) for beams in BEAMS}
     near = {matcher.name: {beams: of[matcher.name] for beams, of in races.items()} for matcher in matchers}
     basins = {}
-    for matcher in matchers:
-        with console.status(f"basin of {matcher.name}"):
+    with console.progress() as bar:
+        for matcher in bar.track(matchers, description="basins"):
             few = scans[682][::FEW] if isinstance(matcher, Paper) else scans[682]
             basins[matcher.name] = basin(matcher, few)
     return Comparison(near, basins, places)
@@ -116,8 +118,10 @@ def draw_comparison(path: Path, found: Comparison) -> None:
     figure = Figure(figsize=(13, 6.5), dpi=130, layout="constrained")
     panels = figure.subplots(2, 4)
     times = panels[0, 0]
-    for name, by_beams in found.near.items():
-        times.loglog(BEAMS, [_milliseconds(of) for of in by_beams.values()], "o-", label=name, markersize=3)
+    for k, (name, by_beams) in enumerate(found.near.items()):
+        colour, dash = PAPER.curve(k)
+        milliseconds = [_milliseconds(of) for of in by_beams.values()]
+        times.loglog(BEAMS, milliseconds, dash, marker="o", color=colour, label=name, markersize=3)
     times.set(xlabel="points", ylabel="time [ms]", title="time of one match")
     times.legend(fontsize=6)
     places = [*panels[0, 1:], *panels[1]]
@@ -130,4 +134,4 @@ def draw_comparison(path: Path, found: Comparison) -> None:
     for axes in places[len(found.basins) :]:
         axes.set_visible(False)
     with whole_file(path) as draft:
-        figure.savefig(draft, format="png")
+        save_figure(figure, draft, format="png")

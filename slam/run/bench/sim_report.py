@@ -7,12 +7,12 @@ from concurrent.futures import ProcessPoolExecutor
 from typing import Final
 
 import numpy as np
-from rich.console import Console
 
 from slam.run.bench.hour_report import hour_tables
 from slam.run.bench.open_report import open_tables
 from slam.run.bench.sim_runs import SimRun, run_scenario
 from slam.run.bench.tables import ResultTable
+from slam.run.terminal import Terminal
 
 WORKERS: Final = 2
 SCENARIOS: Final = (
@@ -29,20 +29,25 @@ def tables(
     seeds: Sequence[int],
     hour: bool,
     settings: tuple[str, ...],
-    console: Console,
+    console: Terminal,
     allow_modules: tuple[str, ...] = (),
 ) -> list[ResultTable]:
     """Errors of every scenario for these seeds, all scenarios without a name; with ``hour`` also the long run, after
     the others: nothing else should run beside what is timed."""
     jobs = [(name, seed) for name in (names or SCENARIOS) for seed in seeds]
-    with ProcessPoolExecutor(WORKERS) as pool, console.status("driving in the simulator"):
+    with ProcessPoolExecutor(WORKERS) as pool:
         futures = [
             (name, seed, pool.submit(run_scenario, name, seed, settings, allow_modules=allow_modules))
             for name, seed in jobs
         ]
-        runs = [(name, seed, future.result()) for name, seed, future in futures]
+        with console.progress() as bar:
+            done = bar.track(futures, description="driving in the simulator")
+            runs = [(name, seed, future.result()) for name, seed, future in done]
         made = [_each(runs), _together(runs), *open_tables(runs)] if runs else []
-        return [*made, *hour_tables(pool.submit(run_scenario, HOUR_OF, 0, settings, True).result())] if hour else made
+        if hour:
+            with console.waiting(f"driving around {HOUR_OF} for an hour of its time"):
+                made += hour_tables(pool.submit(run_scenario, HOUR_OF, 0, settings, True).result())
+        return made
 
 
 def _each(runs: Sequence[tuple[str, int, SimRun]]) -> ResultTable:

@@ -7,7 +7,6 @@ from time import process_time
 from typing import Final
 
 import numpy as np
-from rich.console import Console
 
 from slam.line_slam import Estimate, LineSlam
 from slam.matching.surfel_mapper import SurfelMapper
@@ -18,6 +17,7 @@ from slam.run.logs.log import relative_poses
 from slam.run.loop import Ending, Step, run_loop
 from slam.run.scenario.file import load_scenario
 from slam.run.scenario.schema import Scenario
+from slam.run.terminal import Terminal
 from slam.run.warm_up import warm_up
 from slam.scan import LaserScan
 
@@ -124,7 +124,7 @@ def run_scenario(
     if hour:
         laps = scenario.route.model_copy(update={"waypoints": 100 * scenario.route.waypoints})
         scenario = scenario.model_copy(update={"route": laps, "duration": HOUR})
-    warm_up(Console(quiet=True), scenario.slam)
+    warm_up(Terminal(quiet=True), scenario.slam)
     experiment, slam, notes = scenario_experiment(scenario), _TimedSlam(scenario), _Notes()
     try:
         ending = run_loop(experiment.env, slam, experiment.pilot, [notes], scenario.seed)

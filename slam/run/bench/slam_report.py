@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from rich.console import Console
 
 from slam.config import SlamConfig
 from slam.pose import FloatArray, wrap_angle
@@ -25,6 +24,7 @@ from slam.run.logs.tum import read_tum
 from slam.run.scoring.pose_errors import absolute_error, relative_error
 from slam.run.scoring.poses_at import poses_at
 from slam.run.scoring.relations import read_relations, relation_errors
+from slam.run.terminal import Terminal
 
 WORKERS: Final = 2
 DOUBLED: Final = "corridor, noise x 2"
@@ -37,13 +37,13 @@ CENTRE_AHEAD: Final = np.array([[0.04, 0.0, 0.0]])
 """fr079: the relations tell of the robot's centre, 4 cm ahead of the laser, where the log has both in one place."""
 
 
-def tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Console) -> list[ResultTable]:
+def tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Terminal) -> list[ResultTable]:
     """Errors and costs of the logs of these names in the folder, all without a name; those not there are skipped."""
     asked = list(names) or list(LOGS)
     paths = {name: folder / LOGS.get(name, name) for name in asked}
     for name, path in paths.items():
         if not path.is_file():
-            console.print(f"{name}: no {path}; skipped", highlight=False)
+            console.print(f"{name}: no {path}; skipped")
     jobs: list[tuple[str, Path, FloatArray | None]] = [(n, p, None) for n, p in paths.items() if p.is_file()]
     reference = folder / "corridor_synthetic.gt.tum"
     if reference.is_file() and any(name == "corridor_synthetic" for name, *_ in jobs):
@@ -51,9 +51,10 @@ def tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Cons
             (f"{DOUBLED}, {s}", paths["corridor_synthetic"], doubled_noise(read_tum(reference)[1], s))
             for s in (0, 1, 2)
         ]
-    with ProcessPoolExecutor(WORKERS) as pool, console.status("running the logs"):
+    with ProcessPoolExecutor(WORKERS) as pool:
         runs = [(name, pool.submit(run_log, path, config, odometry)) for name, path, odometry in jobs]
-        found = [(name, future.result()) for name, future in runs]
+        with console.progress() as bar:
+            found = [(name, future.result()) for name, future in bar.track(runs, description="logs")]
     if not found:
         return []
     return [_errors([_error_row(name, run, folder) for name, run in found]), shape_table(found), _costs(found)]

@@ -8,13 +8,13 @@ from time import thread_time
 from typing import Final
 
 import numpy as np
-from rich.console import Console
 
 from slam.config import SlamConfig
 from slam.line_slam import LineSlam
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 from slam.run.logs import Log, read_log
+from slam.run.terminal import Terminal
 from slam.run.warm_up import warm_up
 
 LOGS: Final = {
@@ -53,7 +53,7 @@ class SlamRun:
 
 def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) -> SlamRun:
     """The whole log, every scan; ``odometry`` (N, 3) replaces the recorded one."""
-    warm_up(Console(quiet=True), config)
+    warm_up(Terminal(quiet=True), config)
     log = read_log(path)
     given = log.T_odom_base if odometry is None else odometry
     slam, rows, cpu_times = LineSlam(config, log.T_base_laser), [], []

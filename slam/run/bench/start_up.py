@@ -6,14 +6,14 @@ import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from shlex import quote
 from tempfile import TemporaryDirectory
 from time import perf_counter, sleep
 from typing import Final
 
-from rich.console import Console
-
 from slam.errors import InputError
 from slam.run.bench.tables import ResultTable
+from slam.run.terminal import Terminal
 
 _HOPSLAM: Final = (sys.executable, "-c", "from slam.run.cli import main; main()")
 """As the console script has it."""
@@ -22,7 +22,7 @@ _BARS: Final = {"hopslam --help": 0.4, "first scan": 3.0}
 """Seconds, with warm caches."""
 
 
-def start_up_table(scenario: str, repeats: int, console: Console, allow_modules: Sequence[str] = ()) -> ResultTable:
+def start_up_table(scenario: str, repeats: int, console: Terminal, allow_modules: Sequence[str] = ()) -> ResultTable:
     """Each in a process of its own, after one that warms the caches and is not counted."""
     allowing = [word for name in allow_modules for word in ("--allow-module", name)]
     measures: dict[str, Callable[[], float]] = {
@@ -30,11 +30,11 @@ def start_up_table(scenario: str, repeats: int, console: Console, allow_modules:
         "first scan": lambda: _first_scan(scenario, allowing),
     }
     rows = []
-    with console.status("starting"):
-        for name, measure in measures.items():
-            measure()
-            seconds = sorted(measure() for _ in range(repeats))
-            rows.append([name, *(f"{value:.2f}" for value in (seconds[0], seconds[repeats // 2], _BARS[name]))])
+    for name, measure in measures.items():
+        with console.progress(transient=True, still=True) as bar:
+            _, *seconds = [measure() for _ in bar.track(range(repeats + 1), description=name)]
+        seconds.sort()
+        rows.append([name, *(f"{value:.2f}" for value in (seconds[0], seconds[repeats // 2], _BARS[name]))])
     columns = ("", "least s", "median s", "bar s")
     return ResultTable(
         f"Start-up: {scenario}, {repeats} times", columns, rows, "wall time, from the start of the process"
@@ -56,7 +56,7 @@ def _first_scan(scenario: str, allowing: Sequence[str]) -> float:
         try:
             while not _has_pose(out / "trajectory.tum"):
                 if run.poll() is not None or perf_counter() - began > _PATIENCE:
-                    raise InputError(f"{scenario}: no first scan; try: hopslam run {scenario}")
+                    raise InputError(f"{scenario}: no first scan; try: hopslam run {quote(scenario)}")
                 sleep(0.002)
             return perf_counter() - began
         finally:

@@ -7,25 +7,25 @@ from dataclasses import astuple
 from statistics import median
 from typing import Final, NamedTuple
 
-from rich.console import Console
-
 from slam.run.bench.sweep_runs import SweepSpeed, memory_of_rows, sweep_speed
 from slam.run.bench.tables import ResultTable
 from slam.run.bench.two_processes import arithmetic_ratio
 from slam.run.results.keep import Keep
 from slam.run.sweep.executor import Executor
 from slam.run.sweep.pool import Pool
+from slam.run.terminal import Terminal
 
 TURNS: Final = 5
 """Others load the machine meanwhile, now more and now less: ratios are of one turn, and the middle one is told."""
 
 
-def sweep_tables(runs: int, ray: bool, console: Console) -> Iterator[ResultTable]:
+def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTable]:
     """Speed with one and with two jobs, beside what the machine allows; memory of the driver."""
     rows = []
     for name, make in _executors(ray).items():
-        with console.status(f"{runs} runs, {name}"):
-            rows += _rows(name, [_turn(make, runs) for _ in range(TURNS)])
+        with console.progress() as bar:
+            turns = bar.track(range(TURNS), description=f"{runs} runs, {name}")
+            rows += _rows(name, [_turn(make, runs) for _ in turns])
     columns = ("executor", "jobs", "runs/s", "x one", "least, most", "driver\n% of a core", "overhead\ns a run")
     notes = (
         f"{runs} warm runs of paper_simulation, this project's method; medians of {TURNS} turns. Additions alone: what "
@@ -33,7 +33,7 @@ def sweep_tables(runs: int, ray: bool, console: Console) -> Iterator[ResultTable
         f"that in which the robot drives."
     )
     yield ResultTable("Sweeps, one job and two at a time", columns, rows, notes)
-    with console.status("10,000 rows"):
+    with console.waiting("10,000 rows"):
         held = [(f"{count:,}", f"{memory_of_rows(count):.0f}") for count in (100, 1000, 10_000)]
     yield ResultTable("Memory of the driver", ("rows", "MB"), held, "Of simulated runs, after the last one.")
 

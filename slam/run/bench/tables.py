@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
+from slam.run.terminal_table import TerminalTable
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,17 +19,9 @@ class ResultTable:
     notes: str = ""
     """What to know about the numbers."""
 
-    def rich(self) -> Table:
+    def rich(self) -> TerminalTable:
         """For the terminal."""
-        table = Table(
-            title=self.title, title_justify="left", caption=self.notes, caption_justify="left",
-            box=SIMPLE_HEAD, padding=(0, 1, 0, 0),
-        )  # fmt: skip
-        for index, column in enumerate(self.columns):
-            table.add_column(column, justify="right" if index else "left", no_wrap=not index, overflow="fold")
-        for row in self.rows:
-            table.add_row(*row)
-        return table
+        return TerminalTable(self.columns, self.rows, self.title, self.notes)
 
     def markdown(self) -> str:
         """For a report, with an empty line at the end."""

@@ -10,12 +10,11 @@ from tempfile import TemporaryDirectory
 from time import perf_counter, sleep, thread_time
 from typing import Final, NamedTuple
 
-from rich.console import Console
-
 from slam.run.bench.tables import ResultTable
 from slam.run.experiment import Experiment, scenario_experiment
 from slam.run.loop import Step, run_loop
 from slam.run.scenario.schema import Scenario
+from slam.run.terminal import Terminal
 from slam.run.viewer.address import listens
 from slam.run.viewer.broadcast import Broadcast
 from slam.run.viewer.programs import data_address, serve_page
@@ -23,6 +22,7 @@ from slam.run.viewer.run_viewer import RunViewer
 from slam.run.warm_up import warm_up
 
 _PORT: Final = 19090
+_ROWS: Final = 5
 _BARS: Final = "bars: 0.5 ms and 7 kB a scan, with --rerun FILE"
 
 
@@ -60,14 +60,12 @@ class Cost(NamedTuple):
         ]
 
 
-def viewer_table(scenario: Scenario, scans: int, console: Console) -> ResultTable:
+def viewer_table(scenario: Scenario, scans: int, console: Terminal) -> ResultTable:
     """The scenario is driven again for each row, by the same seed; live rows go at 10 Hz for so many scans."""
     warm_up(console, scenario.slam)
-    with TemporaryDirectory() as folder, console.status("driving") as status:
-        rows = []
-        for cost in _costs(scenario, scans, Path(folder) / "run.rrd"):
-            status.update(f"driving; done: {cost.name}")
-            rows.append(cost.row())
+    with TemporaryDirectory() as folder, console.progress() as bar:
+        costs = _costs(scenario, scans, Path(folder) / "run.rrd")
+        rows = [cost.row() for cost in bar.track(costs, total=_ROWS, description="driving")]
     columns = ("shown in", "scans", "CPU ms\na scan", "ms\na scan", "worst\nms", "first\nms", "kB\na scan")
     return ResultTable(f"What the viewer costs the loop: {scenario.name}", columns, rows, _BARS)
 

@@ -10,7 +10,9 @@ from matplotlib.figure import Figure
 from slam.pose import FloatArray, Pose2D
 from slam.run.calibration.calibrate import Calibration
 from slam.run.calibration.wheel_fit import WheelFit, corrected
+from slam.run.results.figure_file import save_figure
 from slam.run.results.files import whole_file
+from slam.run.results.palette import PAPER
 
 
 def draw_squares(path: Path, calibration: Calibration) -> None:
@@ -23,14 +25,14 @@ def draw_squares(path: Path, calibration: Calibration) -> None:
     unique = dict(zip(labels, handles, strict=True))
     figure.legend(unique.values(), unique.keys(), loc="outside lower center", ncols=3)
     with whole_file(path) as draft:
-        figure.savefig(draft, format=path.suffix[1:])
+        save_figure(figure, draft, format=path.suffix[1:])
 
 
 def _draw(axes: Axes, calibration: Calibration, fit: WheelFit, title: str) -> None:
     error = 100.0 * calibration.worst_closing_error(fit)
     laps = calibration.laps
     for number, lap in enumerate(laps):
-        colour, side = ("tab:orange", "right") if number < len(laps) / 2 else ("tab:blue", "left")
+        colour, side = (PAPER.odometry, "right") if number < len(laps) / 2 else (PAPER.slam, "left")
         reckoned = from_start(corrected(lap.odometry, calibration.track, fit))
         axes.plot(*from_start(lap.truth).T, color="0.75", linewidth=3, label=calibration.against, zorder=1)
         axes.plot(*reckoned.T, color=colour, linewidth=1, label=f"odometry, to the {side}", zorder=2)

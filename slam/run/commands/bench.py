@@ -7,17 +7,17 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from slam.run.commands.bench_hardware import bench_hardware
 from slam.run.commands.completion import complete_scenario
 from slam.run.commands.options import AllowModules, ScenarioName, Settings
+from slam.run.terminal import Terminal
 
 app = typer.Typer(
     help="Measure the paper's figures, extractors, matchers, localisation, SLAM, simulator, drivers, sweeps, start-up.",
     no_args_is_help=True,
 )
-console = Console()
+console = Terminal()
 app.command("hardware")(bench_hardware)
 
 
@@ -44,7 +44,7 @@ def paper(
     report = reproduce(out, quick, console)
     for table in report.tables:
         console.print(table.rich())
-    console.print(f"report and pictures in {report.path.parent}", highlight=False)
+    console.print(f"report and pictures in {report.path.parent}")
 
 
 @app.command()
@@ -96,7 +96,8 @@ def sim(
     """
     from importlib import import_module
 
-    for table in import_module("sim.bench.report").sim_tables(long):  # late: sim stands on slam, and not slam on sim
+    report = import_module("sim.bench.report")  # late: sim stands on slam, and not slam on sim
+    for table in report.sim_tables(long, console):
         console.print(table.rich())
 
 

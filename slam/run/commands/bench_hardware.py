@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from slam.run.commands.options import AllowModules
+
+if TYPE_CHECKING:
+    from slam.run.bench.tables import ResultTable
 
 
 class Part(StrEnum):
@@ -56,16 +60,16 @@ def bench_hardware(
     import os
     from importlib import import_module
 
-    from rich.console import Console
+    from slam.run.terminal import Terminal
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    console = Console()
+    console = Terminal()
     report = import_module("hardware.bench.report")  # late: hardware stands on slam, and not slam on hardware
-    tables = {
-        Part.FAULTS: report.fault_table,
-        Part.ENDINGS: report.ending_table,
-        Part.LOAD: lambda: report.load_table(seconds),
-        Part.NOISE: lambda: report.noise_table(packets),
+    tables: dict[Part, Callable[[], ResultTable]] = {
+        Part.FAULTS: lambda: report.fault_table(console),
+        Part.ENDINGS: lambda: report.ending_table(console),
+        Part.LOAD: lambda: report.load_table(seconds, console),
+        Part.NOISE: lambda: report.noise_table(packets, console),
         Part.SIM: lambda: report.twin_table(scenario, settings or [], console, allow_modules or []),
         Part.ENV: lambda: report.env_table(scenario, settings or []),
     }

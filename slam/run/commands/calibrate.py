@@ -12,11 +12,10 @@ from slam.run.commands.completion import complete_scenario
 from slam.run.commands.options import AllowModules, ScenarioName, Settings
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from slam.run.calibration.calibrate import Calibration
     from slam.run.calibration.square import Square
     from slam.run.scenario.schema import Scenario
+    from slam.run.terminal import Terminal
 
 app = typer.Typer(help="Find what the wheels really are, by driving.", no_args_is_help=True)
 
@@ -65,8 +64,6 @@ def square(
 
     hopslam run wheels.yaml
     """
-    from rich.console import Console
-
     from slam.run.calibration.calibrate import require_backend
     from slam.run.calibration.file import check_onto, write_wheels
     from slam.run.calibration.picture import draw_squares
@@ -74,6 +71,7 @@ def square(
     from slam.run.calibration.square import Square
     from slam.run.results.world_picture import check_picture
     from slam.run.scenario.file import load_scenario
+    from slam.run.terminal import Terminal
     from slam.run.warm_up import warm_up
 
     require_backend(backend)
@@ -83,22 +81,21 @@ def square(
     drawn = picture or out.with_suffix(".png")
     check_picture(drawn)
     loaded = load_scenario(scenario, settings or [], allow_modules or [])
-    console = Console()
+    console = Terminal()
     warm_up(console, loaded.slam)
     found = _driven(loaded, Square(size, laps, speed), backend, yes, console)
     write_wheels(out, base, loaded, backend, found)
     draw_squares(drawn, found)
     console.print(summary(found))
-    console.print(f"wheels in {out}, squares in {drawn}", highlight=False, soft_wrap=True)
+    console.print(f"wheels in {out}, squares in {drawn}")
 
 
-def _driven(scenario: Scenario, path: Square, backend: str, yes: bool, console: Console) -> Calibration:
+def _driven(scenario: Scenario, path: Square, backend: str, yes: bool, console: Terminal) -> Calibration:
     """Drive the squares, and say how far it is."""
     from slam.run.calibration.calibrate import calibrate
 
     legs = len(list(path.turns)) * 2
-    with console.status("driving squares") as status:
-        options = {"yes": yes} if backend == "hardware" else {}
-        return calibrate(
-            scenario, path, backend, lambda done: status.update(f"driving squares: {done} of {legs} legs"), **options
-        )
+    options = {"yes": yes} if backend == "hardware" else {}
+    with console.progress("{task.completed}/{task.total} legs", transient=True) as bar:
+        task = bar.add_task("driving squares", total=legs)
+        return calibrate(scenario, path, backend, lambda done: bar.update(task, completed=done), **options)

@@ -55,20 +55,18 @@ def emulate(
     hardware.lidar_port=/tmp/bench/urg04lx
     """
     from contextlib import ExitStack
-    from sys import stderr
-
-    from rich.console import Console
 
     from slam.late import late
     from slam.run.backends import make_plant
     from slam.run.scenario.file import read_scenario
+    from slam.run.terminal import Terminal
     from slam.run.viewer.viewers import Viewers
 
     noise = late("hardware.emulator.wire:Noise")(bit_errors, dropped, duplicated)
     loaded = read_scenario(scenario, settings or [])
     moved = make_plant(plant, loaded)
     with ExitStack() as stack:
-        show, viewers = None, stack.enter_context(Viewers(rerun or (), Console(file=stderr)))
+        show, viewers = None, stack.enter_context(Viewers(rerun or (), Terminal(stderr=True)))
         if rerun:
             setting = late("hardware.emulator.show:setting_of")(loaded)
             broadcast = viewers.open(setting)
@@ -93,20 +91,19 @@ def doctor(
 
     hopslam doctor socket://192.168.1.7:4001
     """
-    from rich.console import Console
-
     from slam.late import late
+    from slam.run.terminal import Terminal
 
-    console = Console()
+    console = Terminal()
     named = ports or late("hardware.doctor:ports")()
     if not named:
         console.print("no serial ports; plug a device in, and look at the last lines of: sudo dmesg")
     for port in named:
         finding = late("hardware.doctor:examine")(port, lidar_baud)
-        console.print(f"{port}: {finding.words}", highlight=False, soft_wrap=True)
+        console.print(f"{port}: {finding.words}")
         if finding.scan is not None:
             _draw(png, finding.scan, port)
-            console.print(f"its scan is drawn in {png}", highlight=False, soft_wrap=True)
+            console.print(f"its scan is drawn in {png}")
 
 
 def _draw(png: Path, scan: LaserScan, port: str) -> None:

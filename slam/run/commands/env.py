@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
-from rich.console import Console
 
-if TYPE_CHECKING:
-    from rich.table import Table
+from slam.run.terminal import Terminal
+from slam.run.terminal_table import TerminalTable
 
 
 def env(
@@ -24,31 +23,27 @@ def env(
 
     hopslam env Corridor-v0 | less
     """
-    console = Console()
+    console = Terminal()
     if env_id is None:
         console.print(_id_table())
-        console.print("hopslam env ID prints the manual of one", highlight=False)
+        console.print("hopslam env ID prints the manual of one")
     else:
         _print_manual(console, env_id)
 
 
-def _id_table() -> Table:
-    from rich.table import Table
-
+def _id_table() -> TerminalTable:
     from slam.run.env.catalogue import env_ids
     from slam.run.scenario.file import load_scenario
 
-    table = Table("id", "scenario", "", box=None)
+    rows = []
     for env_id, scenario in env_ids().items():
         description = load_scenario(scenario).description if scenario else "any scenario: by name, file or value"
-        table.add_row(env_id, scenario or "argument", description)
-    return table
+        rows.append((env_id, scenario or "argument", description))
+    return TerminalTable(("id", "scenario", "description"), rows)
 
 
-def _print_manual(console: Console, env_id: str) -> None:
-    from rich.markdown import Markdown
-
+def _print_manual(console: Terminal, env_id: str) -> None:
     from slam.run.env.catalogue import find_env_id
     from slam.run.env.manual import manual
 
-    console.print(Markdown(manual(find_env_id(env_id))))
+    console.print_markdown(manual(find_env_id(env_id)))

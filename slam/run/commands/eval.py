@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from slam.errors import InputError
+from slam.run.terminal import Terminal
+from slam.run.terminal_table import TerminalTable
 
 if TYPE_CHECKING:
     from slam.run.scoring.evaluate import Score
@@ -59,7 +59,7 @@ def evaluate(
         scores.extend(against_reference(estimate, true, Delta(delta, delta_unit), align, max_gap))
     if relations is not None:
         scores.append(against_relations(estimate, relations, max_gap))
-    typer.echo(_json(scores)) if as_json else Console().print(_table(scores))
+    typer.echo(_json(scores)) if as_json else Terminal().print(_table(scores))
 
 
 def _json(scores: list[Score]) -> str:
@@ -78,19 +78,16 @@ def _json(scores: list[Score]) -> str:
     return json.dumps(values, indent=2)
 
 
-def _table(scores: list[Score]) -> Table:
+def _table(scores: list[Score]) -> TerminalTable:
     """A row for the translation of each score, and one for its rotation."""
     from numpy import degrees
 
     from slam.run.scoring.evaluate import statistics
 
     columns = ("mean", "std", "rmse", "median", "max")
-    table = Table(box=None, pad_edge=False)
-    table.add_column("")
-    for column in (*columns, "used"):
-        table.add_column(column, justify="right")
+    rows = []
     for name, errors, asked in scores:
         used = f"{len(errors.metres)} of {asked}"
         for unit, values in (("m", statistics(errors.metres)), ("deg", statistics(degrees(errors.radians)))):
-            table.add_row(rf"{name} \[{unit}]", *(f"{values[column]:.4f}" for column in columns), used)
-    return table
+            rows.append((f"{name} [{unit}]", *(f"{values[column]:.4f}" for column in columns), used))
+    return TerminalTable(("", *columns, "used"), rows)

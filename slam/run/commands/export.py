@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
-from rich.console import Console
+
+from slam.run.terminal import Terminal
 
 Format = Literal["tum", "csv", "ros", "geojson", "dxf", "svg", "carmen", "mcap", "rosbag2"]
 
@@ -34,7 +35,7 @@ def export(
     from slam.run.export.formats import export as write
     from slam.run.results.run_record import RunRecord
 
-    console = Console()
-    with console.status(f"writing {out}"):
+    console = Terminal()
+    with console.waiting(f"writing {out}"):
         write(RunRecord.open(run), to, out, force)
-    console.print(f"{out} written", highlight=False)
+    console.print(f"{out} written")

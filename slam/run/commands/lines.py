@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
+
+from slam.run.terminal import Terminal
 
 
 def lines(
@@ -34,18 +35,15 @@ def lines(
 
     hopslam lines mines1.dat.gz --method paper | head
     """
-    from rich.progress import track
-
     from slam.run.log_lines import Outputs, chosen_scans, line_config, write_lines
     from slam.run.logs import read_log
 
-    console = Console(stderr=True)
+    console = Terminal(stderr=True)
     config = line_config(method, sensor)
     recorded = read_log(log)
     scans = chosen_scans(recorded, scan)
-    console.print(recorded.report, highlight=False)
+    console.print(recorded.report)
     outputs = Outputs(csv, geojson, png)
-    count = write_lines(
-        recorded, scans, config, outputs, lambda all_: track(all_, "extracting", console=console, transient=True)
-    )
-    console.print(f"{count} segments in {len(scans)} scan{'s' * (len(scans) != 1)}", highlight=False)
+    with console.progress(transient=True) as bar:
+        count = write_lines(recorded, scans, config, outputs, lambda all_: bar.track(all_, description="extracting"))
+    console.print(f"{count} segments in {len(scans)} scan{'s' * (len(scans) != 1)}")

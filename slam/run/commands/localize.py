@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from slam.errors import InputError
 from slam.run.commands.completion import complete_scenario
@@ -59,7 +58,7 @@ def localize(
     from slam.run.logs import BagTopics
     from slam.run.scenario.file import load_scenario
 
-    console, path, allowed = Console(), Path(source), allow_modules or []
+    console, path, allowed = Terminal(), Path(source), allow_modules or []
     topics = BagTopics(scan_topic, odom_topic)
     if _is_recorded(source):
         if seed is not None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.console import Console
+from slam.run.terminal import Terminal
 
 if TYPE_CHECKING:
     from slam.run.experiment import Experiment
@@ -19,7 +19,7 @@ def recorded_experiment(
     settings: Sequence[str],
     allow_modules: Sequence[str],
     topics: BagTopics,
-    console: Console,
+    console: Terminal,
 ) -> Experiment:
     """The log, bag or run folder at this path, with the settings of the method from a scenario: by default the run's
     own, or ``replay``. Prints what was read."""
@@ -29,5 +29,5 @@ def recorded_experiment(
     own = log / "config.yaml"
     source = scenario or (own if own.is_file() else "replay")
     experiment = replay_experiment(log, load_scenario(source, settings, allow_modules), topics)
-    console.print(experiment.notes["log_report"], highlight=False)
+    console.print(experiment.notes["log_report"])
     return experiment

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import typer
-from rich.console import Console
 
 from slam.run.commands.completion import complete_scenario
 from slam.run.commands.options import AllowModules, OdomTopic, Out, Rerun, SavedMap, ScanTopic, Settings
+from slam.run.terminal import Terminal
 
 
 def replay(
@@ -56,7 +56,7 @@ def replay(
     from slam.run.conduct import conduct
     from slam.run.logs import BagTopics
 
-    console, topics = Console(), BagTopics(scan_topic, odom_topic)
+    console, topics = Terminal(), BagTopics(scan_topic, odom_topic)
     experiment = recorded_experiment(log, scenario, settings or [], allow_modules or [], topics, console)
     if saved_map is not None:
         from slam.run.localization import continued

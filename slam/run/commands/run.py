@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import typer
-from rich.console import Console
 
 from slam.errors import InputError
 from slam.run.commands.options import AllowModules, Out, Rerun, SavedMap, ScenarioName, Settings
+from slam.run.terminal import Terminal
 
 
 def run(
@@ -52,7 +52,7 @@ def run(
         raise InputError("--backend replay has no log to play; run: hopslam replay LOG")
     if backend != "hardware" and (yes or dry_run):
         raise InputError("--yes and --dry-run are for the real robot; add --backend hardware")
-    console = Console()
+    console = Terminal()
     by_seed = [] if seed is None else [f"seed={seed}"]
     options = {"yes": yes, "dry_run": dry_run} if backend == "hardware" else {}
     loaded = load_scenario(scenario, [*(settings or []), *by_seed], allow_modules or [])

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import os
+from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 from typer.core import TyperGroup
 
 from slam.run.commands.completion import complete_sweep
 from slam.run.commands.options import AllowModules
+from slam.run.terminal import Terminal
 
 if TYPE_CHECKING:
     from slam.run.sweep.plan import Plan
 
-console = Console()
+console = Terminal()
 
 
 class _SweepGroup(TyperGroup):
@@ -124,8 +125,7 @@ def run(
     outcome = run_sweep(planned, address, means, console)
     console.print(
         f"{outcome.done} runs done, {outcome.failed} of them failed; {outcome.before} were there already\n"
-        f"results in {address}; look at them: hopslam sweep report {address}",
-        highlight=False,
+        f"results in {address}; look at them: hopslam sweep report {quote(address)}",
     )
     if outcome.interrupted:
         console.print("interrupted; the same command goes on with what is missing")
@@ -156,8 +156,8 @@ def report(
     for table in made.tables:
         console.print(table.rich())
     for run in [*made.worst[:3], *made.failed[:3]]:
-        console.print(f"{run.case}: {run.reason} ({run.id})\n  {run.command}", highlight=False, soft_wrap=True)
-    console.print(f"report in {made.page}", highlight=False)
+        console.print(f"{run.case}: {run.reason} ({run.id})\n  {run.command}")
+    console.print(f"report in {made.page}")
 
 
 @app.command()
@@ -176,7 +176,7 @@ def repeat(
     from slam.run.sweep.repeat import repeated
 
     again = repeated(out, run_id, pictures, allow_modules or [])
-    console.print(f"{again.command}\nresults in {again.folder}", highlight=False, soft_wrap=True)
+    console.print(f"{again.command}\nresults in {again.folder}")
     if again.differences:
         console.print(f"differs in {', '.join(again.differences)}")
         raise typer.Exit(1)
@@ -192,6 +192,6 @@ def _settings(texts: list[str]) -> dict[str, Any]:
 def _show_plan(plan: Plan, out: str, jobs: int) -> None:
     from slam.run.sweep.plan_table import plan_table
 
-    with console.status("timing one run of each kind"):
+    with console.waiting("timing one run of each kind"):
         table = plan_table(plan, out, jobs)
     console.print(table.rich())

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
+
+from slam.run.terminal import Terminal
 
 
 def view(
@@ -31,15 +32,12 @@ def view(
 
     hopslam view /tmp/paper --rerun paper.rrd
     """
-    from rich.progress import track
-
     from slam.run.viewer.recording import recording_of
     from slam.run.viewer.viewers import Viewers
 
-    console = Console()
+    console = Terminal()
     with Viewers(rerun or ["spawn"], console) as viewers:
-        recording = recording_of(
-            run, lambda scans, total: track(scans, "making run.rrd", total, console=console, transient=True)
-        )
+        with console.progress(transient=True) as bar:
+            recording = recording_of(run, lambda scans, total: bar.track(scans, total, description="making run.rrd"))
         viewers.open_file(recording)
         viewers.linger()

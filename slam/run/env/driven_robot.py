@@ -8,8 +8,6 @@ from collections.abc import Callable
 from time import monotonic
 from typing import Final
 
-from rich.console import Console
-
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.robot import Observation, Restartable, Robot
@@ -17,6 +15,7 @@ from slam.run.backends import is_restartable, make_robot
 from slam.run.patience import step_patiently
 from slam.run.scenario.lidar_config import LidarConfig
 from slam.run.scenario.schema import Scenario
+from slam.run.terminal import Terminal
 from slam.run.warm_up import warm_up
 from slam.scan import LaserScan
 
@@ -103,7 +102,7 @@ class DrivenRobot:
         longer = scenario.model_copy(update={"duration": scenario.duration + 2.0 * _BRAKING})
         robot = make_robot(self._backend, longer, seed=seed, **self._options)
         if not self.restartable:  # it may be real: nothing is compiled while it drives
-            warm_up(Console(stderr=True), scenario.slam)
+            warm_up(Terminal(stderr=True), scenario.slam)
         robot.__enter__()
         self._robot, self._scenario = robot, scenario
         self._loss = weakref.finalize(self, _let_go, robot)

@@ -248,8 +248,8 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     def render(self) -> NDArray[np.uint8] | None:
         """The view from above, (height, width, 3), with ``rgb_array``; None else.
 
-        Walls are grey, the scan yellow, SLAM's lines blue and its pose red, the true pose dark, the next way-point
-        green, people purple. What is not known is left out.
+        Walls are grey, the scan yellow, SLAM's lines blue and its pose orange, the true pose dark, the next way-point
+        violet, people sky blue. What is not known is left out.
         """
         if self.render_mode != "rgb_array":
             return None

@@ -5,12 +5,12 @@ from __future__ import annotations
 from contextlib import ExitStack
 
 import numpy as np
-from rich.console import Console
 
 from slam.line_slam import Estimate
 from slam.odometry import Twist2D
 from slam.run.env.episode import Episode
 from slam.run.loop import Step
+from slam.run.terminal import Terminal
 from slam.run.viewer.address import listens
 from slam.run.viewer.programs import data_address, has_display
 from slam.run.viewer.run_viewer import RunViewer
@@ -26,7 +26,7 @@ class Window:
     """
 
     def __init__(self) -> None:
-        self._console = Console(stderr=True)
+        self._console = Terminal(stderr=True)
         self._there = has_display() or listens(data_address(GRPC_PORT))
         if not self._there:
             self._console.print('render_mode="human": no screen here, nothing is shown; choose "rgb_array"')

@@ -1,4 +1,4 @@
-"""The map of lines as SVG: one user unit is a metre, y up, walls black and the way of the robot green."""
+"""The map of lines as SVG: one user unit is a metre, y up, walls black and the way of the robot blue."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ viewBox="{left:.3f} {top:.3f} {w:.3f} {h:.3f}">
 <g id="walls" stroke="black" stroke-width="0.04">
 {walls}
 </g>
-<polyline id="trajectory" stroke="#2ca02c" stroke-width="0.03" points="{way}"/>
+<polyline id="trajectory" stroke="#0072b2" stroke-width="0.03" points="{way}"/>
 </g>
 </svg>
 """

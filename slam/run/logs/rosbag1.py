@@ -10,6 +10,7 @@ import bz2
 import struct
 from collections.abc import Iterator
 from pathlib import Path
+from shlex import quote
 from typing import Final
 
 import lz4.frame
@@ -60,7 +61,9 @@ def _unpacked(compression: bytes, data: bytes, path: Path) -> bytes:
             return bytes(lz4.frame.decompress(data))
     except OSError as error:  # of bz2, for damaged data
         raise EOFError from error
-    raise LogError(f"{path}: its chunks are packed with {compression.decode()}; run: rosbag decompress {path.name}")
+    raise LogError(
+        f"{path}: its chunks are packed with {compression.decode()}; run: rosbag decompress {quote(str(path))}"
+    )
 
 
 def _records(data: bytes, at: int) -> Iterator[_Record]:

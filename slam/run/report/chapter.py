@@ -36,6 +36,7 @@ class Chapter:
     """All of it as text and pictures."""
 
     name: str
+    """Unlike that of any other run of the page."""
     description: str
     folder: str
     date: str
@@ -57,11 +58,11 @@ class Chapter:
     command: str
 
 
-def chapter(record: RunRecord, key: str) -> Chapter:
-    """The chapter; ``key`` is its own on the page."""
+def chapter(record: RunRecord, key: str, name: str) -> Chapter:
+    """The chapter under this name; ``key`` is its own on the page."""
     metrics = measure(record.folder) if record.metrics is None else record.metrics
     return Chapter(
-        name=record.config.name,
+        name=name,
         description=record.config.description,
         folder=str(record.folder),
         date=_date(record, metrics),

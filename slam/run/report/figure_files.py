@@ -13,6 +13,7 @@ from slam.run.report.paper_curves import paper_curves
 from slam.run.report.paper_maps import fig_15, fig_16, fig_21
 from slam.run.report.run_plots import distance_figure, error_figure, iterations_figure, timing_figure
 from slam.run.report.scan_points import scan_points
+from slam.run.results.figure_file import save_figure
 from slam.run.results.files import whole_file
 from slam.run.results.map_picture import map_figure
 from slam.run.results.run_record import RunRecord
@@ -54,4 +55,4 @@ def run_figures(record: RunRecord) -> Iterator[tuple[str, Figure]]:
 def _write(figure: Figure, path: Path) -> None:
     for kind, metadata in _NAMELESS.items():
         with whole_file(path.with_name(f"{path.name}.{kind}")) as draft:
-            figure.savefig(draft, format=kind, dpi=_DPI, metadata=metadata)
+            save_figure(figure, draft, format=kind, dpi=_DPI, metadata=metadata)

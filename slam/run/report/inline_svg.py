@@ -12,6 +12,7 @@ from markupsafe import Markup
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
+from slam.run.results.figure_file import save_figure
 from slam.run.results.palette import Palette
 
 _NAMES: Final = tuple(field.name for field in fields(Palette))
@@ -28,7 +29,7 @@ def inline_svg(figure: Figure, name: str, label: str) -> Markup:
     """
     text = StringIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "path.simplify_threshold": 0.3}):
-        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
+        save_figure(figure, text, format="svg", transparent=True, metadata={"Date": None})
     return Markup(_cleaned(text.getvalue(), name, label))  # made by matplotlib, the label is escaped
 
 

@@ -14,13 +14,14 @@ from slam.run.results.run_record import RunRecord
 
 _FINE: Final = 2
 """Drawn so many times larger and then reduced: smooth lines."""
-_SCAN: Final = "#f28e2b"
 _WHITE: Final = "#ffffff"
 _NAMES: Final = (
-    ("mapped lines", PAPER.wall), ("scan", _SCAN), ("SLAM", PAPER.slam), ("dead reckoning", PAPER.odometry)
+    ("mapped lines", PAPER.wall), ("scan", PAPER.accent), ("SLAM", PAPER.slam), ("dead reckoning", PAPER.odometry)
 )  # fmt: skip
-_HEAD: Final = 34
-"""Pixels above the map, for the time and the colours' names."""
+_GAP: Final = 14
+"""Pixels between the colours' names, and above the map in all."""
+_NARROWEST: Final = 160
+"""Pixels, so that every name finds room."""
 _TALLEST: Final = 1.1
 """Height over width at most."""
 
@@ -35,9 +36,12 @@ class MapCanvas:
         extent = high - self._low
         self._scale = _FINE * width * min(1.0, _TALLEST * extent[0] / extent[1]) / extent[0]
         size = np.ceil(self._scale * extent).astype(int) // _FINE * _FINE
-        self._size = int(size[0]), int(size[1]) + _FINE * _HEAD
+        across = max(int(size[0]), _FINE * _NARROWEST)
+        letters = _FINE * max(9, min(width, across // _FINE) // 68)
+        self._font = ImageFont.load_default(letters)
+        self._names, head = self._placed(across, letters)
+        self._size = across, int(size[1]) + head
         self._map = Image.new("RGB", self._size, _WHITE)
-        self._font = ImageFont.load_default(_FINE * max(9, width // 68))
         for outline in record.outlines:
             ImageDraw.Draw(self._map).polygon(self._pixels(outline), fill=PAPER.solid)
 
@@ -61,7 +65,7 @@ class MapCanvas:
 
     def _dots(self, draw: ImageDraw.ImageDraw, points: FloatArray) -> None:
         for x, y in self._pixels(points):
-            draw.ellipse((x - _FINE, y - _FINE, x + _FINE, y + _FINE), fill=_SCAN)
+            draw.ellipse((x - _FINE, y - _FINE, x + _FINE, y + _FINE), fill=PAPER.accent)
 
     def _way(self, draw: ImageDraw.ImageDraw, poses: FloatArray, colour: str, width: int) -> None:
         if len(poses) > 1:
@@ -69,10 +73,21 @@ class MapCanvas:
 
     def _head(self, draw: ImageDraw.ImageDraw, k: int) -> None:
         """The time, and what the colours mean."""
-        x, y = 6 * _FINE, 7 * _FINE
-        for text, colour in ((f"{self._traces.stamps[k] - self._traces.stamps[0]:5.1f} s", PAPER.faint), *_NAMES):
-            draw.text((x, y), text, fill=colour, font=self._font)
-            x += int(draw.textlength(text, font=self._font)) + 14 * _FINE
+        time = f"{self._traces.stamps[k] - self._traces.stamps[0]:5.1f} s"
+        for place, text, colour in self._names:
+            draw.text(place, text or time, fill=colour, font=self._font)
+
+    def _placed(self, across: int, letters: int) -> tuple[list[tuple[tuple[int, int], str, str]], int]:
+        """Where the time (an empty text) and the names begin, in as many rows as they need; and the height of that."""
+        gap, height = _FINE * _GAP, 3 * letters // 2
+        x, y, places = gap // 2, gap // 2, []
+        for text, colour in (("", PAPER.faint), *_NAMES):
+            length = int(self._font.getlength(text or "10000.0 s"))
+            if x + length > across - gap // 2:
+                x, y = gap // 2, y + height
+            places.append(((x, y), text, colour))
+            x += length + gap
+        return places, (y + height + gap // 2) // _FINE * _FINE
 
     def _pixels(self, points: FloatArray) -> list[tuple[float, float]]:
         """Points (N, 2), metres, map frame, y up, as pixels, y down."""

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+_WHOLE: Final = {"arrived", "no more scans"}
+
 
 @dataclass(frozen=True, slots=True)
 class Metric:
@@ -65,20 +67,25 @@ def shown(metric: Metric, value: Any) -> str:
 
 def rows(runs: Sequence[Mapping[str, Any]]) -> list[tuple[Metric, list[Cell], list[Cell]]]:
     """Every metric that one of the runs has, with a cell for each run, and one for its dead reckoning; the best of
-    several is marked."""
+    several that ended as they should is marked."""
     return [
-        (metric, _cells(metric, [run.get(metric.key) for run in runs]), _reckoned(metric, runs))
+        (metric, _cells(metric, runs), _reckoned(metric, runs))
         for metric in METRICS
         if any(metric.key in run for run in runs)
     ]
 
 
-def _cells(metric: Metric, values: Sequence[Any]) -> list[Cell]:
-    texts = [shown(metric, value) for value in values]
-    known = [value for value in values if value is not None]
-    best = shown(metric, min(known)) if metric.less_is_better and len(known) > 1 else None
-    apart = len(set(texts)) > 1
-    return [Cell(text, apart and text == best) for text in texts]
+def competes(run: Mapping[str, Any]) -> bool:
+    """Whether the run ended by itself and unharmed: the errors of a shorter way would flatter it."""
+    return run.get("ending") in _WHOLE
+
+
+def _cells(metric: Metric, runs: Sequence[Mapping[str, Any]]) -> list[Cell]:
+    texts = [shown(metric, run.get(metric.key)) for run in runs]
+    rivals = [run[metric.key] for run in runs if competes(run) and run.get(metric.key) is not None]
+    best = shown(metric, min(rivals)) if metric.less_is_better and len(rivals) > 1 else None
+    apart = len({shown(metric, value) for value in rivals}) > 1
+    return [Cell(text, apart and competes(run) and text == best) for text, run in zip(texts, runs, strict=True)]
 
 
 def _reckoned(metric: Metric, runs: Sequence[Mapping[str, Any]]) -> list[Cell]:

@@ -9,9 +9,10 @@ from matplotlib.figure import Figure
 
 from slam.pose import FloatArray, Pose2D
 from slam.run.report.scan_points import ScanPoints
+from slam.run.results.palette import PAPER
 from slam.run.results.run_record import RunRecord
 
-_PINK, _START, _END = "#e377c2", "tab:blue", "tab:red"
+_PINK, _START, _END = "#e377c2", PAPER.slam, PAPER.odometry
 _EVERY = 20_000
 """More points are thinned to about so many: the print shows no more."""
 
@@ -52,8 +53,8 @@ def fig_16(record: RunRecord, scans: ScanPoints) -> Figure:
 
 
 def fig_21(record: RunRecord, scans: ScanPoints) -> Figure:
-    """(a) the environment where it is known; (b) the map of dead reckoning, its way in red; (c) the line map, the
-    estimated way in green."""
+    """(a) the environment where it is known; (b) the map of dead reckoning, its way in orange; (c) the line map, the
+    estimated way in blue."""
     outlines = record.outlines
     count = 3 if outlines else 2
     wide = bool(np.greater(*np.ptp(record.traces.odometry[:, :2], axis=0)))
@@ -64,9 +65,9 @@ def fig_21(record: RunRecord, scans: ScanPoints) -> Figure:
         panels[0].autoscale_view()
     reckoned = scans.placed(record.traces.odometry)
     panels[-2].plot(*_thinned(reckoned).T, ",", color="0.35", rasterized=True)
-    panels[-2].plot(*record.traces.odometry.T[:2], color="red", linewidth=1.2)
+    panels[-2].plot(*record.traces.odometry.T[:2], color=PAPER.odometry, linewidth=1.2)
     _segments(panels[-1], record.walls, min(1.0, (300 / max(len(record.walls), 1)) ** 0.5))
-    panels[-1].plot(*record.traces.estimate.T[:2], color="green", linewidth=1.2, zorder=6)
+    panels[-1].plot(*record.traces.estimate.T[:2], color=PAPER.slam, linewidth=1.2, zorder=6)
     for letter, axes in zip("abc"[3 - count :], panels, strict=True):
         axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
         axes.label_outer()
@@ -79,7 +80,7 @@ def _points(axes: Axes, points: FloatArray) -> None:
 
 
 def _segments(axes: Axes, ends: FloatArray, size: float) -> None:
-    """Black lines from a blue □ to a red ○."""
+    """Black lines from a blue □ to an orange ○."""
     axes.add_collection(LineCollection(list(ends), colors="black", linewidths=0.4 + size, zorder=3))
     for end, marker, colour in ((0, "s", _START), (1, "o", _END)):
         axes.plot(

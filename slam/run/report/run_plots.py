@@ -16,10 +16,11 @@ from slam.run.results.palette import PAPER, Palette
 from slam.run.results.plan import plain_axes
 from slam.run.results.traces import Traces, pose_errors
 
+_LEGEND: Final = 66
+"""Characters side by side in a legend."""
 SIGMAS: Final = 3.0
 """The band about zero is so many standard deviations of the estimate wide, to each side."""
 _ROWS: Final = (("x", "cov_xx", 100.0, "cm"), ("y", "cov_yy", 100.0, "cm"), ("heading", "cov_thth", 180 / np.pi, "deg"))
-_SERIES: Final = ("slam", "accent", "odometry", "point", "faint")
 
 
 def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
@@ -70,9 +71,8 @@ def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER
     figure, axes = _panel(colours)
     for k, (name, traces, truth) in enumerate(known):
         way = np.append(0.0, np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T)))
-        alone = len(runs) == 1
-        axes.plot(way, _off(traces.estimate, truth), color=_series(colours, k), linewidth=1.3,
-                  linestyle=_dash(k), label="SLAM" if alone else name)  # fmt: skip
+        alone, (colour, dash) = len(runs) == 1, colours.curve(k)
+        axes.plot(way, _off(traces.estimate, truth), dash, color=colour, linewidth=1.3, label="SLAM" if alone else name)
         if alone:
             axes.plot(way, _off(traces.odometry, truth), color=colours.odometry, linewidth=1.1, label="dead reckoning")
     axes.set(yscale="log", xlabel="way travelled [m]", ylabel="position error [m]")
@@ -82,13 +82,13 @@ def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER
 
 
 def iterations_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure:
-    """Iterations of the matcher, scan by scan; red where it did not settle."""
+    """Iterations of the matcher, scan by scan; dots where it did not settle."""
     figure, axes = _panel(colours)
     for k, (name, traces) in enumerate(runs):
         matched = (traces.steps["mapped"] == 1) & (traces.steps["iterations"] > 0)
         stuck = matched & (traces.steps["converged"] == 0)
-        iterations = traces.steps["iterations"]
-        axes.plot(traces.stamps[matched], iterations[matched], color=_series(colours, k), linewidth=0.9, label=name)
+        iterations, (colour, dash) = traces.steps["iterations"], colours.curve(k)
+        axes.plot(traces.stamps[matched], iterations[matched], dash, color=colour, linewidth=0.9, label=name)
         if stuck.any() and len(runs) == 1:
             axes.plot(traces.stamps[stuck], iterations[stuck], ".", color=colours.odometry, markersize=4,
                       label="not settled")  # fmt: skip
@@ -103,9 +103,9 @@ def timing_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) 
     for k, (name, traces) in enumerate(runs):
         mapped = traces.steps[traces.steps["mapped"] == 1]
         alone = len(runs) == 1
-        _histogram(axes, mapped["slam_ms"], _series(colours, k), "SLAM in all" if alone else name)
+        _histogram(axes, mapped["slam_ms"], colours.curve(k), "SLAM in all" if alone else name)
         if alone:
-            _histogram(axes, mapped["extraction_ms"], colours.accent, "line extraction")
+            _histogram(axes, mapped["extraction_ms"], colours.curve(1), "line extraction")
     axes.set(xscale="log", xlabel="time of one mapped scan [ms]", ylabel="scans")
     _plain_numbers(axes.xaxis)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
@@ -113,12 +113,13 @@ def timing_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) 
     return figure
 
 
-def _histogram(axes: Axes, milliseconds: FloatArray, colour: str, label: str) -> None:
+def _histogram(axes: Axes, milliseconds: FloatArray, look: tuple[str, str], label: str) -> None:
+    colour, dash = look
     positive = milliseconds[milliseconds > 0.0]
     if len(positive):
         bins = np.geomspace(positive.min() * 0.95, positive.max() * 1.05, 60)
-        axes.hist(positive, bins=list(bins), histtype="stepfilled", color=colour, alpha=0.35, label=label)
-        axes.hist(positive, bins=list(bins), histtype="step", color=colour, linewidth=1.0)
+        axes.hist(positive, bins=list(bins), histtype="stepfilled", color=colour, alpha=0.25)
+        axes.hist(positive, bins=list(bins), histtype="step", color=colour, linestyle=dash, linewidth=1.1, label=label)
 
 
 def _off(poses: FloatArray, truth: FloatArray) -> FloatArray:
@@ -127,17 +128,11 @@ def _off(poses: FloatArray, truth: FloatArray) -> FloatArray:
     return off
 
 
-def _series(colours: Palette, k: int) -> str:
-    return str(getattr(colours, _SERIES[k % len(_SERIES)]))
-
-
-def _dash(k: int) -> str:
-    return ("-", "--", ":", "-.")[k // len(_SERIES) % 4]
-
-
 def _legend(axes: Axes, colours: Palette) -> None:
-    if len(axes.get_legend_handles_labels()[1]) > 1:
+    names = axes.get_legend_handles_labels()[1]
+    if len(names) > 1:
+        columns = max(1, min(3, _LEGEND // (max(map(len, names)) + 6)))
         axes.legend(
-            frameon=False, fontsize="small", labelcolor=colours.ink, ncols=3, loc="lower left",
+            frameon=False, fontsize="small", labelcolor=colours.ink, ncols=columns, loc="lower left",
             bbox_to_anchor=(-0.02, 0.99), borderaxespad=0.0, handlelength=1.6, columnspacing=1.4,
         )  # fmt: skip

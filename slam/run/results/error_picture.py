@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from slam.run.results.figure_file import save_figure
 from slam.run.results.files import whole_file
 from slam.run.results.palette import PAPER
 from slam.run.results.plan import plain_axes
@@ -39,4 +40,4 @@ def draw_errors(folder: Path) -> None:
     title = "Estimate less truth" if known else "Estimate less dead reckoning (no ground truth)"
     figure.suptitle(title, fontsize="medium", color=PAPER.ink)
     with whole_file(folder / "errors.png") as draft:
-        figure.savefig(draft)
+        save_figure(figure, draft)

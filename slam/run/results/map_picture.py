@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from slam.pose import FloatArray
 from slam.run.logs.tum import read_tum
+from slam.run.results.figure_file import save_figure
 from slam.run.results.files import whole_file
 from slam.run.results.palette import PAPER, Palette
 from slam.run.results.plan import Plan, draw_plan, plain_axes
@@ -26,7 +27,7 @@ def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outline
     truth = read_tum(truth_file)[1] if truth_file.is_file() else None
     plan = Plan(segment_ends, estimate, odometry, truth, outlines, points)
     with whole_file(folder / "map.png") as draft:
-        map_figure(plan).savefig(draft, dpi=130)
+        save_figure(map_figure(plan), draft, dpi=130)
 
 
 def map_figure(plan: Plan, colours: Palette = PAPER, longest: float = 13.0, bare: bool = False) -> Figure:

@@ -1,8 +1,14 @@
-"""The colours of all pictures of a run: one for each thing, the same everywhere."""
+"""The colours of all pictures: one for each thing, the same everywhere, and told apart by the colour-blind too.
+
+Blue and vermilion are those of Okabe and Ito (jfly.uni-koeln.de/color). No two lines differ as green from red alone.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
+
+_DASHES: Final = ("-", "--", ":", "-.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,10 +25,14 @@ class Palette:
     wall: str = "#1f2328"
     """Of the walls and segments that were mapped."""
     point: str = "#b48ead"
-    slam: str = "#0a7d5a"
-    odometry: str = "#d1495b"
+    slam: str = "#0072b2"
+    odometry: str = "#d55e00"
     truth: str = "#1f2328"
-    accent: str = "#2f6fb0"
+    accent: str = "#8a2be2"
+
+    def curve(self, k: int) -> tuple[str, str]:
+        """Colour and line style of the k-th of several curves on the same axes; twelve are unlike."""
+        return (self.slam, self.odometry, self.accent)[k % 3], _DASHES[k % len(_DASHES)]
 
 
 PAPER = Palette()

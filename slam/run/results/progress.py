@@ -5,23 +5,18 @@ from __future__ import annotations
 from time import perf_counter
 from typing import Self
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
-
 from slam.pose import Pose2D
 from slam.run.loop import Step
+from slam.run.terminal import Terminal
 
 
 class RunProgress:
     """A watcher that shows how far the run is, its scan rate, and its present error where the truth is known."""
 
-    def __init__(self, console: Console, name: str) -> None:
-        columns = (
-            TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f}%"),
-            TextColumn("{task.fields[scans]} scans"), TextColumn("{task.fields[rate]}"),
-            TextColumn("{task.fields[error]}"), TimeElapsedColumn(), TimeRemainingColumn(),
-        )  # fmt: skip
-        self._bar = Progress(*columns, console=console, refresh_per_second=5)
+    def __init__(self, console: Terminal, name: str) -> None:
+        self._bar = console.progress(
+            "{task.percentage:>3.0f}%", "{task.fields[scans]} scans", "{task.fields[rate]}", "{task.fields[error]}"
+        )
         self._task = self._bar.add_task(name, total=1.0, scans=0, rate="", error="")
         self._began = perf_counter()
 

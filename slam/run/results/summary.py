@@ -1,11 +1,11 @@
-"""The summary table of a run."""
+"""The summary of a run: tables for the terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from typing import Any
 
-from rich.table import Table
+from slam.run.terminal_table import TerminalTable
 
 _ERRORS = (
     ("ATE (rmse)", "ate_rmse_m", "m"),
@@ -26,22 +26,19 @@ _FACTS = (
 )
 
 
-def summary_table(metrics: dict[str, Any]) -> Table:
-    """A table of ``metrics.json``: the errors, where the truth is known, beside dead reckoning's, then the rest."""
-    table = Table(box=None, pad_edge=False)
-    known = "ate_rmse_m" in metrics
-    for title in ("", "SLAM", "dead reckoning") if known else ("", ""):
-        table.add_column(title, justify="left" if not title else "right")
-    if known:
-        for label, key, unit in _ERRORS:
-            table.add_row(f"{label} [{unit}]", f"{metrics[key]:.3f}", f"{metrics['odometry_' + key]:.3f}", style="bold")
-    if "lost_scans" in metrics:
-        for row in _localization(metrics):
-            table.add_row(*row, style="bold")
-    if metrics["scans"]:
-        for label, text in _FACTS:
-            table.add_row(label, text.format(**metrics))
-    return table
+def summary_tables(metrics: dict[str, Any]) -> Iterator[TerminalTable]:
+    """Tables of ``metrics.json``: the errors of SLAM beside those of dead reckoning, where the truth is known; then
+    the rest."""
+    if "ate_rmse_m" in metrics:
+        errors = [
+            (f"{label} [{unit}]", f"{metrics[key]:.3f}", f"{metrics['odometry_' + key]:.3f}")
+            for label, key, unit in _ERRORS
+        ]
+        yield TerminalTable(("", "SLAM", "dead reckoning"), errors, bold_rows=len(errors))
+    found = list(_localization(metrics)) if "lost_scans" in metrics else []
+    facts = [(label, text.format(**metrics)) for label, text in _FACTS] if metrics["scans"] else []
+    if found or facts:
+        yield TerminalTable(("", ""), [*found, *facts], bold_rows=len(found))
 
 
 def _localization(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:

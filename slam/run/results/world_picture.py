@@ -16,7 +16,9 @@ from matplotlib.patches import Patch
 
 from slam.errors import InputError
 from slam.pose import FloatArray
+from slam.run.results.figure_file import save_figure
 from slam.run.results.files import whole_file
+from slam.run.results.palette import PAPER
 from slam.run.scenario.people import Person
 from slam.run.scenario.prism import Prism, rectangle
 from slam.run.scenario.schema import Scenario
@@ -24,7 +26,8 @@ from slam.run.scenario.schema import Scenario
 _ROBOT = rectangle((-0.045, 0.0), 0.51, 0.38, 0.0)
 """The P3-DX, base frame, metres."""
 _FORMATS = (".png", ".svg", ".pdf")
-_LIGHT, _DARK, _ROUTE, _PEOPLE, _START = "0.82", "0.2", "tab:blue", "tab:orange", "tab:green"
+_LIGHT, _DARK = "0.82", "0.2"
+_ROUTE, _PEOPLE, _START = PAPER.slam, PAPER.odometry, PAPER.accent
 
 
 def check_picture(path: Path) -> None:
@@ -60,7 +63,7 @@ def draw_world(path: Path, scenario: Scenario) -> None:
     unique = list({str(handle.get_label()): handle for handle in shown}.values())
     figure.legend(handles=unique, loc="outside upper center", ncols=len(unique), fontsize="small", frameon=False)
     with whole_file(path) as draft:
-        figure.savefig(draft)
+        save_figure(figure, draft)
 
 
 def _draw_solids(axes: Axes, prisms: Sequence[Prism], colour: str, zorder: float) -> None:

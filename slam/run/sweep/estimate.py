@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import Final
 
-from rich.console import Console
-
 from slam.run.loop import Step, run_loop
 from slam.run.sweep.job import Job
 from slam.run.sweep.run_job import experiment_of
+from slam.run.terminal import Terminal
 from slam.run.warm_up import warm_up
 
 _LOOK: Final = 2.0
@@ -36,7 +35,7 @@ def seconds_of(job: Job, allowed: Sequence[str]) -> float:
     """What one run of this job takes, from its first two seconds; InputError where it cannot be run at all."""
     experiment = experiment_of(job, allowed)
     experiment.env.prepare(job.seed)
-    warm_up(Console(quiet=True), experiment.scenario.slam)
+    warm_up(Terminal(quiet=True), experiment.scenario.slam)
     glance = _Glance(perf_counter())
     try:
         run_loop(experiment.env, experiment.slam, experiment.pilot, [glance], experiment.seed)

@@ -6,20 +6,16 @@ from time import perf_counter
 from types import TracebackType
 from typing import Self
 
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from slam.run.terminal import Terminal
 
 
 class SweepProgress:
     """Runs done and failed, runs a second, and the time that is left."""
 
-    def __init__(self, console: Console, name: str, total: int) -> None:
-        columns = (
-            TextColumn("{task.description}"), BarColumn(), TextColumn("{task.completed}/{task.total} runs"),
-            TextColumn("{task.fields[failed]} failed"), TextColumn("{task.fields[rate]}"), TimeElapsedColumn(),
-            TextColumn("left"), TimeRemainingColumn(),
-        )  # fmt: skip
-        self._bar = Progress(*columns, console=console, refresh_per_second=2, speed_estimate_period=300)
+    def __init__(self, console: Terminal, name: str, total: int) -> None:
+        self._bar = console.progress(
+            "{task.completed}/{task.total} runs", "{task.fields[failed]} failed", "{task.fields[rate]}"
+        )
         self._task = self._bar.add_task(name, total=total, failed=0, rate="")
         self._began = perf_counter()
 

@@ -6,7 +6,6 @@ from contextlib import closing
 from dataclasses import dataclass
 
 import yaml
-from rich.console import Console
 
 from slam.errors import StorageError
 from slam.run.results.keep import Keep
@@ -18,6 +17,7 @@ from slam.run.sweep.plan import Plan
 from slam.run.sweep.pool import Pool
 from slam.run.sweep.progress import SweepProgress
 from slam.run.sweep.store import SweepStore
+from slam.run.terminal import Terminal
 
 RUNS = "runs"
 """The folder of the runs' folders."""
@@ -52,14 +52,14 @@ class SweepOutcome:
     interrupted: bool
 
 
-def run_sweep(plan: Plan, out: str, means: Means, console: Console) -> SweepOutcome:
+def run_sweep(plan: Plan, out: str, means: Means, console: Terminal) -> SweepOutcome:
     """Run the jobs that have no row under ``out``, a path or URL, or one that failed.
 
     InputError for settings that are wrong, before anything is run, and while another driver works there; StorageError
     where rows cannot be kept any more.
     """
     folder = Folder(out)
-    with console.status("checking the settings"):
+    with console.waiting("checking the settings"):
         plan.check()
     try:
         return _run_in(folder, plan, means, console)
@@ -67,7 +67,7 @@ def run_sweep(plan: Plan, out: str, means: Means, console: Console) -> SweepOutc
         raise StorageError(f"{out}: {error.strerror or error}; the rows that are there are kept") from error
 
 
-def _run_in(folder: Folder, plan: Plan, means: Means, console: Console) -> SweepOutcome:
+def _run_in(folder: Folder, plan: Plan, means: Means, console: Terminal) -> SweepOutcome:
     with Lock(folder):
         store = SweepStore(folder)
         store.compact()

@@ -68,7 +68,7 @@ def _plan(extent: Extent, sight: tuple[float, float]) -> rrb.Spatial3DView:
     height = _MARGIN * float(max(width / sight[0], depth / sight[1], 2.0))
     ground = rr.components.Plane3D.XY.with_distance(-0.05)
     return rrb.Spatial3DView(
-        name="map: SLAM green, truth yellow, dead reckoning red, planned blue; walls as mapped white, as they are grey",
+        name="map: SLAM blue, truth yellow, dead reckoning orange, planned violet; walls: mapped white, true grey",
         origin="/map",
         background=rrb.Background(color=palette.GROUND),
         line_grid=rrb.LineGrid3D(visible=True, spacing=1.0, plane=ground, stroke_width=0.5, color=palette.GRID),

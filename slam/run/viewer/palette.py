@@ -1,4 +1,4 @@
-"""Colours, as 0xRRGGBBAA, on a dark ground."""
+"""Colours, as 0xRRGGBBAA, on a dark ground; those of lines are told apart by the colour-blind too."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ Colour = NDArray[np.uint32]
 GROUND: Final = 0x0E1116FF
 GRID: Final = 0xFFFFFF12
 TRUE_WALLS: Final = 0x5B677AFF
-ROUTE: Final = 0x3D6E9CFF
-MAP_POINTS: Final = 0xE879B2FF
+ROUTE: Final = 0x9D4EDDFF
+MAP_POINTS: Final = 0xE3A6A6FF
 MAP_LINES: Final = 0xF1F5F9FF
-SLAM: Final = 0x34D399FF
-ODOMETRY: Final = 0xF87171FF
-TRUTH: Final = 0xFACC15FF
-START_MARK: Final = 0x60A5FAFF
-END_MARK: Final = 0xFB7185FF
-UNSURE: Final = 0xC084FCFF
+SLAM: Final = 0x56B4E9FF
+ODOMETRY: Final = 0xE0561BFF
+TRUTH: Final = 0xFFCC00FF
+START_MARK: Final = 0x56B4E9FF
+END_MARK: Final = 0xE0561BFF
+UNSURE: Final = 0x9D4EDDFF
 NO_SEGMENT: Final = 0x8A93A0FF
-BODY: Final = 0x1F7A5CFF
-SERIES: Final = (0x34D399FF, 0xC084FCFF, 0x60A5FAFF)
+BODY: Final = 0x1F5F8BFF
+SERIES: Final = (0x56B4E9FF, 0xE0561BFF, 0xFFCC00FF)
 
 _HUES: Final = 24
 

@@ -10,9 +10,8 @@ from pathlib import Path
 from shutil import copyfile
 from typing import TYPE_CHECKING, Final, Self
 
-from rich.console import Console
-
 from slam.errors import InputError
+from slam.run.terminal import Terminal
 from slam.run.viewer.address import listens
 from slam.run.viewer.targets import GRPC_PORT, Target, parse_targets
 
@@ -32,9 +31,9 @@ _QUIET: Final = "warn,re_grpc_client=off,re_sdk::recording_stream=off"
 class Viewers:
     """What ``--rerun`` asks for. Leaving the block ends the servers; a viewer's window stays."""
 
-    def __init__(self, targets: str | Iterable[str] = (), console: Console | None = None) -> None:
+    def __init__(self, targets: str | Iterable[str] = (), console: Terminal | None = None) -> None:
         self._targets = parse_targets(targets)
-        self._console = console or Console(quiet=True)
+        self._console = console or Terminal(quiet=True)
         self._servers: list[tuple[str, subprocess.Popen[bytes]]] = []
 
     def open(self, setting: Setting, folder: Path | None = None) -> Broadcast | None:
@@ -64,7 +63,7 @@ class Viewers:
 
     def say(self, text: str) -> None:
         """Tell the user, in one line."""
-        self._console.print(text, highlight=False, markup=False, soft_wrap=True)
+        self._console.print(text)
 
     def linger(self) -> None:
         """While a page is served, wait for Ctrl-C."""

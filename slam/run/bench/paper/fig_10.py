@@ -9,6 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
+from slam.run.results.figure_file import save_figure
+from slam.run.results.palette import PAPER
+
 GAMMA_F: Final = 1e-4
 EPSILON: Final = 1e-4
 KAPPA: Final = 3.0
@@ -36,8 +39,8 @@ def draw(path: Path) -> None:
     figure = Figure(figsize=(7, 4.5), dpi=110, layout="constrained")
     axes = figure.add_subplot()
     axes.axhline(0.0, color="0.8", linewidth=0.8)
-    axes.plot(distances, [force(distance) for distance in distances], color="tab:blue")
-    axes.plot([-peak(), peak()], [force(-peak()), force(peak())], "o", color="tab:red")
+    axes.plot(distances, [force(distance) for distance in distances], color=PAPER.slam)
+    axes.plot([-peak(), peak()], [force(-peak()), force(peak())], "o", color=PAPER.odometry)
     axes.annotate(f"  {1e3 * peak():.1f} mm, {1e3 * force(peak()):.1f} mm", (peak(), force(peak())))
     axes.set(xlabel="distance lambda [m]", ylabel="force along e_n [m]", title="eq. (24), parameters of Fig. 10")
-    figure.savefig(path)
+    save_figure(figure, path)

@@ -17,6 +17,8 @@ from matplotlib.figure import Figure
 from slam.lines.hopping import hop_by_svd, sigma_3
 from slam.pose import FloatArray
 from slam.run.bench.paper.table_2 import SIGMA_TH, count_tests
+from slam.run.results.figure_file import save_figure
+from slam.run.results.palette import PAPER
 
 PSI: Final = (0, 1, 2, 3, 5, 7, 10, 15, 25, 40)
 NOISE: Final = 0.002
@@ -80,16 +82,16 @@ def draw(rows: Sequence[Fig7Row], path: Path, psi: int = 25) -> None:
     figure = Figure(figsize=(14, 4.5), dpi=110, layout="constrained")
     scene, curve, counts = figure.subplots(1, 3)
     scene.plot(*wall.T, ".", color="0.6", markersize=4)
-    scene.plot(*wall[landings - 1].T, "o", color="tab:red", markerfacecolor="none", label=f"hops, psi = {psi}")
-    scene.plot(*wall[end - 1], "*", color="tab:green", markersize=12, label="end found by the reverse hop")
+    scene.plot(*wall[landings - 1].T, "o", color=PAPER.odometry, markerfacecolor="none", label=f"hops, psi = {psi}")
+    scene.plot(*wall[end - 1], "*", color=PAPER.accent, markersize=12, label="end found by the reverse hop")
     scene.set(title="(a) a hop lands beyond the short S2", xlabel="x [m]", ylabel="y [m]", aspect="equal")
-    curve.semilogy(lengths, sigma, color="tab:blue")
+    curve.semilogy(lengths, sigma, color=PAPER.slam)
     curve.axhline(SIGMA_TH, color="0.5", linestyle="--", label="threshold")
-    curve.plot(landings, sigma[landings - 3], "o", color="tab:red", markerfacecolor="none")
-    curve.plot(end, sigma[end - 3], "*", color="tab:green", markersize=12)
+    curve.plot(landings, sigma[landings - 3], "o", color=PAPER.odometry, markerfacecolor="none")
+    curve.plot(end, sigma[end - 3], "*", color=PAPER.accent, markersize=12)
     curve.set(title="(b) sigma_3 never falls", xlabel="points l", ylabel="sigma_3 [m]")
-    counts.plot([row.psi for row in rows], [row.tests for row in rows], "o-", color="tab:blue")
+    counts.plot([row.psi for row in rows], [row.tests for row in rows], "o-", color=PAPER.slam)
     counts.set(title="(c) what a large psi costs", xlabel="psi", ylabel="tests a scan", ylim=(0, None))
     for axes in (scene, curve):
         axes.legend(fontsize="small")
-    figure.savefig(path)
+    save_figure(figure, path)

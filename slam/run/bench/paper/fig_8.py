@@ -19,6 +19,8 @@ from slam.lines.segments import Segments
 from slam.pose import FloatArray
 from slam.run.bench.paper.hough import HoughLines, hough_lines
 from slam.run.bench.stopwatch import median_seconds
+from slam.run.results.figure_file import save_figure
+from slam.run.results.palette import PAPER
 from slam.scan import LaserScan
 
 PAPER_HOUGH_SECONDS: Final = 0.15742
@@ -111,14 +113,14 @@ def draw(result: Fig8, path: Path) -> None:
     for rho, theta in zip(result.hough.rho, result.hough.theta, strict=True):
         foot, along = rho * np.array([np.cos(theta), np.sin(theta)]), np.array([-np.sin(theta), np.cos(theta)])
         (x, y), (next_x, next_y) = _upright(foot), _upright(foot + along)
-        found.axline((x, y), (next_x, next_y), color="tab:red", linewidth=0.8)
+        found.axline((x, y), (next_x, next_y), color=PAPER.odometry, linewidth=0.8)
     found.set_title("(c) Hough: " + ", ".join(f"{count} on {name}" for name, count in counts.items()))
     for start, end in zip(result.segments.start, result.segments.end, strict=True):
-        ours.plot(*_upright(np.array([start, end])).T, color="tab:green", linewidth=1.5)
-        ours.plot(*_upright(start), "s", color="tab:blue", markerfacecolor="none", markersize=8)
-        ours.plot(*_upright(end), "o", color="tab:blue", markerfacecolor="none", markersize=8)
+        ours.plot(*_upright(np.array([start, end])).T, color=PAPER.odometry, linewidth=1.5)
+        ours.plot(*_upright(start), "s", color=PAPER.slam, markerfacecolor="none", markersize=8)
+        ours.plot(*_upright(end), "o", color=PAPER.slam, markerfacecolor="none", markersize=8)
     ours.set_title(f"(d) hopping SVD, psi = 5: {len(result.segments)} segments")
-    figure.savefig(path)
+    save_figure(figure, path)
 
 
 def _draw_scan(axes: Axes, result: Fig8, title: str, strong: bool) -> None:
@@ -126,7 +128,7 @@ def _draw_scan(axes: Axes, result: Fig8, title: str, strong: bool) -> None:
     axes.set(title=title, xlabel="-y [m]", ylabel="x [m]", aspect="equal", xlim=(-1.8, 1.7), ylim=(0.9, 2.1))
     for name, ends in WALLS.items():
         x, y = _upright(ends.mean(axis=0)).tolist()
-        axes.annotate(name, (x, y + 0.1), color="tab:purple")
+        axes.annotate(name, (x, y + 0.1), color=PAPER.accent)
 
 
 def _upright(points: FloatArray) -> FloatArray:
@@ -137,6 +139,6 @@ def _upright(points: FloatArray) -> FloatArray:
 def _draw_space(axes: Axes, hough: HoughLines) -> None:
     extent = (np.degrees(hough.angles[0]), np.degrees(hough.angles[-1]), hough.distances[0], hough.distances[-1])
     axes.imshow(np.sqrt(hough.votes), origin="lower", extent=extent, aspect="auto", cmap="magma")
-    axes.plot(np.degrees(hough.theta), hough.peak_distances, "s", color="lime", markerfacecolor="none", markersize=7)
+    axes.plot(np.degrees(hough.theta), hough.peak_distances, "s", color="white", markerfacecolor="none", markersize=7)
     axes.set(xlabel="theta [deg]", ylabel="rho from the corner [m]", xlim=(-60.0, 60.0), ylim=(0.0, None))
-    axes.set_title("(b) Hough space, peaks in green")
+    axes.set_title("(b) Hough space, peaks in white squares")

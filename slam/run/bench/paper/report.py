@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
-
-from rich.console import Console
-from rich.progress import Progress, TaskID
 
 from slam.errors import InputError
 from slam.run.bench.paper import fig_7, fig_8, fig_10, table_2, tables
 from slam.run.bench.tables import ResultTable
 from slam.run.optional import optional
 from slam.run.results.files import write_whole
+from slam.run.terminal import Terminal
 
 QUICK_POINTS: Final = 380
 QUICK_TRIALS: Final = 20
@@ -31,7 +27,7 @@ class PaperReport:
     """The Markdown report; the pictures are beside it."""
 
 
-def reproduce(out: Path, quick: bool, console: Console) -> PaperReport:
+def reproduce(out: Path, quick: bool, console: Terminal) -> PaperReport:
     """Measure Table 2 and Figs. 7, 8 and 10 and write ``report.md`` and their pictures into ``out``.
 
     Quick: with fewer points and trials, as the report then says. InputError when ``out`` cannot be written or
@@ -40,16 +36,16 @@ def reproduce(out: Path, quick: bool, console: Console) -> PaperReport:
     optional("skimage.transform", "bench")  # before minutes of work
     _make(out)
     count, trials = (QUICK_POINTS, QUICK_TRIALS) if quick else (table_2.POINTS, TRIALS)
-    with Progress(console=console) as bar:
+    with console.progress() as bar:
         task = bar.add_task(f"Table 2, {count} points", total=1.0)
         rows_2 = table_2.measure(count, lambda share: bar.advance(task, share))
         rows_7 = list(bar.track(fig_7.measure(trials), total=len(fig_7.PSI), description="Fig. 7"))
-        with _step(bar, "Fig. 8"):
-            result_8 = fig_8.measure()
-        with _step(bar, "drawing"):
-            fig_7.draw(rows_7, out / "fig_7.png")
-            fig_8.draw(result_8, out / "fig_8.png")
-            fig_10.draw(out / "fig_10.png")
+    with console.waiting("Fig. 8"):
+        result_8 = fig_8.measure()
+    with console.waiting("drawing"):
+        fig_7.draw(rows_7, out / "fig_7.png")
+        fig_8.draw(result_8, out / "fig_8.png")
+        fig_10.draw(out / "fig_10.png")
     found = (
         tables.table_2(rows_2, count),
         tables.figure_7(rows_7, trials),
@@ -74,10 +70,3 @@ def _make(out: Path) -> None:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{out}: cannot be made: {error.strerror}; choose another --out DIR") from error
-
-
-@contextmanager
-def _step(bar: Progress, name: str) -> Iterator[TaskID]:
-    task = bar.add_task(name, total=1)
-    yield task
-    bar.advance(task)

@@ -31,6 +31,10 @@ KERNELS: Final[dict[str, Callable[[FloatArray, int], object]]] = {
 ROUNDS: Final = {"full_u": 2, "values": 10, "prefix_sums": 200}
 
 
+_STEP: Final = 0.002
+"""Share of the work after which it is told, so that telling costs no time that is measured."""
+
+
 @dataclass(frozen=True, slots=True)
 class Table2Row:
     """One hopping factor; times in seconds."""
@@ -55,15 +59,19 @@ def wall(count: int, seed: int = 0) -> FloatArray:
 
 def count_tests(points: FloatArray, sigma_Th: float, psi: int) -> int:
     """How many times hopping computes sigma_3."""
-    tests = 0
+    return len(_tested(points, sigma_Th, psi))
+
+
+def _tested(points: FloatArray, sigma_Th: float, psi: int) -> list[int]:
+    """Of how many points hopping computes sigma_3, test by test."""
+    counts = []
 
     def counted(tested: FloatArray) -> float:
-        nonlocal tests
-        tests += 1
+        counts.append(len(tested))
         return sigma_3(tested)
 
     hop_by_svd(points, sigma_Th, psi, counted)
-    return tests
+    return counts
 
 
 def measure(count: int = POINTS, advance: Callable[[float], object] = lambda share: None) -> list[Table2Row]:
@@ -71,12 +79,10 @@ def measure(count: int = POINTS, advance: Callable[[float], object] = lambda sha
     while slows no single row. With 2280 points this takes minutes; ``advance`` is told what share of it is done."""
     points = wall(count)
     times = {name: np.full(len(PSI), np.inf) for name in KERNELS}
-    whole = ROUNDS["full_u"] * sum(1 / (psi + 1) for psi in PSI)
-    for name, kernel in KERNELS.items():
+    for name, kernel in (KERNELS | {"full_u": _watched(points, advance)}).items():
         for _ in range(ROUNDS[name]):
             for psi in PSI:
                 times[name][psi] = min(times[name][psi], seconds(partial(kernel, points, psi)))
-                advance(1 / (psi + 1) / whole if name == "full_u" else 0.0)
     return [
         Table2Row(
             psi=psi,
@@ -86,3 +92,19 @@ def measure(count: int = POINTS, advance: Callable[[float], object] = lambda sha
         )
         for psi in PSI
     ]
+
+
+def _watched(points: FloatArray, advance: Callable[[float], object]) -> Callable[[FloatArray, int], object]:
+    """The kernel of the full U, nearly all of the work, which tells how far it is: U of l points has l x l entries."""
+    whole = ROUNDS["full_u"] * sum(l * l for psi in PSI for l in _tested(points, SIGMA_TH, psi))
+    untold = 0.0
+
+    def told(tested: FloatArray) -> float:
+        nonlocal untold
+        untold += len(tested) ** 2 / whole
+        if untold > _STEP:
+            advance(untold)
+            untold = 0.0
+        return sigma_3_full(tested)
+
+    return lambda points, psi: hop_by_svd(points, SIGMA_TH, psi, told)

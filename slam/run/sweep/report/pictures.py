@@ -11,11 +11,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from slam.pose import FloatArray
+from slam.run.results.figure_file import save_figure
 from slam.run.results.files import whole_file
+from slam.run.results.palette import PAPER
 from slam.run.sweep.report.groups import Group, by_name
 
-_COLOURS: Final = {"hopslam": "tab:green", "paper": "tab:blue", "dead_reckoning": "tab:red"}
-_OTHERS: Final = tuple(f"C{index}" for index in range(10))
+_MODES: Final = ("hopslam", "dead_reckoning", "paper")
+"""Each has the look of this place, so that the first two have the colours that they have elsewhere."""
+_MARKERS: Final = "osD^vPX"
 _WIDE: Final = 20.0
 """With the largest value so many times the smallest, the scale is logarithmic."""
 
@@ -29,7 +32,7 @@ def draw_boxes(path: Path, groups: list[Group], metric: str) -> None:
             [group.values for group in shown], whis=(5, 95), widths=0.6, patch_artist=True,
             medianprops={"color": "black"}, flierprops={"marker": ".", "markersize": 4},
         )  # fmt: skip
-        for box, colour in zip(boxes["boxes"], _colours(shown), strict=True):
+        for box, (colour, _) in zip(boxes["boxes"], _looks(shown), strict=True):
             box.set(facecolor=colour, alpha=0.5)
         axes.set_xticks(range(1, len(shown) + 1), [group.label.replace(", ", "\n") for group in shown])
         _scale(axes, np.concatenate([np.empty(0), *(group.array for group in shown)]))
@@ -41,10 +44,10 @@ def draw_bands(path: Path, groups: list[Group]) -> None:
     known = {name: shown for name, members in by_name(groups).items() if (shown := [g for g in members if g.curves])}
     figure, panels = _panels(known, "error [m]")
     for axes, members in zip(panels, known.values(), strict=True):
-        for group, colour in zip(members, _colours(members), strict=True):
+        for group, (colour, dash) in zip(members, _looks(members), strict=True):
             distance, (low, middle, high) = _band(group.curves)
             axes.fill_between(distance, low, high, color=colour, alpha=0.2, linewidth=0)
-            axes.plot(distance, middle, color=colour, label=group.label)
+            axes.plot(distance, middle, dash, color=colour, label=group.label)
         axes.set(xlabel="distance driven [m]", ylim=(0, None))
         axes.legend(fontsize="small", frameon=False)
     _save(figure, path)
@@ -55,10 +58,10 @@ def draw_samples(path: Path, groups: list[Group], metric: str) -> None:
     keys = sorted({key for group in groups for drawn in group.drawn for key in drawn})
     figure, panels = _panels(keys, metric)
     for axes, key in zip(panels, keys, strict=True):
-        for group, colour in zip(groups, _colours(groups), strict=True):
+        for number, (group, (colour, _)) in enumerate(zip(groups, _looks(groups), strict=True)):
             axes.plot(
-                [drawn.get(key, np.nan) for drawn in group.drawn], group.values, ".", color=colour, alpha=0.6,
-                label=f"{group.name}, {group.label}",
+                [drawn.get(key, np.nan) for drawn in group.drawn], group.values, _MARKERS[number % len(_MARKERS)],
+                color=colour, alpha=0.6, markersize=3.5, label=f"{group.name}, {group.label}",
             )  # fmt: skip
         axes.set(title="", xlabel=key)
         _scale(axes, np.concatenate([group.array for group in groups]))
@@ -75,12 +78,12 @@ def _panels(titles: Any, y_label: str) -> tuple[Figure, Sequence[Axes]]:
     return figure, panels
 
 
-def _colours(groups: list[Group]) -> list[str]:
-    """Of the modes, where these tell the cases apart."""
+def _looks(groups: list[Group]) -> list[tuple[str, str]]:
+    """Colour and line style of each case: those of its mode, where the modes tell the cases apart."""
     modes = [group.mode for group in groups]
-    if len(set(modes)) == len(modes):
-        return [_COLOURS.get(mode, "0.5") for mode in modes]
-    return [_OTHERS[index % len(_OTHERS)] for index in range(len(groups))]
+    if len(set(modes)) == len(modes) and set(modes) <= set(_MODES):
+        return [PAPER.curve(_MODES.index(mode)) for mode in modes]
+    return [PAPER.curve(index) for index in range(len(groups))]
 
 
 def _band(curves: list[tuple[float, list[float]]]) -> tuple[FloatArray, FloatArray]:
@@ -98,4 +101,4 @@ def _scale(axes: Axes, values: FloatArray) -> None:
 
 def _save(figure: Figure, path: Path) -> None:
     with whole_file(path) as draft:
-        figure.savefig(draft, format="png")
+        save_figure(figure, draft, format="png")

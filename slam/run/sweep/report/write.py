@@ -6,6 +6,7 @@ import base64
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 
 import yaml
 from jinja2 import Environment
@@ -42,7 +43,7 @@ def write_report(out: str, metric: str | None = None) -> Report:
     """
     folder = Folder(out)
     if (config := folder.read(CONFIG)) is None:
-        raise InputError(f"{out}: no sweep there; run: hopslam sweep SCENARIO --out {out}")
+        raise InputError(f"{out}: no sweep there; run: hopslam sweep SCENARIO --out {quote(out)}")
     store = SweepStore(folder)
     with suppress(InputError), Lock(folder):  # held by a driver at work, which does this itself
         store.compact()

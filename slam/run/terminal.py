@@ -1,0 +1,73 @@
+"""The terminal, or the file or pipe in its place: the one module that makes consoles and progress bars of rich.
+
+Text is printed as it is, character by character: rich's markup would take ``[m]`` for the name of a style.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import IO, TYPE_CHECKING
+
+from rich.console import Console
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from rich.live import Live
+    from rich.progress import Progress
+
+
+class Terminal(Console):
+    """A console without markup. Long lines are left to the terminal to wrap, so that a copy of one is whole."""
+
+    def __init__(
+        self,
+        *,
+        stderr: bool = False,
+        quiet: bool = False,
+        file: IO[str] | None = None,
+        width: int | None = None,
+        force_terminal: bool | None = None,
+    ) -> None:
+        super().__init__(
+            stderr=stderr, quiet=quiet, file=file, width=width, force_terminal=force_terminal,
+            markup=False, emoji=False, highlight=False, soft_wrap=True,
+        )  # fmt: skip
+
+    def waiting(self, text: str) -> Live:
+        """A spinner beside the text while the block runs, drawn where ``progress`` draws its bar."""
+        from rich.live import Live
+        from rich.spinner import Spinner
+
+        spinner = Spinner("dots", Text(text), style="status.spinner")
+        return Live(
+            spinner, console=self._watched(), transient=True, refresh_per_second=12.5,
+            redirect_stdout=sys.stdout.isatty(),
+        )  # fmt: skip
+
+    def progress(self, *fields: str, transient: bool = False, still: bool = False) -> Progress:
+        """A bar between a description and the time; ``fields`` are formats of rich's ``task`` that stand between.
+
+        It is drawn on standard error where standard output is no terminal, and not at all where neither is one. A
+        ``still`` one is drawn when it advances only: no thread runs beside what is timed, or forks.
+        """
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+        watched = self._watched()
+        return Progress(
+            TextColumn("{task.description}", markup=False), BarColumn(),
+            *(TextColumn(field, markup=False) for field in fields or ("{task.percentage:>3.0f}%",)),
+            TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(),
+            console=watched, disable=not watched.is_terminal or watched.quiet, transient=transient,
+            auto_refresh=not still, refresh_per_second=5, speed_estimate_period=300,
+            redirect_stdout=sys.stdout.isatty(),
+        )  # fmt: skip
+
+    def print_markdown(self, text: str) -> None:
+        """Print Markdown in lines of the terminal's width, or of 80 characters."""
+        from rich.markdown import Markdown
+
+        self.print(Markdown(text), soft_wrap=False)
+
+    def _watched(self) -> Console:
+        """Where a user sees what moves: here, or on standard error."""
+        return self if self.is_terminal or self.quiet else Terminal(stderr=True)

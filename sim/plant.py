@@ -69,7 +69,7 @@ class SimPlant:
 
     @property
     def stalled(self) -> bool:
-        """Whether a motor pushes in vain."""
+        """Whether the motors were cut because they pushed in vain."""
         return self._base.stalled
 
     def advance(self, seconds: float, setpoint: Twist2D) -> None:
@@ -112,7 +112,7 @@ class SimPlant:
 
     def _place(self, ahead: float = 0.0) -> tuple[float, float, float]:
         """Where the base is at the speed of now, so many seconds from now."""
-        pose = self._base.pose @ self._base.setpoint.motion(ahead)
+        pose = self._base.pose @ self._base.twist.motion(ahead)
         return pose.x, pose.y, pose.theta
 
     def _roll(self, seconds: float) -> None:

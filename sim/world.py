@@ -14,6 +14,7 @@ from sim.lent import lent
 from sim.mesh import Mesh, extrude
 from slam.closing import Closing
 from slam.pose import FloatArray
+from slam.run.scenario.clearance import SILL
 from slam.run.scenario.world_plan import Prism
 
 GRAVITY: Final = 9.81
@@ -25,15 +26,15 @@ RAYS_PER_CALL: Final = 8192
 TOUCH: Final = 1e-3
 """Two bodies touch when closer than this, metres; PyBullet lists contacts from 20 mm on."""
 
-YIELDING: Final = {"contactStiffness": 1000.0, "contactDamping": 1000.0}
+YIELDING: Final = {"contactStiffness": 2000.0, "contactDamping": 1000.0}
 """Of a pillar, N/m and N s/m: one that is put down inside the robot pushes it gently aside; a hard one flings it."""
 
 OUT_OF_REACH: Final = (0.0, 0.0, -10.0)
 """Under the floor, where nothing meets anything; metres."""
 
-FLOOR, WALLS, ROBOT, PEOPLE = 1, 2, 4, 8
-"""Collision groups, used in p3dx.urdf too. Rays belong to group 1 and meet the walls only."""
-MET_BY: Final = {FLOOR: ROBOT, WALLS: ROBOT | 1, PEOPLE: ROBOT}
+FLOOR, WALLS, ROBOT, PEOPLE, SILLS = 1, 2, 4, 8, 16
+"""Collision groups, used in p3dx.urdf too. Rays belong to group 1 and meet walls and sills only."""
+MET_BY: Final = {FLOOR: ROBOT, WALLS: ROBOT | 1, PEOPLE: ROBOT, SILLS: 1}
 """What meets what does not move: among themselves they may overlap, which costs a millisecond for each pair."""
 
 _hit_fraction = itemgetter(2)
@@ -58,8 +59,10 @@ class World(Closing):
         self._step = self.bullet.prepared(pybullet.stepSimulation)
         self.bullet.call(pybullet.setGravity, 0.0, 0.0, -GRAVITY)
         self.floor = self._add_static(FLOOR, lateral_friction=1.0, shapeType=pybullet.GEOM_PLANE)
-        if prisms:
-            self._add_mesh(extrude(prisms))
+        sills = [prism for prism in prisms if prism.top <= SILL]
+        for group, solids in ((WALLS, [prism for prism in prisms if prism.top > SILL]), (SILLS, sills)):
+            if solids:
+                self._add_mesh(group, extrude(solids))
 
     def close(self) -> None:
         """Free the physics engine; closing twice is allowed."""
@@ -112,12 +115,12 @@ class World(Closing):
         return fractions
 
     def _cast(self, origins: FloatArray, ends: FloatArray) -> Any:
-        return self.bullet.call(pybullet.rayTestBatch, origins, ends, collisionFilterMask=WALLS)
+        return self.bullet.call(pybullet.rayTestBatch, origins, ends, collisionFilterMask=WALLS | SILLS)
 
-    def _add_mesh(self, mesh: Mesh) -> int:
+    def _add_mesh(self, group: int, mesh: Mesh) -> int:
         vertices, indices = lent(mesh)
         return self._add_static(
-            WALLS,
+            group,
             lateral_friction=0.5,
             shapeType=pybullet.GEOM_MESH,
             vertices=vertices,

@@ -40,6 +40,9 @@ class Traction(Section):
     effective_track: Positive = 0.330
     """The tyres scrub when the robot turns: it turns as if its wheels were this far apart, metres (a real P3-DX:
     0.357)."""
+    friction: Annotated[float, Field(ge=0, le=2)] = 1.0
+    """Coefficient between tyre and floor: rubber has about 1 on a dry floor, 0.2 on a wet one. From 0.5 on, a blocked
+    robot stalls; below 0.35, its wheels spin."""
 
 
 class Limits(Section):

@@ -23,8 +23,6 @@ TICKS_PER_TURN: Final = 76_600
 TICKS_PER_RADIAN: Final = TICKS_PER_TURN / (2.0 * pi)
 WATCHDOG: Final = 2.0
 """Seconds without a command after which ARCOS stops the robot (AMRISim, world.inc)."""
-FAR_AWAY: Final = (1e4, 1e4, 5.0)
-"""x, y, z, metres: nothing is there."""
 MOTOR_TORQUE: Final = 1.2
 """N m at a wheel, the most that the firmware lets it push; 25 N for both. The 9 kg robot climbs the 25 % of its data
 sheet with 21 N, and its ramps need 5 N. Tyres on a dry floor hold more than that (``Traction.friction``)."""
@@ -77,7 +75,7 @@ class P3dx:
     def leave(self) -> None:
         """Stand far from everything: the engine then forgets what the robot was near, which ``World.restore`` does not
         undo, and in whose order contacts are solved."""
-        self._world.bullet.call(pybullet.resetBasePositionAndOrientation, self._body, FAR_AWAY, (0.0, 0.0, 0.0, 1.0))
+        self._world.send_away(self._body, 0)
         self._world.bullet.call(pybullet.performCollisionDetection)
 
     def restart(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import pi
 from typing import Annotated
 
 from pydantic import AfterValidator, Field
@@ -14,6 +15,8 @@ NotNegative = Annotated[float, Field(ge=0)]
 Count = Annotated[int, Field(ge=0, le=1000)]
 Length = Annotated[float, Field(gt=0, le=1000)]
 """Of a thing or a building, metres."""
+Angle = Annotated[float, Field(ge=-2.0 * pi, le=2.0 * pi)]
+"""Radians; no more than a turn either way, so that degrees are noticed."""
 Coordinate = Annotated[float, Field(ge=-5000, le=5000)]
 """Metres, map frame; so far out, the ranges of a robot are still good to a hundredth of a millimetre."""
 Point = tuple[Coordinate, Coordinate]
@@ -37,7 +40,7 @@ class Place(Section):
     """Metres."""
     y: Coordinate = 0.0
     """Metres."""
-    theta: float = 0.0
+    theta: Angle = 0.0
     """Counter-clockwise from the x axis, radians."""
 
     @property

@@ -43,18 +43,17 @@ def run(
 
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
     """
+    from slam.run.commands.scenario_file import load_with_warnings
     from slam.run.conduct import conduct
     from slam.run.experiment import scenario_experiment
-    from slam.run.scenario.file import load_scenario
 
     if backend == "replay":
         raise InputError("--backend replay has no log to play; run: hopslam replay LOG")
     if backend != "hardware" and (yes or dry_run):
         raise InputError("--yes and --dry-run are for the real robot; add --backend hardware")
     console = Console()
-    by_seed = [] if seed is None else [f"seed={seed}"]
     options = {"yes": yes, "dry_run": dry_run} if backend == "hardware" else {}
-    experiment = scenario_experiment(load_scenario(scenario, [*(settings or []), *by_seed]), backend, **options)
+    experiment = scenario_experiment(load_with_warnings(scenario, settings, seed), backend, **options)
     if saved_map is not None:
         from slam.run.localization import continued
 

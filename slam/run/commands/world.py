@@ -31,12 +31,11 @@ def world(
 
     hopslam world replay --set generate.kind=corridor --set generate.width=3 --out corridor.svg
     """
+    from slam.run.commands.scenario_file import load_with_warnings
     from slam.run.results.world_picture import check_picture, draw_world
-    from slam.run.scenario.file import load_scenario
     from slam.run.scenario.overview import overview
 
-    by_seed = [] if seed is None else [f"seed={seed}"]
-    loaded = load_scenario(scenario, [*(settings or []), *by_seed])
+    loaded = load_with_warnings(scenario, settings, seed)
     path = out or Path(f"{loaded.name}.png")
     check_picture(path)
     draw_world(path, loaded)

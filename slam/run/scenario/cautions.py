@@ -28,6 +28,27 @@ Caution = tuple[Location, str]
 """The path of a key, and what is strange about its value."""
 
 
+class _Solids:
+    """Footprints, with the boxes around them, so that each metre or two of a way meets its neighbours only."""
+
+    def __init__(self, footprints: Sequence[FloatArray]) -> None:
+        self._footprints = footprints
+        self._low = np.array([outline.min(axis=0) for outline in footprints]).reshape(-1, 2)
+        self._high = np.array([outline.max(axis=0) for outline in footprints]).reshape(-1, 2)
+
+    def tight_spot(self, leg: tuple[Point, Point], least: float) -> tuple[float, float] | None:
+        """The first point of a straight way that is nearer than ``least`` metres to a solid."""
+        points = sampled(leg, step=least / 2.0)
+        for begin in range(0, len(points), 20):
+            part = points[begin : begin + 20]
+            low, high = part.min(axis=0) - least, part.max(axis=0) + least
+            near = np.flatnonzero(((self._high >= low) & (self._low <= high)).all(axis=1)).tolist()
+            tight = part[clearance(part, [self._footprints[k] for k in near]) < least]
+            if len(tight):
+                return float(tight[0, 0]), float(tight[0, 1])
+        return None
+
+
 def cautions(scenario: Scenario) -> Iterator[Caution]:
     """One for each key that is strange, in the order of the file's sections."""
     yield from _large_things(scenario)
@@ -57,10 +78,10 @@ def _hasty_people(scenario: Scenario) -> Iterator[Caution]:
 
 
 def _blocked_people(scenario: Scenario) -> Iterator[Caution]:
-    solids = in_the_way(scenario.world.prisms())
+    solids = _Solids(in_the_way(scenario.world.prisms()))
     for k, person in enumerate(scenario.people):
         for leg in pairwise(_round(person)):
-            if (spot := _tight_spot(leg, solids, person.leg_radius)) is not None:
+            if (spot := solids.tight_spot(leg, person.leg_radius)) is not None:
                 yield ("people", k, "waypoints"), f"the way {_leg(leg)} leads through a solid at {_place(spot)}"
                 break
 
@@ -84,10 +105,10 @@ def _far_places(scenario: Scenario) -> Iterator[Caution]:
 
 
 def _blocked_route(scenario: Scenario) -> Iterator[Caution]:
-    solids = in_the_way(scenario.world.fixed_prisms())
+    solids = _Solids(in_the_way(scenario.world.fixed_prisms()))
     start = scenario.robot.start
     for k, leg in enumerate(pairwise([(start.x, start.y), *scenario.route.waypoints])):
-        if (spot := _tight_spot(leg, solids, HALF_WIDTH)) is not None:
+        if (spot := solids.tight_spot(leg, HALF_WIDTH)) is not None:
             passes = f"the way {_leg(leg)} leads through or too near to a solid at {_place(spot)}"
             yield ("route", "waypoints", k), f"{passes}; the robot drives straight, and is {2 * HALF_WIDTH:g} m wide"
 
@@ -100,18 +121,9 @@ def _unreachable_speeds(scenario: Scenario) -> Iterator[Caution]:
         yield ("route", "turn_speed"), f"the robot turns no faster than robot.limits.angular = {limits.angular:g} rad/s"
 
 
-def _tight_spot(leg: tuple[Point, Point], solids: Sequence[FloatArray], least: float) -> FloatArray | None:
-    """The first point of a straight way that is nearer than ``least`` metres to a solid."""
-    low, high = np.min(leg, axis=0) - least, np.max(leg, axis=0) + least
-    near = [s for s in solids if (s.max(axis=0) >= low).all() and (s.min(axis=0) <= high).all()]
-    points = sampled(leg, step=least / 2.0)
-    tight = points[clearance(points, near) < least]
-    return tight[0] if len(tight) else None
-
-
 def _leg(leg: tuple[Point, Point]) -> str:
     return f"from {_place(leg[0])} to {_place(leg[1])}"
 
 
-def _place(point: Sequence[float] | FloatArray) -> str:
+def _place(point: Point) -> str:
     return f"({point[0]:.4g}, {point[1]:.4g})"

@@ -108,7 +108,7 @@ def sill_outcome(
 
 CASES: Final[dict[str, dict[str, Any]]] = {
     "a person": {"world": wall(0.0, at=9.0), "people": [{"waypoints": [[1.2, 0.0]]}]},
-    "a person, at a corner of the robot": {"world": wall(0.0, at=9.0), "people": [{"waypoints": [[1.2, 0.2]]}]},
+    "a person at a corner of the robot": {"world": wall(0.0, at=9.0), "people": [{"waypoints": [[1.2, 0.2]]}]},
     "two people": {"world": wall(0.0, at=9.0), "people": [{"waypoints": [[1.2, y]]} for y in (-0.15, 0.15)]},
     **{f"a wall at {angle} degrees": {"world": wall(radians(angle))} for angle in (0, 10, 30, 45, 60)},
     "a corner of the room": {"world": {"walls": [{"points": [[1.0, -2.0], [1.0, 0.3], [-2.0, 0.3]]}]}},

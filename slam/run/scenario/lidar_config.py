@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from slam.config import Section
 from slam.lidars import LidarModel, lidar_model
@@ -21,6 +21,11 @@ class Mount(Place):
     """Metres, ahead of the middle of the axle."""
     y: Offset = 0.0
     """Metres, to the left of it."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _accept_a_place(cls, given: Any) -> Any:
+        return given.model_dump() if type(given) is Place else given
 
 
 class LidarConfig(Section):

@@ -70,7 +70,7 @@ def walk(
     turns = floor((walked + 1e-9) / marks[-1])
     at = walked - turns * marks[-1]
     ahead = marks[min(np.searchsorted(marks, at + 1e-9, side="right"), len(marks) - 1)] - at
-    if pause > 0.0 and speed * seconds >= ahead:
+    if pause > 0.0 and speed * seconds >= ahead - 1e-9:
         return walked + ahead, pause
     return walked + speed * seconds, 0.0
 

@@ -8,7 +8,8 @@ from typing import Final, NamedTuple
 from sim.bullet import pybullet
 from sim.ramp import ramped
 from sim.resources import asset
-from sim.traction import Grip
+from sim.stall_guard import StallGuard
+from sim.traction import TRACK, Grip, Pair
 from sim.world import TOUCH, World
 from slam.errors import RobotError
 from slam.odometry import Twist2D
@@ -22,12 +23,11 @@ TICKS_PER_TURN: Final = 76_600
 TICKS_PER_RADIAN: Final = TICKS_PER_TURN / (2.0 * pi)
 WATCHDOG: Final = 2.0
 """Seconds without a command after which ARCOS stops the robot (AMRISim, world.inc)."""
-FAR_AWAY: Final = (1e4, 1e4, 5.0)
-"""x, y, z, metres: nothing is there."""
-MOTOR_TORQUE: Final = 2.4
-"""N m at a wheel: several times what the ramps need, and too little to make the wheels of a blocked robot spin."""
-STALL_TIME: Final = 0.5
-"""Seconds of full torque after which a wheel counts as stalled. ARCOS has such a time in its StallCount; ours."""
+MOTOR_TORQUE: Final = 1.2
+"""N m at a wheel, the most that the firmware lets it push; 25 N for both. The 9 kg robot climbs the 25 % of its data
+sheet with 21 N, and its ramps need 5 N. Tyres on a dry floor hold more than that (``Traction.friction``)."""
+DRAG_TORQUE: Final = 0.3
+"""N m at a wheel whose motor is cut: what the gears hold. Ours."""
 
 
 Contact = tuple[float, float]
@@ -57,29 +57,34 @@ class P3dx:
         self._find_joints = world.bullet.prepared(pybullet.getJointStates, self._body, self._wheels)
         self._find_base = world.bullet.prepared(pybullet.getBasePositionAndOrientation, self._body)
         self._rolling = [0.0, 0.0]  # rad/s, of the simulated wheels
+        self._torques = [MOTOR_TORQUE, MOTOR_TORQUE]  # N m, at most
         self._set_motors = world.bullet.prepared(
             pybullet.setJointMotorControlArray,
             self._body,
             self._wheels,
             pybullet.VELOCITY_CONTROL,
             targetVelocities=self._rolling,
-            forces=[MOTOR_TORQUE, MOTOR_TORQUE],
+            forces=self._torques,
         )
         self._com_x, _, self._com_z = world.bullet.call(pybullet.getDynamicsInfo, self._body, -1)[3]
         world.bullet.call(pybullet.changeDynamics, self._body, -1, linearDamping=0.0, angularDamping=0.0)
+        for wheel in self._wheels:
+            world.bullet.call(pybullet.changeDynamics, self._body, wheel, lateralFriction=config.traction.friction)
         self.restart()
 
     def leave(self) -> None:
         """Stand far from everything: the engine then forgets what the robot was near, which ``World.restore`` does not
         undo, and in whose order contacts are solved."""
-        self._world.bullet.call(pybullet.resetBasePositionAndOrientation, self._body, FAR_AWAY, (0.0, 0.0, 0.0, 1.0))
+        self._world.send_away(self._body, 0)
         self._world.bullet.call(pybullet.performCollisionDetection)
 
     def restart(self) -> None:
         """At rest, with no command: for a world that is back at its start."""
         self._target = self.setpoint = Twist2D()
         self._watchdog_step = 0
-        self._blocked = [0, 0]  # control steps at full torque, of either wheel
+        self._rims = 0.0, 0.0  # m/s, of the simulated wheels
+        self._guard = StallGuard(self._config.control_rate)
+        self._torques[:] = MOTOR_TORQUE, MOTOR_TORQUE
         self._run_motors()
 
     def command(self, twist: Twist2D) -> Twist2D:
@@ -96,13 +101,13 @@ class P3dx:
         """What the controller does in one control step: watchdog, ramps, motors."""
         if self._world.steps >= self._watchdog_step:
             self._target = Twist2D()
-        if self.setpoint != self._target:
+        if self._guard.engaged and self.setpoint != self._target:
             self.setpoint = self._ramped_setpoint()
             self._run_motors()
 
     def turn(self, setpoint: Twist2D) -> None:
         """Turn the wheels at this speed from now on: for a firmware with limits, ramps and a watchdog of its own."""
-        if setpoint != self.setpoint:
+        if self._guard.engaged and setpoint != self.setpoint:
             self.setpoint = setpoint
             self._run_motors()
 
@@ -123,16 +128,22 @@ class P3dx:
 
     def read_encoders(self) -> Ticks:
         """Where the wheels stand now."""
-        left, right = self._find_joints()
-        for wheel, torque in enumerate((left[3], right[3])):
-            self._blocked[wheel] = self._blocked[wheel] + 1 if abs(torque) > 0.99 * MOTOR_TORQUE else 0
-        angles = self._grip.turned(left[0], right[0])
+        (left, left_speed, _, left_torque), (right, right_speed, _, right_torque) = self._find_joints()
+        self._rims = WHEEL_RADIUS * left_speed, WHEEL_RADIUS * right_speed
+        self._watch((left_torque, right_torque))
+        angles = self._grip.turned(left, right)
         return Ticks(round(angles[0] * TICKS_PER_RADIAN), round(angles[1] * TICKS_PER_RADIAN))
 
     @property
+    def twist(self) -> Twist2D:
+        """How the base moved at the last reading of the encoders, as its simulated wheels say."""
+        left, right = self._rims
+        return Twist2D((left + right) / 2.0, (right - left) / TRACK)
+
+    @property
     def stalled(self) -> bool:
-        """Whether a motor has pushed with all its torque for STALL_TIME, as the last readings of the encoders say."""
-        return max(self._blocked) >= STALL_TIME * self._config.control_rate
+        """Whether the motors were cut because they pushed in vain, as the last readings of the encoders say."""
+        return self._guard.stalled
 
     def contacts(self) -> list[Contact]:
         """Where the body touched anything but the floor in the last physics step."""
@@ -146,6 +157,15 @@ class P3dx:
             ramped(self.setpoint.linear, self._target.linear, limits.acceleration / rate, limits.deceleration / rate),
             ramped(self.setpoint.angular, self._target.angular, turn, turn),
         )
+
+    def _watch(self, torques: Pair) -> None:
+        """Cut the motors, or give them power again, as the guard decides; the ramps then begin at rest."""
+        engaged = self._guard.engaged
+        self._guard.watch(self._rims, torques, MOTOR_TORQUE)
+        if self._guard.engaged != engaged:
+            self.setpoint = Twist2D()
+            self._torques[:] = (DRAG_TORQUE, DRAG_TORQUE) if engaged else (MOTOR_TORQUE, MOTOR_TORQUE)
+            self._run_motors()
 
     def _run_motors(self) -> None:
         """Turn the wheels as the firmware believes that the setpoint needs."""

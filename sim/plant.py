@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
 from sim.bumpers import Bumpers
+from sim.furniture import Furniture
 from sim.p3dx import P3dx
 from sim.people import People
 from sim.rays import Sweep
@@ -37,11 +39,13 @@ class SimPlant:
         errors = robot.odometry.model_copy(update={"firmware_units": False})
         self._lidar_rng, odometry_rng = map(np.random.default_rng, np.random.SeedSequence(scenario.seed).spawn(2))
         self._track = errors.track
-        self._world = World(scenario.world.prisms(), -(-scenario.physics.rate // _RATE) * _RATE)
+        movables = scenario.world.movables()
+        self._world = World(scenario.world.fixed_prisms(), -(-scenario.physics.rate // _RATE) * _RATE)
         self._base = P3dx(self._world, robot)
         self._people = People(self._world, scenario.people)
-        self._lidar = Urg04lx(self._world, scenario.lidar, self._people.leg_radii)
-        self._ring = SonarRing(self._world) if robot.sonar else None
+        self._furniture = Furniture(self._world, movables)
+        self._lidar = Urg04lx(self._world, scenario.lidar, self._people.leg_radii, movables)
+        self._ring = SonarRing(self._world, movables) if robot.sonar else None
         self._bumpers = Bumpers()
         self._wheels = WheelOdometry(errors, self._base.read_encoders(), odometry_rng)
         self._left = self._right = 0.0
@@ -69,7 +73,7 @@ class SimPlant:
 
     @property
     def stalled(self) -> bool:
-        """Whether a motor pushes in vain."""
+        """Whether the motors were cut because they pushed in vain."""
         return self._base.stalled
 
     def advance(self, seconds: float, setpoint: Twist2D) -> None:
@@ -91,8 +95,7 @@ class SimPlant:
         moves at the speed of now.
         """
         seconds = len(bearings) * increment
-        path = [self._place(ahead), self._place(ahead + seconds)]
-        sweep = Sweep(np.array(path), np.array([self._people.legs] * 2), seconds or 1.0)
+        sweep = self._sweep([self._place(ahead), self._place(ahead + seconds)], seconds or 1.0)
         return self._lidar.glance(bearings, sweep, increment, self._world.time, self._lidar_rng)
 
     def bumpers(self) -> tuple[bool, ...]:
@@ -103,16 +106,20 @@ class SimPlant:
         """The front ring, metres from left to right, inf without an echo; () where the scenario has none."""
         if self._ring is None:
             return ()
-        return self._ring.read(self._base.pose, self._people.legs, self._people.leg_radii)
+        return self._ring.read(self._base.pose, self._people.legs, self._people.leg_radii, self._furniture.places)
 
     def _warm_up(self) -> None:
         """The compiled code is loaded now: real time does not wait for it."""
-        sweep = Sweep(np.array([self._place()] * 2), np.array([self._people.legs] * 2), 1.0)
-        self._lidar.glance(np.zeros(1), sweep, 0.0, 0.0, np.random.default_rng(0))
+        self._lidar.glance(np.zeros(1), self._sweep([self._place()] * 2, 1.0), 0.0, 0.0, np.random.default_rng(0))
+
+    def _sweep(self, path: Sequence[tuple[float, float, float]], seconds: float) -> Sweep:
+        """The base on its way between two places, all else where it is now."""
+        people, things = np.array([self._people.legs] * 2), np.array([self._furniture.places] * 2)
+        return Sweep(np.array(path), people, seconds, things)
 
     def _place(self, ahead: float = 0.0) -> tuple[float, float, float]:
         """Where the base is at the speed of now, so many seconds from now."""
-        pose = self._base.pose @ self._base.setpoint.motion(ahead)
+        pose = self._base.pose @ self._base.twist.motion(ahead)
         return pose.x, pose.y, pose.theta
 
     def _roll(self, seconds: float) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import cos, pi, sin
 
 import numpy as np
@@ -20,6 +20,8 @@ class Sweep:
     legs: FloatArray
     """(S, L, 2): where people's legs stood at the same times."""
     step: float
+    things: FloatArray = field(default_factory=lambda: np.empty((1, 0, 3)))
+    """(S, M, 3): x, y, theta of the furniture that can be pushed, at the same times."""
 
 
 @compiled
@@ -68,3 +70,39 @@ def stop_at_legs(
             inside = radii[leg] * radii[leg] - across * across
             if along > 0.0 and inside > 0.0:
                 ranges[j] = min(ranges[j], max(along - np.sqrt(inside), 0.0))
+
+
+@compiled
+def stop_at_outlines(
+    origins: FloatArray, directions: FloatArray, ranges: FloatArray,
+    places: FloatArray, segments: FloatArray, steps: float,
+) -> None:  # fmt: skip
+    """Shorten ``ranges`` (N,) where a segment of a moving outline stands in the way when the beam fires.
+
+    ``places`` (C, M, 3) are x, y and theta of the outlines' frames; from one beam to the next, ``steps`` rows pass.
+    ``segments`` (K, 5) are the number of a frame, and in it x, y of one end and from there to the other.
+    """
+    last = len(places) - 1
+    for j in range(len(ranges)):
+        k = min(int(j * steps), last)
+        n, share = min(k + 1, last), j * steps - k
+        owner = -1
+        for row in range(len(segments)):
+            if segments[row, 0] != owner:
+                owner = int(segments[row, 0])
+                turn = places[n, owner, 2] - places[k, owner, 2]
+                theta = places[k, owner, 2] + share * (turn - 2.0 * pi * np.rint(turn / (2.0 * pi)))
+                c, s = cos(theta), sin(theta)
+                x = origins[j, 0] - places[k, owner, 0] - share * (places[n, owner, 0] - places[k, owner, 0])
+                y = origins[j, 1] - places[k, owner, 1] - share * (places[n, owner, 1] - places[k, owner, 1])
+                ox, oy = c * x + s * y, c * y - s * x  # the ray in the frame of the outline
+                dx = c * directions[j, 0] + s * directions[j, 1]
+                dy = c * directions[j, 1] - s * directions[j, 0]
+            sx, sy, ux, uy = segments[row, 1], segments[row, 2], segments[row, 3], segments[row, 4]
+            det = dx * uy - dy * ux
+            if det == 0.0:
+                continue
+            along = ((sx - ox) * uy - (sy - oy) * ux) / det
+            across = ((sx - ox) * dy - (sy - oy) * dx) / det
+            if 0.0 <= along < ranges[j] and 0.0 <= across <= 1.0:
+                ranges[j] = along

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sim.bumpers import Bumpers
+from sim.furniture import Furniture
 from sim.p3dx import P3dx
 from sim.people import People
 from sim.rays import Sweep
@@ -15,6 +16,7 @@ from sim.world import World
 from slam.closing import Closing
 from slam.errors import RobotError
 from slam.odometry import Odometry, Twist2D
+from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation, Restartable, Robot
 from slam.run.scenario.schema import Scenario
 
@@ -30,11 +32,13 @@ class SimRobot(Closing):
         self._clock = scenario.clock
         self._last_step = round(scenario.duration * self._clock.rate)
         self._wheel_errors = scenario.robot.odometry
-        self._world = World(scenario.world.prisms(), self._clock.rate)
+        movables = scenario.world.movables()
+        self._world = World(scenario.world.fixed_prisms(), self._clock.rate)
         self._base = P3dx(self._world, scenario.robot)
         self._people = People(self._world, scenario.people)
-        self._lidar = Urg04lx(self._world, scenario.lidar, self._people.leg_radii)
-        self._sonar = SonarRing(self._world) if scenario.robot.sonar else None
+        self._furniture = Furniture(self._world, movables)
+        self._lidar = Urg04lx(self._world, scenario.lidar, self._people.leg_radii, movables)
+        self._sonar = SonarRing(self._world, movables) if scenario.robot.sonar else None
         self._world.save()
         self.restart(scenario.seed if seed is None else seed)
 
@@ -46,12 +50,18 @@ class SimRobot(Closing):
         """Back to the start of the same scenario with another seed: all is as in a new SimRobot, but made faster."""
         self._require_open()
         self._lidar_rng, odometry_rng = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(2))
+        self._furniture.leave()
         self._base.leave()
         self._world.restore()
         self._base.restart()
         self._people.restart()
         self._bumpers = Bumpers()
         self._odometry = WheelOdometry(self._wheel_errors, self._base.read_encoders(), odometry_rng)
+
+    @property
+    def furniture(self) -> FloatArray:
+        """Where the furniture that can be pushed is now: x, y, theta, map frame, metres, radians, shape (M, 3)."""
+        return self._furniture.places
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
         """Let the time of one scan pass, and take it; None when the scenario's duration is over.
@@ -66,7 +76,7 @@ class SimRobot(Closing):
             self._control_step()
         stamp, T_map_base, T_odom_base = self._world.time, self._base.pose, self._odometry.pose
         twist = self._odometry.mean_twist(stamp)
-        sonar = self._sonar.read(T_map_base, self._people.legs, self._people.leg_radii) if self._sonar else ()
+        sonar = self._read_sonar(T_map_base)
         sweep = self._sweep()
         if clock.controls_per_sweep:
             twist = self._odometry.mean_twist(self._world.time)
@@ -81,18 +91,24 @@ class SimRobot(Closing):
         self._require_open()
         return self._base.command(command)
 
+    def _read_sonar(self, T_map_base: Pose2D) -> tuple[float, ...]:
+        people = self._people
+        ring = self._sonar
+        return ring.read(T_map_base, people.legs, people.leg_radii, self._furniture.places) if ring else ()
+
     def _sweep(self) -> Sweep:
         """Let the time of the beams pass; what moved meanwhile, one row for each control step.
 
         Between two rows the beams' poses are interpolated: at the default limits and rate that straightens the way by
         0.02 mm and 0.06 mrad.
         """
-        path, legs = [self._base.place], [self._people.legs]
+        path, legs, things = [self._base.place], [self._people.legs], [self._furniture.places]
         for _ in range(self._clock.controls_per_sweep):
             self._control_step()
             path.append(self._base.place)
             legs.append(self._people.legs)
-        return Sweep(np.array(path), np.array(legs), self._clock.control_period)
+            things.append(self._furniture.places)
+        return Sweep(np.array(path), np.array(legs), self._clock.control_period, np.array(things))
 
     def _control_step(self) -> None:
         world, base = self._world, self._base

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import radians
 from typing import Final
 
 import numpy as np
 
+from sim.furniture import MovingOutlines
 from sim.rays import stop_at_legs
 from sim.world import World
 from slam.pose import FloatArray, Pose2D
+from slam.run.scenario.furniture import Movable
 
 TRANSDUCERS: Final = np.array(
     [[69, 136, 90], [114, 119, 50], [148, 78, 30], [166, 27, 10],
@@ -28,22 +31,26 @@ RAYS: Final = 5
 
 
 class SonarRing:
-    """Reads the ring against walls and people's legs; without noise."""
+    """Reads the ring against walls, furniture and people's legs; without noise."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: World, movables: Sequence[Movable] = ()) -> None:
         self._world = world
+        self._outlines = MovingOutlines(movables, HEIGHT)
         x, y, degrees = TRANSDUCERS.T
         self._origins = np.repeat(np.column_stack([x, y]) / 1000.0, RAYS, axis=0)
         self._bearings = (np.radians(degrees)[:, None] + np.linspace(-CONE / 2.0, CONE / 2.0, RAYS)).ravel()
 
-    def read(self, T_map_base: Pose2D, legs: FloatArray, leg_radii: FloatArray) -> tuple[float, ...]:
-        """Metres, (8,) from left to right; inf without an echo. ``legs`` (L, 2) stand there now."""
+    def read(
+        self, T_map_base: Pose2D, legs: FloatArray, leg_radii: FloatArray, things: FloatArray
+    ) -> tuple[float, ...]:
+        """Metres, (8,) from left to right; inf without an echo. ``legs`` (L, 2) and ``things`` (M, 3) are there now."""
         bearings = self._bearings + T_map_base.theta
         directions = np.column_stack([np.cos(bearings), np.sin(bearings)])
         origins = T_map_base.transform(self._origins)
         starts = np.insert(origins, 2, HEIGHT, axis=1)
         ends = np.insert(origins + REACH * directions, 2, HEIGHT, axis=1)
         ranges = REACH * self._world.cast(starts, ends)
+        self._outlines.stop(origins, directions, ranges, things[None], 0.0)
         stop_at_legs(origins, directions, ranges, legs[None], leg_radii, 0.0)
         ranges[ranges > REACH] = np.inf
         return tuple(ranges.reshape(-1, RAYS).min(axis=1).tolist())

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from sim.casters import CASTERS, Caster
+from sim.furniture import MovingOutlines
 from sim.range_noise import measure
 from sim.rays import Sweep, rays_of, stop_at_legs
 from sim.world import World
 from slam.pose import FloatArray
+from slam.run.scenario.furniture import Movable
 from slam.run.scenario.lidar_config import LidarConfig
 from slam.scan import LaserScan
 
@@ -16,10 +20,16 @@ from slam.scan import LaserScan
 class Urg04lx:
     """Takes the beams of a scan one after another, or all at once, in a plane ``config.height`` metres up.
 
-    ``leg_radii`` (L,) are those of the people who may stand in the way, metres.
+    ``leg_radii`` (L,) are those of the people who may stand in the way, metres; ``movables`` is furniture that may.
     """
 
-    def __init__(self, world: World, config: LidarConfig, leg_radii: FloatArray | None = None) -> None:
+    def __init__(
+        self,
+        world: World,
+        config: LidarConfig,
+        leg_radii: FloatArray | None = None,
+        movables: Sequence[Movable] = (),
+    ) -> None:
         model = config.description
         lidar = model.lidar
         self._config = config
@@ -27,6 +37,7 @@ class Urg04lx:
         self._mount = config.mount.pose.translation
         self._beams = _directions(config.mount.theta + lidar.angles)
         self._leg_radii = np.empty(0) if leg_radii is None else leg_radii
+        self._outlines = MovingOutlines(movables, config.height)
         reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
         self._reach = reach
         self.caster: Caster = CASTERS[config.caster](world, config.height, reach)
@@ -62,9 +73,10 @@ class Urg04lx:
     def _cast(self, sweep: Sweep, beams: FloatArray, increment: float) -> FloatArray:
         origins, directions = rays_of(sweep.path, sweep.step, self._mount, beams, increment)
         ranges = self.caster.cast(origins, directions)
+        self._outlines.stop(origins, directions, ranges, sweep.things, increment / sweep.step)
         if len(self._leg_radii):
             stop_at_legs(origins, directions, ranges, sweep.legs, self._leg_radii, increment / sweep.step)
-            ranges[ranges > self._reach] = np.inf
+        ranges[ranges > self._reach] = np.inf
         return ranges
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import chain
+from math import cos, sin
 from operator import itemgetter
 from typing import Any, Final
 
@@ -14,6 +15,8 @@ from sim.lent import lent
 from sim.mesh import Mesh, extrude
 from slam.closing import Closing
 from slam.pose import FloatArray
+from slam.run.scenario.clearance import SILL
+from slam.run.scenario.furniture import Movable
 from slam.run.scenario.world_plan import Prism
 
 GRAVITY: Final = 9.81
@@ -25,15 +28,22 @@ RAYS_PER_CALL: Final = 8192
 TOUCH: Final = 1e-3
 """Two bodies touch when closer than this, metres; PyBullet lists contacts from 20 mm on."""
 
-YIELDING: Final = {"contactStiffness": 1000.0, "contactDamping": 1000.0}
+YIELDING: Final = {"contactStiffness": 2000.0, "contactDamping": 1000.0}
 """Of a pillar, N/m and N s/m: one that is put down inside the robot pushes it gently aside; a hard one flings it."""
 
 OUT_OF_REACH: Final = (0.0, 0.0, -10.0)
 """Under the floor, where nothing meets anything; metres."""
 
-FLOOR, WALLS, ROBOT, PEOPLE = 1, 2, 4, 8
-"""Collision groups, used in p3dx.urdf too. Rays belong to group 1 and meet the walls only."""
-MET_BY: Final = {FLOOR: ROBOT, WALLS: ROBOT | 1, PEOPLE: ROBOT}
+FAR_AWAY: Final = (1e4, 1e4, 5.0)
+"""x, y, z, metres: nothing is there."""
+SLIDING: Final = 0.3
+"""Friction of furniture on the floor; wood or felt has 0.2 to 0.5."""
+UPRIGHT: Final = 1e6
+"""Inertia of furniture about its horizontal axes, kg m^2: it does not tip over."""
+
+FLOOR, WALLS, ROBOT, PEOPLE, SILLS, MOVABLE = 1, 2, 4, 8, 16, 32
+"""Collision groups, used in p3dx.urdf too. Rays belong to group 1 and meet walls and sills only."""
+MET_BY: Final = {FLOOR: ROBOT | MOVABLE, WALLS: ROBOT | MOVABLE | 1, PEOPLE: ROBOT, SILLS: MOVABLE | 1}
 """What meets what does not move: among themselves they may overlap, which costs a millisecond for each pair."""
 
 _hit_fraction = itemgetter(2)
@@ -58,8 +68,10 @@ class World(Closing):
         self._step = self.bullet.prepared(pybullet.stepSimulation)
         self.bullet.call(pybullet.setGravity, 0.0, 0.0, -GRAVITY)
         self.floor = self._add_static(FLOOR, lateral_friction=1.0, shapeType=pybullet.GEOM_PLANE)
-        if prisms:
-            self._add_mesh(extrude(prisms))
+        sills = [prism for prism in prisms if prism.top <= SILL]
+        for group, solids in ((WALLS, [prism for prism in prisms if prism.top > SILL]), (SILLS, sills)):
+            if solids:
+                self._add_mesh(group, extrude(solids))
 
     def close(self) -> None:
         """Free the physics engine; closing twice is allowed."""
@@ -100,6 +112,35 @@ class World(Closing):
         """Put the middle of a pillar there, at once."""
         self.bullet.call(pybullet.resetBasePositionAndOrientation, pillar, (x, y, z), (0.0, 0.0, 0.0, 1.0))
 
+    def add_movable(self, thing: Movable) -> int:
+        """Furniture that slides on the floor and that rays pass through; its frame is that of the thing."""
+        parts = [_shape(prism) for prism in thing.prisms]
+        shapes = self.bullet.call(
+            pybullet.createCollisionShapeArray,
+            **{name: [part[name] for part in parts] for name in parts[0]},
+        )
+        (x, y), theta = thing.T_map_thing.translation, thing.T_map_thing.theta
+        body: int = self.bullet.call(
+            pybullet.createMultiBody,
+            thing.mass,
+            shapes,
+            basePosition=(x, y, 0.0),
+            baseOrientation=(0.0, 0.0, sin(theta / 2.0), cos(theta / 2.0)),
+        )
+        corners = np.concatenate([prism.footprint for prism in thing.prisms])
+        izz = thing.mass * float((np.ptp(corners, axis=0) ** 2).sum()) / 12.0  # of the box around it
+        self.bullet.call(
+            pybullet.changeDynamics, body, -1, lateralFriction=SLIDING, localInertiaDiagonal=(UPRIGHT, UPRIGHT, izz)
+        )
+        met = FLOOR | WALLS | SILLS | MOVABLE | (ROBOT if max(prism.top for prism in thing.prisms) > SILL else 0)
+        self.bullet.call(pybullet.setCollisionFilterGroupMask, body, -1, MOVABLE, met)
+        return body
+
+    def send_away(self, body: int, number: int) -> None:
+        """Put a body so far from everything that nothing is near it, nor another one with another number."""
+        x, y, z = FAR_AWAY
+        self.move(body, x + number * x, y, z)
+
     def cast(self, origins: FloatArray, ends: FloatArray) -> FloatArray:
         """How far along each ray, from ``origins`` (N, 3) to ``ends`` (N, 3), something stands: 0 to 1, or inf; (N,).
 
@@ -112,12 +153,12 @@ class World(Closing):
         return fractions
 
     def _cast(self, origins: FloatArray, ends: FloatArray) -> Any:
-        return self.bullet.call(pybullet.rayTestBatch, origins, ends, collisionFilterMask=WALLS)
+        return self.bullet.call(pybullet.rayTestBatch, origins, ends, collisionFilterMask=WALLS | SILLS)
 
-    def _add_mesh(self, mesh: Mesh) -> int:
+    def _add_mesh(self, group: int, mesh: Mesh) -> int:
         vertices, indices = lent(mesh)
         return self._add_static(
-            WALLS,
+            group,
             lateral_friction=0.5,
             shapeType=pybullet.GEOM_MESH,
             vertices=vertices,
@@ -131,3 +172,16 @@ class World(Closing):
         self.bullet.call(pybullet.changeDynamics, body, -1, lateralFriction=lateral_friction)
         self.bullet.call(pybullet.setCollisionFilterGroupMask, body, -1, group, MET_BY[group])
         return body
+
+
+def _shape(prism: Prism) -> dict[str, Any]:
+    """A part of a thing, in the words of PyBullet: a box along the axes of the frame, or a cylinder."""
+    middle, height = prism.footprint.mean(axis=0), prism.top - prism.bottom
+    length, width = np.ptp(prism.footprint, axis=0)
+    return {
+        "shapeTypes": pybullet.GEOM_BOX if len(prism.footprint) == 4 else pybullet.GEOM_CYLINDER,
+        "halfExtents": (length / 2.0, width / 2.0, height / 2.0),
+        "radii": length / 2.0,
+        "lengths": height,
+        "collisionFramePositions": (*middle, prism.bottom + height / 2.0),
+    }

@@ -21,7 +21,10 @@ def test_the_tables_can_be_made(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(report, "speed_of", lambda _: speed.Speed(1e-3, 2e-3))
     monkeypatch.setattr(report, "reset_times", lambda _: (1e-4, 1e-2))
     monkeypatch.setattr(speed, "STEPS", 3)
+    monkeypatch.setattr(report, "CASES", {"a wall": report.CASES["a wall at 0 degrees"]})
+    monkeypatch.setattr(report, "SILLS", range(25, 27))
     monkeypatch.setattr(report, "memory_growth", lambda scenario, **_: memory_growth(scenario, 2, 1, 2))
     tables = report.sim_tables(True, Terminal(quiet=True))
-    assert [len(table.rows) for table in tables] == [2, 2, 2, 2]
+    assert [len(table.rows) for table in tables] == [2, 2, 2, 1, 3, 2]
+    assert tables[4].rows == [("over", "1", "25 to 25"), ("stopped", "1", "26 to 26"), ("hung", "0", "none")]
     assert tables[0].rows[0] == ("bullet", "1000", "2000", "50.0 %", "50")

@@ -62,6 +62,12 @@ def test_they_rest_at_way_points():
     assert walked_by(person, 3.5)[0] == pytest.approx(0.5, abs=0.04)
 
 
+@pytest.mark.parametrize("length", [0.5, 1.0, 2.5, 3.0])
+def test_they_rest_also_where_a_step_ends_just_at_the_way_point(length):
+    person = Person(waypoints=((0.0, 0.0), (length, 0.0)), pause=2.0)
+    assert walked_by(person, length + 1.9)[0] == pytest.approx(length)
+
+
 def test_they_wait_while_the_robot_is_ahead_and_near():
     person = Person(waypoints=((0.0, 0.0), (5.0, 0.0)), keep=0.5)
     assert walked_by(person, 4.0, robot=(2.0, 0.0))[0] == pytest.approx(1.5, abs=0.02)

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from math import degrees
+from typing import Final
+
+from sim.bench.blocked import CASES, drive, scene, sill, sill_outcome
 from sim.bench.long_life import memory_growth, peak_memory
 from sim.bench.scene import corridor
 from sim.bench.speed import env_steps_per_second, reset_times, speed_of
 from slam.run.bench.tables import ResultTable
 from slam.run.terminal import Terminal
 
+SILLS: Final = range(5, 41)
+"""Heights, millimetres."""
+
 
 def sim_tables(long: bool, console: Terminal) -> list[ResultTable]:
-    """Speed and resets of both ray casters, the vector environment, and with ``long`` the memory over a long life."""
-    parts = [_speeds, _resets, _vector, *([_long_life] if long else [])]
+    """Speed and resets of both ray casters, the vector environment, what stops the base, and with ``long`` the memory
+    over a long life."""
+    parts: list[Callable[[], ResultTable]] = [_speeds, _resets, _vector, _blocked, _sills]
+    if long:
+        parts.append(_long_life)
     with console.progress(still=True) as bar:
         return [part() for part in bar.track(parts, description="simulator")]
 
@@ -50,6 +61,30 @@ def _vector() -> ResultTable:
     rows = [("1", f"{one:.0f}", ""), ("2", f"{two:.0f}", f"{two / one:.2f}")]
     columns = ("processes", "steps/s", "x one")
     return ResultTable("Gymnasium's AsyncVectorEnv", columns, rows, "By the clock on the wall; needs a core for each.")
+
+
+def _blocked() -> ResultTable:
+    rows = []
+    for name, case in CASES.items():
+        driven = drive(scene(**case))
+        metres, turn = driven.growth
+        late = driven.stalled_at - driven.stood_at
+        rows.append((name, f"{late:.1f}", f"{1e3 * metres:.1f}", f"{degrees(turn):.2f}"))
+    columns = ("blocked by", "stalled after\ns", "odometry then\nmm", "heading then\ndeg")
+    notes = (
+        "A command of 0.3 m/s, held for 10 s more; how far the odometry went after the first scan that said stalled."
+    )
+    return ResultTable("A blocked base", columns, rows, notes)
+
+
+def _sills() -> ResultTable:
+    outcomes = {height: sill_outcome(scene(sill(height / 1000.0))) for height in SILLS}
+    rows = []
+    for outcome in ("over", "stopped", "hung"):
+        heights = [height for height in SILLS if outcomes[height] == outcome]
+        span = f"{heights[0]} to {heights[-1]}" if heights else "none"
+        rows.append((outcome, str(len(heights)), span))
+    return ResultTable("Sills at 0.3 m/s", ("", "sills", "mm"), rows)
 
 
 def _long_life() -> ResultTable:

@@ -10,6 +10,7 @@ import typer
 from slam.errors import InputError
 from slam.run.commands.completion import complete_scenario
 from slam.run.commands.options import AllowModules, OdomTopic, Out, Rerun, ScanTopic, Settings
+from slam.run.terminal import Terminal
 
 
 def localize(

@@ -44,9 +44,10 @@ def run(
 
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
     """
+    from slam.run.commands.scenario_warnings import draw_with_warnings
     from slam.run.conduct import conduct
     from slam.run.experiment import scenario_experiment
-    from slam.run.scenario.file import load_scenario
+    from slam.run.scenario.file import load_template
 
     if backend == "replay":
         raise InputError("--backend replay has no log to play; run: hopslam replay LOG")
@@ -55,7 +56,7 @@ def run(
     console = Terminal()
     by_seed = [] if seed is None else [f"seed={seed}"]
     options = {"yes": yes, "dry_run": dry_run} if backend == "hardware" else {}
-    loaded = load_scenario(scenario, [*(settings or []), *by_seed], allow_modules or [])
+    loaded = draw_with_warnings(load_template(scenario, [*(settings or []), *by_seed], allow_modules or []))
     experiment = scenario_experiment(loaded, backend, **options)
     if saved_map is not None:
         from slam.run.localization import continued

@@ -31,12 +31,13 @@ def world(
 
     hopslam world replay --set generate.kind=corridor --set generate.width=3 --out corridor.svg
     """
+    from slam.run.commands.scenario_warnings import draw_with_warnings
     from slam.run.results.world_picture import check_picture, draw_world
-    from slam.run.scenario.file import read_scenario
+    from slam.run.scenario.file import read_template
     from slam.run.scenario.overview import overview
 
     by_seed = [] if seed is None else [f"seed={seed}"]
-    loaded = read_scenario(scenario, [*(settings or []), *by_seed])
+    loaded = draw_with_warnings(read_template(scenario, [*(settings or []), *by_seed]))
     path = out or Path(f"{loaded.name}.png")
     check_picture(path)
     draw_world(path, loaded)

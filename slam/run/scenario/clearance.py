@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 ROBOT_RADIUS: Final = 0.25
 """Of the disc that must be free where the robot stands, metres: more than half its width, less than half its length."""
-ROBOT_SPAN: Final = (0.02, 0.4)
+SILL: Final = 0.025
+"""The robot drives over a solid that ends no higher than this, metres: the step that the P3-DX's data sheet allows."""
+ROBOT_SPAN: Final = (SILL, 0.4)
 """A solid that has no part between these heights, metres, is not in the robot's way."""
 
 

@@ -36,8 +36,13 @@ def load_scenario(
 
 
 def read_scenario(name: str | Path, settings: Sequence[str] = ()) -> Scenario:
-    """The same, to be looked at and not to be run: it may name any code, and none of it can be called."""
-    return checked_template(name, settings, None).draw()
+    """The draw of ``read_template`` for the scenario's own seed."""
+    return read_template(name, settings).draw()
+
+
+def read_template(name: str | Path, settings: str | Sequence[str] = ()) -> ScenarioTemplate:
+    """As ``load_template``, to be looked at and not to be run: it may name any code, and none of it can be called."""
+    return checked_template(name, texts(settings), None)
 
 
 def checked_template(name: str | Path, settings: Sequence[str], allowed: Sequence[str] | None) -> ScenarioTemplate:

@@ -2,13 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from slam.config import Section
 from slam.lidars import LidarModel, lidar_model
-from slam.run.scenario.values import Place, Positive
+from slam.run.scenario.quantity import Within
+from slam.run.scenario.values import Place, Positive, Small
+
+Offset = Annotated[float, Within(-2.0, 2.0, "m", "mm", 1e-3)]
+
+
+class Mount(Place):
+    """Where a sensor sits on the base: ``T_base_laser``, metres and radians."""
+
+    x: Offset = 0.0
+    """Metres, ahead of the middle of the axle."""
+    y: Offset = 0.0
+    """Metres, to the left of it."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _accept_a_place(cls, given: Any) -> Any:
+        return given.model_dump() if type(given) is Place else given
 
 
 class LidarConfig(Section):
@@ -16,9 +33,9 @@ class LidarConfig(Section):
 
     model: Literal["table1", "urg04lx"] = "urg04lx"
     """Which sensor: the paper's of its Table 1, or Hokuyo's."""
-    mount: Place = Place(x=0.16)
-    """Where it sits on the base: ``T_base_laser``."""
-    height: Positive = 0.30
+    mount: Mount = Mount(x=0.16)
+    """Where it sits on the base."""
+    height: Small = 0.30
     """Of the scan plane above the floor, metres."""
     rolling: bool = True
     """Each beam is taken when the turning mirror points there, from where the sensor is then; false: all at once."""

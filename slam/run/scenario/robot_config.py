@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from math import pi
 from typing import Annotated
 
 from pydantic import Field
 
 from slam.config import Section
-from slam.run.scenario.values import NotNegative, Place, Positive
+from slam.run.scenario.quantity import Within
+from slam.run.scenario.values import NotNegative, Place, Positive, Small, Speed, TurnSpeed
+
+Acceleration = Annotated[Positive, Within(0.0, 50.0, "m/s^2", "mm/s^2", 1e-3)]
 
 
 class WheelErrors(Section):
@@ -17,14 +21,14 @@ class WheelErrors(Section):
     odometry says.
     """
 
-    left_radius: Positive = 0.0975
+    left_radius: Small = 0.0975
     """Radius that the firmware believes of the left wheel, metres."""
-    right_radius: Positive = 0.0975
+    right_radius: Small = 0.0975
     """The same of the right wheel, metres."""
-    track: Positive = 0.330
+    track: Small = 0.330
     """Distance between the wheels that the firmware believes, metres; 0.357 is what the vendor's factors say, and right
     where ``traction.effective_track`` is the same."""
-    travel_noise: NotNegative = 0.0
+    travel_noise: Annotated[NotNegative, Within(0.0, 1.0, "m", "mm", 1e-3)] = 0.0
     """Random slip: standard deviation of each wheel's reported travel after one metre, metres (grows with the root)."""
     encoder_noise: NotNegative = 0.0
     """Standard deviation of each reading of an encoder, ticks (76,600 a turn); it does not add up."""
@@ -37,23 +41,26 @@ class Traction(Section):
 
     slip: Annotated[float, Field(ge=0, lt=1)] = 0.0
     """Share of each wheel's way that is lost, at any speed."""
-    effective_track: Positive = 0.330
+    effective_track: Small = 0.330
     """The tyres scrub when the robot turns: it turns as if its wheels were this far apart, metres (a real P3-DX:
     0.357)."""
+    friction: Annotated[float, Field(ge=0, le=2)] = 1.0
+    """Coefficient between tyre and floor: rubber has about 1 on a dry floor, 0.2 on a wet one. From 0.5 on, a blocked
+    robot stalls; below 0.35, its wheels spin."""
 
 
 class Limits(Section):
     """What the base obeys, as an ARCOS robot does."""
 
-    linear: Positive = 1.2
+    linear: Speed = 1.2
     """Speed, m/s."""
-    angular: Positive = 5.236
+    angular: TurnSpeed = 5.236
     """Turning speed, rad/s."""
-    acceleration: Positive = 0.3
+    acceleration: Acceleration = 0.3
     """m/s^2."""
-    deceleration: Positive = 0.6
+    deceleration: Acceleration = 0.6
     """m/s^2."""
-    angular_acceleration: Positive = 1.74
+    angular_acceleration: Annotated[Positive, Within(0.0, 50.0, "rad/s^2", "deg/s^2", pi / 180.0)] = 1.74
     """rad/s^2."""
 
 

@@ -13,7 +13,7 @@ from slam.run.scenario.hardware_config import HardwareConfig
 from slam.run.scenario.lidar_config import LidarConfig
 from slam.run.scenario.people import Person
 from slam.run.scenario.robot_config import RobotConfig
-from slam.run.scenario.values import Point, Positive
+from slam.run.scenario.values import Point, Positive, Small, Speed, TurnSpeed
 from slam.run.scenario.world_plan import World
 
 
@@ -22,11 +22,11 @@ class Route(Section):
 
     waypoints: tuple[Point, ...] = ()
     """Map frame, metres; none: the robot stands. Left out where a world is generated: a tour of it."""
-    speed: Positive = 0.5
+    speed: Speed = 0.5
     """m/s."""
-    turn_speed: Positive = 0.8
+    turn_speed: TurnSpeed = 0.8
     """rad/s."""
-    arrival: Positive = 0.15
+    arrival: Small = 0.15
     """A way-point is reached within this distance, metres."""
 
 

@@ -8,6 +8,7 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from slam.config.own import ALLOWED
+from slam.run.scenario.cautions import cautions
 from slam.run.scenario.clearance import obstruction
 from slam.run.scenario.complaint import complaint
 from slam.run.scenario.generators.build import built
@@ -51,6 +52,10 @@ class ScenarioTemplate:
         if seed is None or seed == self.seed:
             return self._first
         return self._draw(seed) if self.random else self._first.model_copy(update={"seed": seed})
+
+    def cautions(self, scenario: Scenario) -> list[str]:
+        """A line on every key whose value is strange in a scenario that was drawn, naming file, line and key."""
+        return [str(self._source.error(key, reason)) for key, reason in cautions(scenario)]
 
     def _draw(self, seed: int, attempt: int = 0) -> Scenario:
         values = {path: value.draw(key_rng(path, seed, attempt)) for path, value in self._random.items()}

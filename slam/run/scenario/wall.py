@@ -14,7 +14,8 @@ from pydantic import Field, model_validator
 from slam.config import Section
 from slam.pose import Pose2D
 from slam.run.scenario.prism import Prism, rectangle
-from slam.run.scenario.values import Length, NotNegative, Point
+from slam.run.scenario.quantity import Within
+from slam.run.scenario.values import Length, NotNegative, Point, Small
 
 
 class Door(Section):
@@ -29,7 +30,7 @@ class Door(Section):
     the right. Without it there is no leaf."""
     hinge: Literal["begin", "end"] = "begin"
     """The side of the opening where the leaf hangs."""
-    leaf: Length = 0.04
+    leaf: Small = 0.04
     """Thickness of the leaf, metres."""
 
     @property
@@ -65,9 +66,9 @@ class Wall(Section):
     """Corners, map frame, metres."""
     closed: bool = False
     """From the last point on to the first."""
-    thickness: Length = 0.1
+    thickness: Small = 0.1
     """Metres."""
-    height: Length = 1.0
+    height: Annotated[Length, Within(0.0, 100.0, "m", "mm", 1e-3)] = 1.0
     """Metres."""
     doors: tuple[Door, ...] = ()
     """Openings, in any order."""

@@ -1,0 +1,116 @@
+"""What a base does that cannot go on: pushed against people, walls and sills for seconds on end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, radians, sin
+from typing import Any, Final, Literal
+
+import numpy as np
+
+from sim.robot import SimRobot
+from slam.odometry import Twist2D
+from slam.pose import FloatArray
+from slam.run.scenario.schema import Scenario
+
+FORWARD: Final = Twist2D(0.3)
+AT_REST: Final = 2e-3
+"""A base that moves less than this in a scan stands: metres, and radians times 0.2 m."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """One command, held: a row for every scan."""
+
+    seconds: FloatArray
+    truth: FloatArray
+    """(S, 3): x, y, theta of ``T_map_base``; metres, radians."""
+    odometry: FloatArray
+    """(S, 3): the same of ``T_odom_base``."""
+    stalled: FloatArray
+    """(S,): 1 where the motors were cut."""
+
+    @property
+    def stood_at(self) -> float:
+        """Seconds until the base stood for good."""
+        moved = np.flatnonzero(_ways(self.truth) > AT_REST)
+        return float(self.seconds[moved[-1] + 1 if len(moved) else 0])
+
+    @property
+    def stalled_at(self) -> float:
+        """Seconds until the first scan that tells of a stall; nan without one."""
+        first = np.flatnonzero(self.stalled)
+        return float(self.seconds[first[0]]) if len(first) else float("nan")
+
+    @property
+    def growth(self) -> tuple[float, float]:
+        """How far the odometry went from where it was at the first stall: metres, radians; nan without a stall."""
+        if not self.stalled.any():
+            return float("nan"), float("nan")
+        after = self.odometry[int(np.flatnonzero(self.stalled)[0]) :]
+        away = after - after[0]
+        return float(np.hypot(away[:, 0], away[:, 1]).max()), float(np.abs(np.unwrap(away[:, 2])).max())
+
+
+def _ways(poses: FloatArray) -> FloatArray:
+    """From each pose to the next, metres; a radian counts as 0.2 m."""
+    steps = np.diff(poses, axis=0)
+    ways: FloatArray = np.hypot(steps[:, 0], steps[:, 1]) + 0.2 * np.abs(np.angle(np.exp(1j * steps[:, 2])))
+    return ways
+
+
+def scene(world: dict[str, Any], **parts: Any) -> Scenario:
+    """A scenario with this world, odometry that is not rounded, and a lidar with few beams."""
+    robot = {"odometry": {"firmware_units": False}} | parts.pop("robot", {})
+    lidar = {"model": "table1", "noise": "none"}
+    return Scenario.model_validate(
+        {"name": "blocked", "world": world, "lidar": lidar, "robot": robot, "duration": 1e6} | parts
+    )
+
+
+def wall(angle: float, at: float = 1.0, length: float = 4.0) -> dict[str, Any]:
+    """A world with one wall through (``at``, 0), whose normal is turned ``angle`` radians from the x axis."""
+    dx, dy = -sin(angle) * length / 2.0, cos(angle) * length / 2.0
+    return {"walls": [{"points": [[at - dx, -dy], [at + dx, dy]]}]}
+
+
+def sill(height: float, at: float = 0.6, **box: Any) -> dict[str, Any]:
+    """A world with one sill across the x axis, ``height`` metres high."""
+    return {"boxes": [{"center": [at, 0.0], "size": [0.1, 4.0, height]} | box]}
+
+
+def drive(scenario: Scenario, command: Twist2D = FORWARD, seconds: float = 13.0, seed: int = 0) -> Drive:
+    """Hold the command for so long."""
+    rows = []
+    with SimRobot(scenario, seed) as robot:
+        for _ in range(round(10.0 * seconds)):
+            robot.drive(command)
+            seen = robot.observe()
+            assert seen is not None
+            assert seen.T_map_base is not None
+            true, believed = seen.T_map_base, seen.odometry.T_odom_base
+            rows.append((true.x, true.y, true.theta, believed.x, believed.y, believed.theta, seen.stalled))
+    table = np.array(rows, np.float64)
+    stamps = np.linspace(0.1, 0.1 * len(table), len(table))
+    return Drive(stamps, table[:, :3], table[:, 3:6], table[:, 6])
+
+
+def sill_outcome(
+    scenario: Scenario, command: Twist2D = FORWARD, seconds: float = 5.0
+) -> Literal["over", "stopped", "hung"]:
+    """``over``: it went on at its speed to the end. ``stopped``: it stands and says so; else ``hung``."""
+    driven = drive(scenario, command, seconds)
+    speed = 10.0 * np.hypot(*(driven.truth[-1, :2] - driven.truth[-2, :2]))
+    if not driven.stalled.any() and abs(speed - abs(command.linear)) < 0.02:
+        return "over"
+    return "stopped" if driven.stalled[-1] and driven.growth[0] < 0.02 else "hung"
+
+
+CASES: Final[dict[str, dict[str, Any]]] = {
+    "a person": {"world": wall(0.0, at=9.0), "people": [{"waypoints": [[1.2, 0.0]]}]},
+    "a person at a corner of the robot": {"world": wall(0.0, at=9.0), "people": [{"waypoints": [[1.2, 0.2]]}]},
+    "two people": {"world": wall(0.0, at=9.0), "people": [{"waypoints": [[1.2, y]]} for y in (-0.15, 0.15)]},
+    **{f"a wall at {angle} degrees": {"world": wall(radians(angle))} for angle in (0, 10, 30, 45, 60)},
+    "a corner of the room": {"world": {"walls": [{"points": [[1.0, -2.0], [1.0, 0.3], [-2.0, 0.3]]}]}},
+}
+"""What stands before a robot that starts at the origin and drives along x; a wall at 0 degrees is met head on."""

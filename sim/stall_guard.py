@@ -1,0 +1,55 @@
+"""The stall protection of the base's firmware: motors that push in vain are cut, and tried again a little later.
+
+ARCOS has two settings for it, which every P3-DX reports (Pioneer 3 Operations Manual, CONFIGpac): StallVal, "maximum
+PWM before stall", and StallCount, milliseconds after a stall in which the motors are not engaged. The manual gives no
+factory values, so the effort (``sim.p3dx.MOTOR_TORQUE``) and both times are ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from operator import or_
+from typing import Final
+
+STALL_TIME: Final = 0.3
+"""Seconds at full torque with standing wheels after which the motors are cut."""
+RECOVERY_TIME: Final = 0.3
+"""Seconds for which they stay cut."""
+STANDING: Final = 0.02
+"""Rim speed up to which a wheel counts as standing, m/s."""
+
+
+class StallGuard:
+    """Watches both wheels once a control step, of which there are ``rate`` a second."""
+
+    def __init__(self, rate: int) -> None:
+        self._patience = round(STALL_TIME * rate)
+        self._rest = round(RECOVERY_TIME * rate)
+        self._in_vain = self._in_order = self._cut_for = 0  # control steps
+        self.stalled = False
+        """Whether the motors were cut, and have not worked in order for STALL_TIME since."""
+
+    @property
+    def engaged(self) -> bool:
+        """Whether the motors have power."""
+        return self._cut_for == 0
+
+    def watch(self, speeds: Sequence[float], torques: Sequence[float], limit: float) -> None:
+        """Account for one control step that ended with these rim speeds, m/s, and torques, of at most ``limit``."""
+        if not self.engaged:
+            self._cut_for -= 1
+            return
+        in_vain = pushing_in_vain(speeds, torques, limit)
+        self._in_vain, self._in_order = (self._in_vain + 1, 0) if in_vain else (0, self._in_order + 1)
+        if self._in_vain >= self._patience:
+            self.stalled, self._in_vain, self._cut_for = True, 0, self._rest
+        elif self._in_order >= self._patience:
+            self.stalled = False
+
+
+def pushing_in_vain(speeds: Sequence[float], torques: Sequence[float], limit: float) -> bool:
+    """Whether a motor strains at its limit and a wheel stands, while no wheel turns with ease: one that does swings the
+    robot around what it has met."""
+    standing = [abs(speed) <= STANDING for speed in speeds]
+    straining = [abs(torque) > 0.99 * limit for torque in torques]
+    return any(straining) and any(standing) and all(map(or_, standing, straining))

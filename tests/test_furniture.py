@@ -1,0 +1,171 @@
+"""Furniture that can be pushed: it moves as its mass allows, rays meet it where it is, and a restart puts it back."""
+
+import numpy as np
+import pytest
+
+from sim.bench.blocked import FORWARD, drive, scene, wall
+from sim.furniture import MovingOutlines
+from sim.plan_grid import cast_in_plan, plan_grid
+from sim.plant import SimPlant
+from sim.robot import SimRobot
+from slam.pose import Pose2D
+from slam.run.scenario.clearance import clearance
+from slam.run.scenario.furniture import Box, Cylinder, Table, movable
+from slam.run.scenario.world_plan import World
+
+PIECES = (
+    Box(center=(1.0, 2.0), size=(0.5, 0.3, 0.6), yaw=0.4, mass=3.0),
+    Table(center=(-1.0, 0.5), yaw=-1.0, mass=8.0),
+    Cylinder(center=(0.3, -1.0), radius=0.2, mass=2.0),
+)
+HEIGHT = 0.3
+
+
+def test_a_thing_at_its_start_is_the_solid_of_the_plan():
+    for piece in PIECES:
+        thing = movable(piece)
+        for own, planned in zip(thing.prisms, piece.prisms(), strict=True):
+            np.testing.assert_allclose(
+                np.sort(thing.T_map_thing.transform(own.footprint), axis=0),
+                np.sort(planned.footprint, axis=0),
+                atol=1e-3,
+            )
+            assert (own.bottom, own.top) == (planned.bottom, planned.top)
+
+
+def test_only_furniture_with_a_mass_can_be_pushed():
+    fixed = Box(center=(3.0, 0.0), size=(1.0, 1.0, 1.0))
+    world = World(boxes=(PIECES[0], fixed), tables=(PIECES[1],), cylinders=(PIECES[2],))
+    assert [thing.mass for thing in world.movables()] == [3.0, 8.0, 2.0]
+    assert len(world.fixed_prisms()) == 1
+    assert len(world.prisms()) == 1 + 1 + 5 + 1
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rays_meet_moved_outlines_as_they_meet_fixed_ones(seed):
+    rng = np.random.default_rng(seed)
+    things = [movable(piece) for piece in PIECES]
+    places = np.column_stack([rng.uniform(-2.0, 2.0, (3, 2)), rng.uniform(-9.0, 9.0, 3)])
+    bearings = rng.uniform(-np.pi, np.pi, 500)
+    directions = np.column_stack([np.cos(bearings), np.sin(bearings)])
+    origins = rng.uniform(-3.0, 3.0, directions.shape)
+    outlines = [
+        Pose2D(*place).transform(prism.footprint)
+        for place, thing in zip(places.tolist(), things, strict=True)
+        for prism in thing.prisms
+        if prism.bottom <= HEIGHT <= prism.top
+    ]
+    ranges = np.full(500, np.inf)
+    MovingOutlines(things, HEIGHT).stop(origins, directions, ranges, places[None], 0.0)
+    np.testing.assert_allclose(ranges, cast_in_plan(origins, directions, np.inf, *plan_grid(outlines)), atol=1e-9)
+    assert np.isfinite(ranges).sum() > 20
+
+
+def test_a_beam_meets_a_moving_thing_where_it_is_when_it_fires():
+    outlines = MovingOutlines([movable(Box(center=(0.0, 0.0), size=(1.0, 1.0, 1.0), mass=1.0))], HEIGHT)
+    places = np.array([[[2.0, 0.0, 3.1]], [[2.2, 0.0, 3.1 - 2.0 * np.pi]]])
+    ranges = np.full(4, 9.0)
+    outlines.stop(np.zeros((4, 2)), np.tile([1.0, 0.0], (4, 1)), ranges, places, 0.25)
+    half = 0.5 / np.cos(np.pi - 3.1)
+    np.testing.assert_allclose(ranges, [2.0 - half, 2.05 - half, 2.1 - half, 2.15 - half])
+
+
+def pushed(mass: float, **parts: object) -> SimRobot:
+    thing = {"center": [0.6, 0.0], "radius": 0.2, "mass": mass}
+    return SimRobot(scene(wall(0.0, at=4.0) | {"cylinders": [thing]}, **parts))
+
+
+def go(robot: SimRobot, scans: int) -> list:
+    seen = []
+    for _ in range(scans):
+        robot.drive(FORWARD)
+        seen.append(robot.observe())
+    return seen
+
+
+@pytest.mark.parametrize(("mass", "moves"), [(1.0, True), (6.0, True), (12.0, False), (50.0, False)])
+def test_the_robot_pushes_what_its_25_newtons_can_move_and_stalls_at_the_rest(mass, moves):
+    """Up to 8 kg, with a friction of 0.3 on the floor."""
+    with pushed(mass) as robot:
+        seen = go(robot, 60)
+        way = robot.furniture[0, 0] - 0.6
+    assert seen[-1].stalled != moves
+    assert way > 0.5 if moves else way < 0.02
+    assert seen[-1].collided
+    assert seen[-1].odometry.T_odom_base.distance(seen[-1].T_map_base) < 0.02
+
+
+@pytest.mark.parametrize("caster", ["bullet", "exact"])
+def test_the_lidar_and_the_sonar_see_it_where_it_is(caster):
+    lidar = {"caster": caster, "noise": "none", "rolling": False, "model": "urg04lx"}
+    with pushed(2.0, lidar=lidar, robot={"sonar": True}) as robot:
+        go(robot, 50)
+        for _ in range(20):
+            robot.drive(type(FORWARD)(-0.3))
+            seen = robot.observe()
+        x, y, _ = robot.furniture[0]
+    points = (seen.T_map_base @ robot.T_base_laser).transform(seen.scan.points())
+    away = np.hypot(points[:, 0] - x, points[:, 1] - y)
+    assert x > 1.0
+    assert (away < 0.202).sum() > 20
+    assert away.min() > 0.198
+    assert min(seen.sonar[3:5]) == pytest.approx(x - 0.2 - seen.T_map_base.x - 0.166, abs=0.03)
+
+
+def test_pushed_against_a_wall_it_stops_the_robot():
+    thing = {"center": [0.8, 0.0], "radius": 0.2, "mass": 2.0}
+    with SimRobot(scene(wall(0.0, at=1.5) | {"cylinders": [thing]})) as robot:
+        seen = go(robot, 80)
+        assert robot.furniture[0, 0] == pytest.approx(1.45 - 0.2, abs=0.01)
+    assert seen[-1].stalled
+
+
+def test_untouched_it_stands():
+    world = wall(0.0, at=4.0) | {"tables": [{"center": [2.0, 1.0], "yaw": 0.3, "mass": 5.0}]}
+    with SimRobot(scene(world)) as robot:
+        before = robot.furniture
+        go(robot, 50)
+        np.testing.assert_allclose(robot.furniture, before, atol=1e-6)
+
+
+def test_a_restart_puts_it_back_and_is_the_same_bit_by_bit():
+    pieces = [{"center": [0.6, y], "size": [0.3, 0.2, 0.5], "mass": 1.0} for y in (-0.12, 0.12)]
+    world = wall(0.0, at=2.0) | {"boxes": pieces, "cylinders": [{"center": [1.2, 0.0], "radius": 0.1, "mass": 1.0}]}
+    people = [{"waypoints": [[1.6, 1.0], [1.6, -1.0]]}]
+
+    def run(robot: SimRobot) -> bytes:
+        seen = go(robot, 60)
+        return robot.furniture.tobytes() + repr([(s.T_map_base, s.odometry, s.stalled) for s in seen]).encode()
+
+    scenario = scene(world, people=people, robot={"odometry": {"travel_noise": 0.01}})
+    with SimRobot(scenario, 3) as robot, SimRobot(scenario, 3) as fresh:
+        start = robot.furniture
+        first = run(robot)
+        assert np.abs(robot.furniture - start).max() > 0.2
+        robot.restart(3)
+        assert robot.furniture.tobytes() == start.tobytes()
+        assert run(robot) == first == run(fresh)
+
+
+def test_a_mat_is_driven_over_even_if_it_weighs_nothing_much():
+    world = wall(0.0, at=9.0) | {"boxes": [{"center": [1.0, 0.0], "size": [0.5, 0.5, 0.02], "mass": 0.5}]}
+    driven = drive(scene(world), seconds=6.0)
+    assert driven.truth[-1, 0] > 1.5
+
+
+def test_the_plant_of_the_emulator_has_it_too():
+    thing = {"center": [0.6, 0.0], "radius": 0.2, "mass": 2.0}
+    plant = SimPlant(scene(wall(0.0, at=4.0) | {"cylinders": [thing]}))
+    assert plant.ranges(np.zeros(1))[0] == pytest.approx(0.6 - 0.2 - 0.16, abs=2e-3)
+    for _ in range(400):
+        plant.advance(0.01, FORWARD)
+    for _ in range(200):
+        plant.advance(0.01, type(FORWARD)(-0.3))
+    assert plant.T_map_base.x > 0.4
+    behind = 1.2 - 0.21 - 0.16  # it stands where the front of the robot left it
+    assert 0.4 < plant.ranges(np.zeros(1))[0] < behind
+
+
+def test_it_counts_as_in_the_way_where_it_stands_at_first():
+    world = World(cylinders=(PIECES[2],))
+    assert clearance(np.array([[0.3, -0.7]]), [p.footprint for p in world.prisms()])[0] == pytest.approx(0.1, abs=2e-3)

@@ -1,0 +1,182 @@
+"""A blocked base: its motors stall and it stands; where the floor is slippery, its wheels spin instead."""
+
+from math import radians
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from sim.env import P3DXEnv
+
+from sim.bench.blocked import CASES, drive, scene, sill, sill_outcome, wall
+from sim.p3dx import MOTOR_TORQUE, WHEEL_RADIUS
+from sim.plant import SimPlant
+from sim.resources import asset
+from sim.robot import SimRobot
+from sim.stall_guard import RECOVERY_TIME, STALL_TIME, StallGuard
+from sim.world import GRAVITY
+from slam.odometry import Twist2D
+
+CASTER = 0.211
+"""From the axle back to where the caster touches the floor, metres."""
+
+
+def push(guard: StallGuard, steps: int, speeds: tuple[float, float], torques: tuple[float, float]) -> None:
+    for _ in range(steps):
+        guard.watch(speeds, torques, 1.0)
+
+
+@pytest.mark.parametrize("rate", [10, 60, 240])
+def test_motors_are_cut_after_the_stall_time_and_tried_again_after_the_recovery(rate):
+    guard = StallGuard(rate)
+    push(guard, round(STALL_TIME * rate) - 1, (0.0, 0.0), (1.0, 1.0))
+    assert guard.engaged
+    assert not guard.stalled
+    push(guard, 1, (0.0, 0.0), (1.0, 1.0))
+    assert guard.stalled
+    assert not guard.engaged
+    push(guard, round(RECOVERY_TIME * rate), (0.0, 0.0), (0.0, 0.0))
+    assert guard.stalled
+    assert guard.engaged
+
+
+@pytest.mark.parametrize(
+    ("speeds", "torques", "stalls"),
+    [
+        ((0.0, 0.0), (1.0, -1.0), True),  # on the spot, in a corner
+        ((0.0, 0.0), (1.0, 0.2), True),  # one motor is told to hold still
+        ((0.1, 0.0), (1.0, 1.0), True),  # one wheel slips at all its torque
+        ((-0.1, 0.3), (1.0, 0.3), False),  # it swings around a corner that it has met
+        ((0.0, 0.0), (0.5, 0.5), False),  # it stands uphill
+        ((0.3, 0.3), (1.0, 1.0), False),  # it gathers speed
+    ],
+)
+def test_motors_push_in_vain_when_a_wheel_stands_and_none_turns_with_ease(speeds, torques, stalls):
+    guard = StallGuard(60)
+    push(guard, 60, speeds, torques)
+    assert guard.stalled == stalls
+
+
+def test_a_stall_is_over_when_the_motors_have_worked_for_a_while():
+    guard = StallGuard(60)
+    push(guard, round((STALL_TIME + RECOVERY_TIME) * 60), (0.0, 0.0), (1.0, 1.0))
+    push(guard, 3, (0.0, 0.0), (0.3, 0.3))
+    assert guard.stalled
+    push(guard, round(STALL_TIME * 60), (0.3, 0.3), (0.1, 0.1))
+    assert not guard.stalled
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_blocked_base_stalls_and_its_odometry_stands(case):
+    driven = drive(scene(**CASES[case]))
+    assert driven.stalled_at - driven.stood_at < 0.7
+    metres, turn = driven.growth
+    assert metres < 0.02
+    assert turn < 0.02
+    first = int(np.flatnonzero(driven.stalled)[0])
+    assert driven.seconds[-1] - driven.seconds[first] > 8.0
+    assert driven.stalled[first:].all()
+
+
+@pytest.mark.parametrize("speed", [0.1, 0.6, 1.2, -0.3])
+@pytest.mark.parametrize("angle", [0.0, 30.0])
+def test_at_any_speed_and_in_reverse(speed, angle):
+    at = 1.0 if speed < 0.5 else 2.0
+    driven = drive(scene(wall(radians(angle), at=at if speed > 0 else -0.6)), Twist2D(speed), seconds=11.0)
+    assert driven.stalled_at - driven.stood_at < 0.7
+    assert driven.growth[0] < 0.02
+    assert driven.growth[1] < 0.02
+
+
+@pytest.mark.parametrize("turn", [0.8, -0.8])
+def test_a_base_that_turns_on_the_spot_between_walls_stalls(turn):
+    walls = [{"points": [[-2.0, y], [2.0, y]]} for y in (0.27, -0.27)]
+    driven = drive(scene({"walls": walls}), Twist2D(0.0, turn), seconds=5.0)
+    assert driven.stalled_at < 1.5
+    assert driven.growth[1] < 0.01
+
+
+def test_along_a_wall_that_it_grazes_the_base_goes_on_and_its_odometry_is_true():
+    driven = drive(scene(wall(radians(80.0), at=3.0, length=6.0)), seconds=12.0)
+    assert not driven.stalled.any()
+    ways = [np.hypot(*np.diff(poses[:, :2], axis=0).T).sum() for poses in (driven.truth, driven.odometry)]
+    assert ways[0] == pytest.approx(ways[1], rel=0.05)
+    assert ways[0] > 3.0
+
+
+def test_commanded_back_a_stalled_base_comes_free():
+    with SimRobot(scene(wall(0.0))) as robot:
+        for _ in range(60):
+            robot.drive(Twist2D(0.3))
+            stalled = robot.observe()
+        for _ in range(20):
+            robot.drive(Twist2D(-0.3))
+            free = robot.observe()
+    assert stalled.stalled
+    assert not free.stalled
+    assert free.T_map_base.x < stalled.T_map_base.x - 0.3
+
+
+def test_when_a_person_who_blocked_the_way_has_gone_the_base_goes_on():
+    passer_by = {"waypoints": [[1.2, 2.5], [1.2, 0.0]], "pause": 4.0, "keep": 0.0, "stride": 0.2}
+    driven = drive(scene(wall(0.0, at=9.0), people=[passer_by]), seconds=11.0)
+    assert driven.stalled[60]
+    assert not driven.stalled[-1]
+    assert driven.truth[-1, 0] > driven.truth[60, 0] + 0.5
+
+
+@pytest.mark.parametrize("height", range(5, 41))
+def test_a_sill_is_driven_over_up_to_25_millimetres_and_stops_the_base_from_there_on(height):
+    outcome = sill_outcome(scene(sill(height / 1000.0)))
+    assert outcome == ("over" if height <= 25 else "stopped")
+
+
+@pytest.mark.parametrize("height", [0.024, 0.0249, 0.0251, 0.026])
+@pytest.mark.parametrize("box", [{"yaw": 0.5}, {"center": [0.6, 1.05], "size": [0.1, 2.0]}, {"size": [0.005, 4.0]}])
+def test_nor_hangs_it_at_a_slanting_sill_at_one_wheel_or_at_a_thin_one(height, box):
+    changed = box | {"size": [*box.get("size", [0.1, 4.0]), height]}
+    assert sill_outcome(scene(sill(height, **changed))) == ("over" if height <= 0.025 else "stopped")
+
+
+def grip_needed(height: float) -> float:
+    """Coefficient of friction that holds a base pushing at full torque against something ``height`` metres up: the
+    push takes load off the axle and puts it on the caster."""
+    links = ElementTree.parse(asset("urdf/p3dx.urdf")).findall("link")
+    mass = {link.get("name"): float(link.find("inertial/mass").get("value")) for link in links}
+    behind = (0.06 * mass["base_link"] + CASTER * mass["caster"]) / sum(mass.values())
+    force = 2.0 * MOTOR_TORQUE / WHEEL_RADIUS
+    return force / (sum(mass.values()) * GRAVITY * (1.0 - behind / CASTER) - force * height / CASTER)
+
+
+@pytest.mark.parametrize(("share", "stalls"), [(0.95, False), (1.07, True)])
+def test_wheels_spin_where_the_floor_holds_less_than_the_motors_push_and_else_they_stall(share, stalls):
+    """At a low sill, whose push is between 10 and 30 mm up."""
+    slippery = {"traction": {"friction": share * grip_needed(0.01 if share < 1.0 else 0.03)}}
+    driven = drive(scene(sill(0.03), robot=slippery), seconds=6.0)
+    assert driven.stalled.any() == stalls
+    spun = driven.odometry[-1, 0] - driven.truth[-1, 0]
+    assert spun < 0.05 if stalls else spun > 0.5
+
+
+def test_the_plant_of_the_emulator_stalls_too_and_its_scan_is_taken_from_where_it_stands():
+    plant = SimPlant(scene(wall(0.0)))
+    for _ in range(600):
+        plant.advance(0.01, Twist2D(0.3))
+    before = plant.odometry.x
+    for _ in range(400):
+        plant.advance(0.01, Twist2D(0.3))
+    assert plant.stalled
+    assert plant.odometry.x == pytest.approx(before, abs=0.005)
+    later, now = plant.ranges(np.zeros(1), ahead=0.2), plant.ranges(np.zeros(1))
+    assert later[0] == pytest.approx(now[0], abs=0.005)
+    for _ in range(100):
+        plant.advance(0.01, Twist2D(-0.2))
+    assert not plant.stalled
+
+
+def test_an_environment_that_ends_at_no_collision_tells_of_the_stall():
+    env = P3DXEnv(scene(wall(0.0, at=0.6)), reward="none", end_on=())
+    env.reset(seed=0)
+    for _ in range(30):
+        *_, info = env.step(np.array([0.3, 0.0], np.float32))
+    assert info["observation"].stalled
+    env.close()

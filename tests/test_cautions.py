@@ -51,7 +51,7 @@ def keys(scenario: Scenario) -> list[str]:
         ("lidar.mount.x=160", "160 mm are 0.16 m"),
         ("lidar.mount.theta=180", "180 degrees are 3.142 radians"),
         ("world.walls.0.thickness=100", "100 mm are 0.1 m"),
-        ("world.walls.0.height=2500", "Input should be less|2500 mm are 2.5 m"),
+        ("world.walls.0.height=2500", "a number of at most 1000 \\(got 2500\\)|2500 mm are 2.5 m"),
         ("people=[{waypoints: [[0, 0]], speed: 1200}]", "1200 mm/s are 1.2 m/s"),
         ("people=[{waypoints: [[0, 0]], keep: 800}]", "800 mm are 0.8 m"),
     ],

@@ -323,10 +323,11 @@ def test_only_a_robot_that_can_be_set_back_is_kept(rooms: ExitStack, name: str, 
     env = rooms.enter_context(gymnasium.make(ID, backend=f"rooms_of_a_user:{name}", end_on="goal"))
     env.reset(seed=0)
     first = env.unwrapped.robot
+    room = first._robot
     env.step(FORWARD)
     env.reset(seed=1)
     assert (env.unwrapped.robot is not first) == anew
-    assert first.left == anew
+    assert room.left == anew
     env.close()
 
 

@@ -1,5 +1,6 @@
 """Extractors and matchers that are named ``module:name``."""
 
+import json
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -21,7 +22,9 @@ from slam.matching.paper_mapper import PaperMapper
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 from slam.run.backends import make_robot
+from slam.run.experiment import scenario_experiment
 from slam.run.maps.file import read_map
+from slam.run.results.keep import Keep
 from slam.run.scenario.file import load_scenario
 from slam.scan import LaserScan
 
@@ -87,11 +90,16 @@ def test_a_saved_map_needs_the_matcher_that_made_it(here: str, tmp_path: Path) -
 
 FAULTY = """
 import numpy as np
+from slam.config import ChiSquareConfig
+from slam.lines.extraction import extract_segments
 from slam.lines.segments import Segments
 from slam.pose import Pose2D
 
 def split(scan, tolerance=0.04, gap=0.3): return []
 def ragged(scan): return Segments(*[np.zeros(2)] * 4, np.zeros((3, 2)), np.zeros((2, 2)))
+def tires(scan, seen=[]):
+    seen.append(scan)
+    return extract_segments(scan, ChiSquareConfig()) if len(seen) < 40 else 1 / 0
 def fails(scan):
     return 1 / 0
 def blind(): return None
@@ -175,3 +183,13 @@ def test_what_own_code_does_wrong_is_one_line_that_names_it(
 def test_what_a_back_end_of_ones_own_does_wrong_is_told(backend: str, error: type[Exception], says: str) -> None:
     with pytest.raises(error, match=re.escape(says)):
         make_robot(backend, load_scenario("corridor"), seed=0).observe()
+
+
+@pytest.mark.usefixtures("faulty")
+def test_own_code_that_fails_on_the_way_leaves_a_complete_folder(tmp_path: Path) -> None:
+    scenario = load_scenario("corridor", ["duration=9", "slam.lines.method=faulty:tires"])
+    outcome = scenario_experiment(scenario).run(tmp_path / "run", keep=Keep(pictures=False))
+    assert (outcome.ending, type(outcome.error)) == ("failed", InputError)
+    metrics = json.loads((tmp_path / "run" / "metrics.json").read_text())
+    assert 0 < metrics["scans"] < 40
+    assert "faulty:tires: ZeroDivisionError" in metrics["error"]

@@ -5,7 +5,6 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from sim.env import P3DXEnv
 
 from sim.bench.blocked import CASES, drive, scene, sill, sill_outcome, wall
 from sim.p3dx import MOTOR_TORQUE, WHEEL_RADIUS
@@ -15,6 +14,7 @@ from sim.robot import SimRobot
 from sim.stall_guard import RECOVERY_TIME, STALL_TIME, StallGuard
 from sim.world import GRAVITY
 from slam.odometry import Twist2D
+from slam.run.env.p3dx_env import P3DXEnv
 
 CASTER = 0.211
 """From the axle back to where the caster touches the floor, metres."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Callable
+from types import FrameType
 from typing import Annotated, NoReturn
 
 import typer
@@ -26,7 +27,7 @@ from slam.run.commands.schema import schema
 from slam.run.commands.sweep import app as sweep
 from slam.run.commands.view import view
 from slam.run.commands.world import world
-from slam.run.interruption import ENDING_SIGNALS, is_left_alone
+from slam.run.interruption import ENDING_SIGNALS, handled
 from slam.run.lasting_output import LastingOutput
 from slam.run.terminal import Terminal
 
@@ -71,15 +72,13 @@ def _exit_code() -> int:
     """Run the command; known errors are one line."""
     received: list[int] = []
 
-    def interrupt(number: int, _: object) -> NoReturn:
+    def interrupt(number: int, _: FrameType | None) -> NoReturn:
         received.append(number)
         raise KeyboardInterrupt
 
-    for number in ENDING_SIGNALS:
-        if number != signal.SIGINT and not is_left_alone(number):
-            signal.signal(number, interrupt)
     try:
-        app()
+        with handled(interrupt, set(ENDING_SIGNALS) - {signal.SIGINT}):
+            app()
     except HopslamError as error:
         print(f"hopslam: {error}", file=sys.stderr)
         return error.exit_code

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from slam.errors import RobotError, ScenarioError, StorageError
+from slam.errors import HopslamError, InputError, RobotError, ScenarioError, StorageError
 from slam.line_slam import LineSlam
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
@@ -53,7 +53,7 @@ class Outcome:
     folder: Path
     ending: Ending
     metrics: dict[str, Any]
-    error: RobotError | None = None
+    error: HopslamError | None = None
     """Why it failed, where it did."""
     signal: int = SIGINT
     """Number of the signal that interrupted it, where one did."""
@@ -86,9 +86,10 @@ class Experiment:
         console: Terminal | None = None,
         keep: Keep = Keep(),  # noqa: B008  # it is frozen
     ) -> Outcome:
-        """Run to the end, or to Ctrl-C, or to the failure of the robot; what was done is in the folder in every case.
+        """Run to the end, to Ctrl-C, or to the failure of the robot or of the user's own code.
 
-        Raises InputError for files that cannot be written, before anything is done, and StorageError on the way.
+        What was done is in the folder in every case. Raises InputError for files that cannot be written, before
+        anything is done, and StorageError on the way.
         """
         console = console or Terminal(quiet=True)
         self.env.prepare(self.seed)
@@ -127,7 +128,7 @@ class Experiment:
 
     def _drive(
         self, folder: Path, viewers: Viewers, console: Terminal, interruption: Interruption
-    ) -> tuple[Ending, RobotError | None]:
+    ) -> tuple[Ending, HopslamError | None]:
         """The loop, with its watchers, whose files are closed whatever ends it."""
         with ExitStack() as stack:
             recorder = Recorder(folder, self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser)
@@ -145,14 +146,14 @@ class Experiment:
                 viewer.end(ending, error)
             return ending, error
 
-    def _loop(self, watchers: Sequence[Watcher], interruption: Interruption) -> tuple[Ending, RobotError | None]:
+    def _loop(self, watchers: Sequence[Watcher], interruption: Interruption) -> tuple[Ending, HopslamError | None]:
         """Whatever ends it, the robot is stopped at once."""
         try:
             patience = self.scenario.hardware.patience
             return run_loop(self.env, self.slam, self.pilot, watchers, self.seed, patience, self.duration), None
         except KeyboardInterrupt:
             return "interrupted", None
-        except RobotError as error:
+        except (RobotError, InputError) as error:  # InputError: of an extractor or matcher of the user's own
             return ("failed", error) if interruption.signal is None else ("interrupted", None)
         finally:
             self.env.close()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import signal
 import threading
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager
 from types import FrameType
 from typing import Final, Self
 
@@ -13,6 +14,8 @@ from slam.run.loop import Step
 ENDING_SIGNALS: Final = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)
 )
+
+_HANG_UP: Final = getattr(signal, "SIGHUP", None)
 
 
 class Interruption:
@@ -29,10 +32,7 @@ class Interruption:
         self._handlers = ExitStack()
 
     def __enter__(self) -> Self:
-        if threading.current_thread() is threading.main_thread():  # no other may handle signals
-            for number in ENDING_SIGNALS:
-                if not is_left_alone(number):
-                    self._handlers.callback(signal.signal, number, signal.signal(number, self._ask))
+        self._handlers.enter_context(handled(self._ask, ENDING_SIGNALS))
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -50,6 +50,15 @@ class Interruption:
             raise KeyboardInterrupt
 
 
-def is_left_alone(number: int) -> bool:
-    """Whether the program was started with nohup, and this is the signal of a closed terminal."""
-    return number == getattr(signal, "SIGHUP", None) and signal.getsignal(number) is signal.SIG_IGN
+@contextmanager
+def handled(handler: Callable[[int, FrameType | None], object], numbers: Iterable[int]) -> Iterator[None]:
+    """Handle these signals while the block runs; only the main thread can.
+
+    The signal of a closed terminal is left alone in a program that was started with nohup.
+    """
+    with ExitStack() as before:
+        if threading.current_thread() is threading.main_thread():
+            for number in numbers:
+                if number != _HANG_UP or signal.getsignal(number) is not signal.SIG_IGN:
+                    before.callback(signal.signal, number, signal.signal(number, handler))
+        yield

@@ -20,6 +20,8 @@ def episode_info(episode: Episode, applied: Twist2D, parts: dict[str, float], en
         "T_map_base": np.full(3, np.nan) if moment.truth is None else _array(moment.truth),
         "pose": _array(moment.T_map_base),
         "pose_from": moment.source,
+        "collided": moment.observation.collided,
+        "stalled": moment.observation.stalled,
         "applied": np.array([applied.linear, applied.angular]),
         "stamp": moment.observation.scan.stamp,
         "seconds": episode.seconds,

@@ -152,6 +152,8 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     | `T_map_base` | (3,) | the true pose: x, y (m), theta (rad); nan where the robot does not know it |
     | `pose` | (3,) | the pose that `goal`, rewards and ends go by: x, y (m), theta (rad) |
     | `pose_from` | str | where `pose` comes from: `truth` or `estimate` |
+    | `collided` | bool | the robot touched something since the last scan |
+    | `stalled` | bool | a wheel cannot turn as it should: the robot is blocked |
     | `applied` | (2,) | v (m/s), omega (rad/s): the command within the limits |
     | `stamp` | float | of the scan, s |
     | `seconds` | float | time in this episode |

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-_WHOLE: Final = {"arrived", "no more scans"}
+_WHOLE: Final = {"arrived", "duration over", "no more scans"}
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,8 +82,8 @@ def end_results(plant: str) -> Iterator[EndResult]:
         yield end_result(ending, plant)
 
 
-def end_result(ending: Ending, plant: str) -> EndResult:
-    """Start the program, wait until its robot drives, and let it end."""
+def end_result(ending: Ending, plant: str, watched: float = _WATCHED) -> EndResult:
+    """Start the program, wait until its robot drives, let it end, and watch the robot for so many seconds."""
     with TemporaryDirectory(prefix="hopslam-") as folder, emulated(load_scenario("corridor"), plant=plant) as emulator:
         out = Path(folder) / "run"
         with emulator, _program(ending, emulator, out) as program:
@@ -91,7 +91,7 @@ def end_result(ending: Ending, plant: str) -> EndResult:
             began = time.monotonic()
             before = emulator.truth[1]
             ending.act(program)
-            to_command, to_stand = _watch(emulator, began)
+            to_command, to_stand = _watch(emulator, began, watched)
             way = before.distance(emulator.truth[1])
             return EndResult(ending.name, to_command, to_stand, way, program.wait(), (out / "metrics.json").exists())
 
@@ -114,10 +114,10 @@ def _await_drive(emulator: Emulator, program: DrivingProgram) -> None:
         time.sleep(0.01)
 
 
-def _watch(emulator: Emulator, began: float) -> tuple[float | None, float | None]:
+def _watch(emulator: Emulator, began: float, watched: float) -> tuple[float | None, float | None]:
     """Seconds until a command to stand had come, and until the robot stood for good."""
     told, moved, last = None, began, emulator.truth
-    while time.monotonic() < began + _WATCHED:
+    while time.monotonic() < began + watched:
         time.sleep(0.005)
         if told is None and emulator.p3dx.motion.linear.target == 0.0:
             told = time.monotonic() - began
@@ -126,4 +126,4 @@ def _watch(emulator: Emulator, began: float) -> tuple[float | None, float | None
             if last[1].distance(now[1]) > _STANDING * (now[0] - last[0]):
                 moved = now[0]
             last = now
-    return told, (moved - began if moved < began + _WATCHED - 0.1 else None)
+    return told, (moved - began if moved < began + watched - 0.1 else None)

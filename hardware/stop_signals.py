@@ -9,15 +9,15 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any, Final, NoReturn
 
-_ENDING: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")
-"""Somebody wants the program to end, whoever handles it."""
+from slam.run.ending_signals import ENDING_SIGNALS
+
 _DEADLY: Final = ("SIGUSR1", "SIGUSR2", "SIGALRM", "SIGVTALRM", "SIGPROF", "SIGIO", "SIGPWR", "SIGXCPU", "SIGSTKFLT")
 """These end a program that does not handle them."""
 _SUSPENDING: Final = ("SIGTSTP", "SIGTTIN", "SIGTTOU")
 
 
 class StopSignals:
-    """Between ``install`` and ``remove``, numbers of signals are written to ``fd``, whatever the main thread is doing.
+    """Writes the numbers of signals to ``fd`` from ``install`` to ``remove``, whatever the main thread is doing.
 
     Signals that would end the program on the spot raise SystemExit in it instead. Those that would suspend it do
     nothing more; the reader of ``fd`` suspends it when the robot stands. Signals that the program handles or ignores
@@ -29,7 +29,7 @@ class StopSignals:
         self._installed = False
         self._handled: list[int] = []
         self._previous_fd = -1
-        self.ending = set(_numbers(_ENDING))
+        self.ending: set[int] = set(ENDING_SIGNALS)  # whoever handles them
         """Numbers of those that end the program."""
         self.suspending = set(_numbers(_SUSPENDING))
         """Numbers of those that suspend it."""

@@ -39,6 +39,11 @@ def hopslam(*words: str | Path, cwd: Path | None = None) -> subprocess.Completed
     )
 
 
+def test_the_command_line_loads_no_numbers_before_a_command_needs_them() -> None:
+    code = "import slam.run.cli, sys; assert not {'numpy', 'numba', 'gymnasium', 'pydantic'} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
 @pytest.fixture(scope="module")
 def paper_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The paper's simulation, whole, with a recording for rerun."""

@@ -27,7 +27,7 @@ from slam.run.commands.schema import schema
 from slam.run.commands.sweep import app as sweep
 from slam.run.commands.view import view
 from slam.run.commands.world import world
-from slam.run.interruption import ENDING_SIGNALS, handled
+from slam.run.ending_signals import ENDING_SIGNALS, handled
 from slam.run.lasting_output import LastingOutput
 from slam.run.terminal import Terminal
 

@@ -1,21 +1,14 @@
-"""Ctrl-C, and the signals that ask a program to end, between two steps of a run."""
+"""Ctrl-C, and the other signals that ask a program to end, between two steps of a run."""
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
+from signal import SIGINT
 from types import FrameType
-from typing import Final, Self
+from typing import Self
 
+from slam.run.ending_signals import ENDING_SIGNALS, handled
 from slam.run.loop import Step
-
-ENDING_SIGNALS: Final = tuple(
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)
-)
-
-_HANG_UP: Final = getattr(signal, "SIGHUP", None)
 
 
 class Interruption:
@@ -46,19 +39,5 @@ class Interruption:
     def _ask(self, number: int, frame: FrameType | None) -> None:
         if self.signal is None:
             self.signal = number
-        elif number == signal.SIGINT:
+        elif number == SIGINT:
             raise KeyboardInterrupt
-
-
-@contextmanager
-def handled(handler: Callable[[int, FrameType | None], object], numbers: Iterable[int]) -> Iterator[None]:
-    """Handle these signals while the block runs; only the main thread can.
-
-    The signal of a closed terminal is left alone in a program that was started with nohup.
-    """
-    with ExitStack() as before:
-        if threading.current_thread() is threading.main_thread():
-            for number in numbers:
-                if number != _HANG_UP or signal.getsignal(number) is not signal.SIG_IGN:
-                    before.callback(signal.signal, number, signal.signal(number, handler))
-        yield

@@ -1,11 +1,10 @@
-"""What stops robots when the program that drives them ends, is suspended, fails, or loses its terminal."""
+"""Stops robots when the program that drives them ends, is suspended, fails, or loses its terminal."""
 
 from __future__ import annotations
 
 import os
 import select
 import signal
-import stat
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -13,15 +12,18 @@ from contextlib import contextmanager
 from typing import Any, Final, NamedTuple
 
 from hardware.stop_signals import StopSignals
+from hardware.watched_streams import watched_streams
 from slam.errors import OutputLost, RobotError
 
 _CLOSE: Final = 0
 """Number that no signal has: it ends the thread."""
-_STREAMS: Final = {0: "standard input", 1: "standard output", 2: "standard error"}
+_lock: Final = threading.Lock()
+_current: _ProcessWatch | None = None
+"""The watch of this process; None while it has no robot."""
 
 
 class Stop(NamedTuple):
-    """How one robot is stopped; both may be called from any thread."""
+    """Two ways to stop one robot; both may be called from any thread."""
 
     end: Callable[[str, RobotError | None], None]
     """Stop for good, for this reason; the error is what the robot should raise from then on, if any."""
@@ -50,7 +52,7 @@ def process_watch(stop: Stop) -> Iterator[None]:
 
 
 class _ProcessWatch:
-    """The thread and what wakes it: numbers of signals on a pipe, hang-ups of streams; and hooks for exceptions."""
+    """A thread that is woken by numbers of signals on a pipe and by hang-ups of streams, and hooks for exceptions."""
 
     def __init__(self) -> None:
         self._stops: list[Stop] = []
@@ -58,7 +60,8 @@ class _ProcessWatch:
         os.set_blocking(self._wakeup, False)
         self._poll = select.poll()
         self._poll.register(self._wake, select.POLLIN)
-        for stream in _watched_streams():
+        self._streams = watched_streams()
+        for stream in self._streams:
             self._poll.register(stream, 0)  # errors and hang-ups, which poll always reports
         self._signals = StopSignals(self._wakeup)
         self._hooks = threading.excepthook, sys.excepthook
@@ -72,7 +75,7 @@ class _ProcessWatch:
         self._signals.install()
 
     def remove(self, stop: Stop) -> bool:
-        """Forget this robot; whether it was the last one, and the watch is over.
+        """Forget this robot, and return whether it was the last one, so that the watch is over.
 
         Only the main thread can give the signals back. Without it the watch goes on, with nothing to stop.
         """
@@ -96,7 +99,7 @@ class _ProcessWatch:
 
     def _lose(self, stream: int) -> None:
         self._poll.unregister(stream)
-        reason = f"{_STREAMS[stream]} is gone"
+        reason = f"{self._streams[stream]} is gone"
         self._end(reason, OutputLost(f"{reason}, so nobody watches the robot: it was stopped; send output to a file"))
 
     def _receive(self, numbers: bytes) -> bool:
@@ -137,10 +140,6 @@ class _ProcessWatch:
         self._hooks[1](kind, *rest)
 
 
-_lock: Final = threading.Lock()
-_current: _ProcessWatch | None = None
-
-
 def _forget() -> None:
     """A forked child has handlers but no thread, and its signals are not its parent's."""
     global _current
@@ -150,16 +149,3 @@ def _forget() -> None:
 
 
 os.register_at_fork(after_in_child=_forget)
-
-
-def _watched_streams() -> list[int]:
-    """The terminal, and whatever reads the output: pipes and sockets; not standard input from a file or a pipe."""
-    return [stream for stream in _STREAMS if os.isatty(stream) or (stream > 0 and _has_reader(stream))]
-
-
-def _has_reader(stream: int) -> bool:
-    try:
-        mode = os.fstat(stream).st_mode
-    except OSError:  # it was closed before the program began
-        return False
-    return stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode)

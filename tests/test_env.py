@@ -180,7 +180,7 @@ def test_options_change_one_episode(options: dict[str, object] | None, place: tu
     ("options", "complaint"),
     [
         ({"strat": [0, 0]}, "no option 'strat'; did you mean start?"),
-        ({"seed": 3}, "no option 'seed'; there are start, goal, settings"),
+        ({"seed": 3}, "no option 'seed'; known here: start, goal, settings"),
         ({"start": [0.0, 0.0]}, r"options: start: \(0, 0\) is inside a solid"),
         ({"goal": [0.0, 0.0]}, r"options: goal: \(0, 0\) is inside a solid"),
         ({"start": "door"}, r"give \[x, y\] or \[x, y, theta\]"),

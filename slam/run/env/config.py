@@ -8,8 +8,8 @@ from pydantic import BeforeValidator, Field, ValidationError
 
 from slam.config import Section
 from slam.errors import ScenarioError
+from slam.run.scenario.texts import texts
 from slam.run.scenario.values import NotNegative, Positive
-from slam.run.texts import texts
 
 ViewName = Literal["scan", "odometry", "slam_pose", "map", "goal"]
 RewardName = Literal["progress", "coverage", "none"]
@@ -22,7 +22,7 @@ def _several(names: Any) -> Any:
 
 
 class EnvConfig(Section):
-    """What the agent does, sees and is paid for; the manual is the docstring of ``P3DXEnv``."""
+    """Actions, views, rewards and ends of an environment; the docstring of ``P3DXEnv`` is their manual."""
 
     action: Literal["twist", "wheels"] = "twist"
     """What the two numbers of an action are."""

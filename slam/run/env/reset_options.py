@@ -1,10 +1,9 @@
-"""What ``reset(options=...)`` may change for one episode."""
+"""The options of ``reset``, which change one episode."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Any, Self
 
 import numpy as np
@@ -13,16 +12,17 @@ from pydantic import ValidationError
 from slam.errors import InputError, ScenarioError
 from slam.pose import Pose2D
 from slam.run.scenario.clearance import obstruction
+from slam.run.scenario.complaint import hint
 from slam.run.scenario.schema import Scenario
+from slam.run.scenario.texts import texts
 from slam.run.scenario.values import Place
-from slam.run.texts import texts
 
 _KEYS = ("start", "goal", "settings")
 
 
 @dataclass(frozen=True, slots=True)
 class ResetOptions:
-    """Where the robot starts, which one way-point it drives to, and settings on top of the scenario's."""
+    """A start of the robot, an only way-point that it drives to, and settings on top of the scenario's."""
 
     start: Place | None = None
     goal: Place | None = None
@@ -36,9 +36,7 @@ class ResetOptions:
             raise InputError(f"options={options!r}: give a dict with any of the keys {', '.join(_KEYS)}")
         for key in given:
             if key not in _KEYS:
-                close = get_close_matches(str(key), _KEYS, n=1)
-                hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(_KEYS)}"
-                raise InputError(f"options: no option {key!r}; {hint}")
+                raise InputError(f"options: no option {key!r}; {hint(str(key), list(_KEYS))}")
         start, goal = given.get("start"), given.get("goal")
         return cls(
             None if start is None else _place("start", start, (2, 3)),

@@ -10,7 +10,7 @@ from slam.run.env.reset_options import ResetOptions
 from slam.run.scenario.file import load_template
 from slam.run.scenario.schema import Scenario
 from slam.run.scenario.template import ScenarioTemplate
-from slam.run.texts import texts
+from slam.run.scenario.texts import texts
 
 
 class Worlds:
@@ -23,26 +23,29 @@ class Worlds:
         allow_modules: str | Sequence[str] = (),
     ) -> None:
         self._given, self._settings, self._allow_modules = scenario, texts(settings), texts(allow_modules)
-        self._template = self._load(())
-        self.first = scenario if isinstance(scenario, Scenario) else self._read(scenario, ()).draw()
-        """The scenario of the file's own seed."""
+        self._template: ScenarioTemplate | None = None
+        if isinstance(scenario, Scenario) and not self._settings:
+            self.first = scenario
+            """The scenario of the file's own seed."""
+        else:
+            self._template = self._load()
+            self.first = self._template.draw()
 
     def draw(self, seed: int | None, options: ResetOptions) -> Scenario:
         """The scenario of the episode of this seed, or of the file's own; ``first`` itself where it is that one."""
-        template = self._load(options.settings) if options.settings else self._template
-        same = template is None or (template is self._template and (seed is None or not template.random))
-        return options.applied(self.first if same or template is None else template.draw(seed))
+        if options.settings:
+            scenario = self._load(options.settings).draw(seed)
+        elif self._template is None or not self._template.random:
+            scenario = self.first
+        else:
+            scenario = self._template.draw(seed)
+        return options.applied(scenario)
 
-    def _load(self, more: tuple[str, ...]) -> ScenarioTemplate | None:
-        """What to draw from, with more settings on top; None for a value, which takes none."""
+    def _load(self, more: tuple[str, ...] = ()) -> ScenarioTemplate:
+        """The file, with more settings on top; ScenarioError for a value, which takes none."""
         settings = self._settings + more
-        if not isinstance(self._given, Scenario):
-            return self._read(self._given, more)
-        if settings:
+        if isinstance(self._given, Scenario):
             raise ScenarioError(
                 f"settings={list(settings)}: the scenario is a value here; change it, or give its name or file instead"
             )
-        return None
-
-    def _read(self, name: str | Path, more: tuple[str, ...]) -> ScenarioTemplate:
-        return load_template(name, self._settings + more, self._allow_modules)
+        return load_template(self._given, settings, self._allow_modules)

@@ -12,7 +12,7 @@ from slam.run.scenario.settings import named_code, parse_setting
 from slam.run.scenario.shipped import find_scenario
 from slam.run.scenario.source import ScenarioSource
 from slam.run.scenario.template import ScenarioTemplate
-from slam.run.texts import texts
+from slam.run.scenario.texts import texts
 
 
 def load_template(
@@ -41,12 +41,12 @@ def read_scenario(name: str | Path, settings: Sequence[str] = ()) -> Scenario:
 
 
 def read_template(name: str | Path, settings: str | Sequence[str] = ()) -> ScenarioTemplate:
-    """As ``load_template``, to be looked at and not to be run: it may name any code, and none of it can be called."""
+    """Load a template to look at and not to run: it may name any code, and none of it can be called."""
     return checked_template(name, texts(settings), None)
 
 
 def checked_template(name: str | Path, settings: Sequence[str], allowed: Sequence[str] | None) -> ScenarioTemplate:
-    """As ``load_template``, for settings that come from a file: only what is ``allowed`` may be named in them."""
+    """Load a template with settings that come from a file: they may name ``allowed`` code only."""
     return ScenarioTemplate(ScenarioSource(find_scenario(name), settings), allowed)
 
 

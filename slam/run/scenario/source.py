@@ -10,8 +10,8 @@ from slam.errors import ScenarioError
 from slam.run.scenario.random_value import is_random
 from slam.run.scenario.settings import apply_settings, parse_setting
 from slam.run.scenario.shipped import find_scenario
+from slam.run.scenario.texts import texts
 from slam.run.scenario.yaml_file import Location, YamlFile
-from slam.run.texts import texts
 
 _MAP_FILE: Final[Location] = ("world", "map", "file")
 

@@ -17,11 +17,11 @@ from slam.run.scenario.complaint import complaint
 from slam.run.scenario.random_value import KINDS
 from slam.run.scenario.settings import named_code
 from slam.run.scenario.shipped import SHIPPED
+from slam.run.scenario.texts import texts
 from slam.run.scenario.yaml_fault import UNREADABLE, yaml_fault
 from slam.run.scenario.yaml_file import Location, YamlFile
 from slam.run.sweep.config import SweepConfig
 from slam.run.sweep.plan import Plan
-from slam.run.texts import texts
 
 _CALL: Final = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 

@@ -1,5 +1,7 @@
 """What the bench of the drivers computes and prints."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -7,6 +9,7 @@ from typer.testing import CliRunner
 from hardware.bench.env_runs import emulated_env_way, simulated_env_way
 from hardware.bench.way_difference import WayDifference
 from slam.run.cli import app
+from slam.run.scenario.file import load_scenario
 
 
 def out_and_back(offset: float, late: int) -> np.ndarray:
@@ -36,7 +39,8 @@ def test_a_robot_that_had_to_wait_is_still_on_the_same_leg() -> None:
 
 def test_a_policy_drives_emulated_devices_as_it_drives_the_simulated_robot() -> None:
     goal = (0.5, 0.0)
-    simulated, emulated = simulated_env_way("corridor", [], goal), emulated_env_way("corridor", [], goal, "plan")
+    load = partial(load_scenario, "corridor")
+    simulated, emulated = simulated_env_way(load, [], goal), emulated_env_way(load, [], goal, "plan")
     for way in (simulated, emulated):
         assert np.hypot(*(way.truth[-1, :2] - goal)) < 0.3  # a busy machine may stop late
         assert np.abs(way.truth[:, 1]).max() < 0.05

@@ -1,4 +1,4 @@
-"""The same policy in the learning environment, simulated and on emulated devices."""
+"""One policy in the learning environment, simulated and on emulated devices."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hardware.bench.bench import emulated, port_settings
-from hardware.bench.twin_runs import DrivenWay, WayNotes
+from hardware.bench.twin_runs import DrivenWay, Load, WayNotes
 from hardware.emulator.emulator import Emulator
 from hardware.robot import HardwareRobot
 from slam.line_slam import Estimate
@@ -18,26 +18,24 @@ from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.run.env.p3dx_env import P3DXEnv
 from slam.run.loop import Step
-from slam.run.scenario.file import load_scenario
 from slam.run.scenario.values import Point
 
 _SPEED, _TURN_SPEED = 0.5, 0.8
-"""m/s and rad/s, at most."""
+"""Largest speeds that the policy asks for, m/s and rad/s."""
 _BRAKING: Final = 15
-"""Steps without motion after the end, in which the robot comes to rest."""
+"""Steps after the end in which no motion is commanded, so that the robot comes to rest."""
 
 
-def simulated_env_way(scenario: str, settings: Sequence[str], goal: Point) -> DrivenWay:
-    """Of the simulated robot, which is told the true way to the goal, x and y in the map frame."""
-    return _drive(P3DXEnv(scenario, settings, observe="goal"), goal, None)
+def simulated_env_way(load: Load, settings: Sequence[str], goal: Point) -> DrivenWay:
+    """Drive the simulated robot, which is told the true way to the goal, x and y in the map frame."""
+    return _drive(P3DXEnv(load(settings), observe="goal"), goal, None)
 
 
-def emulated_env_way(scenario: str, settings: Sequence[str], goal: Point, plant: str) -> DrivenWay:
-    """Of emulated devices that this plant moves, by the drivers and in real time; the way to the goal is SLAM's."""
-    with emulated(load_scenario(scenario, settings), plant=plant) as emulator, emulator:
-        ports = port_settings(emulator)
-        env = P3DXEnv(scenario, [*settings, *ports], observe="goal", backend="hardware", yes=True)
-        return _drive(env, goal, emulator)
+def emulated_env_way(load: Load, settings: Sequence[str], goal: Point, plant: str) -> DrivenWay:
+    """Drive emulated devices that this plant moves, in real time; SLAM tells them the way to the goal."""
+    with emulated(load(settings), plant=plant) as emulator, emulator:
+        scenario = load([*settings, *port_settings(emulator)])
+        return _drive(P3DXEnv(scenario, observe="goal", backend="hardware", yes=True), goal, emulator)
 
 
 def to_the_goal(observation: dict[str, NDArray[Any]]) -> NDArray[np.float32]:

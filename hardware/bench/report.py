@@ -31,7 +31,7 @@ _HAIL: Final = {
 }
 _QUIET: Final = ("lidar.noise=none", "robot.odometry.travel_noise=0")
 _GOAL: Final = (10.0, 0.0)
-"""Of the policy in the environment, map frame, metres."""
+"""Where the policy in the environment drives to: x, y in the map frame, metres."""
 _WATCHDOGS: Final = (2.0, 0.4)
 """Seconds: as delivered, and as docs/bench.md says to set it."""
 
@@ -66,15 +66,15 @@ def fault_table(console: Terminal) -> ResultTable:
 
 
 def _faults() -> Iterator[tuple[FaultResult, str]]:
-    """What came of each fault, and under which condition."""
+    """Each fault's result, and the condition under which it was measured."""
     killed = [(kill_result(watchdog), watchdog) for watchdog in _WATCHDOGS]  # forks, while there are no threads
-    yield from ((result, _with(watchdog)) for result, watchdog in killed)
+    yield from ((result, _watchdog_note(watchdog)) for result, watchdog in killed)
     yield from ((result, "") for result in fault_results(FAULTS, _WATCHDOGS[0]))
     for watchdog in _WATCHDOGS:
-        yield from ((result, _with(watchdog)) for result in fault_results(CUT_OFF, watchdog))
+        yield from ((result, _watchdog_note(watchdog)) for result in fault_results(CUT_OFF, watchdog))
 
 
-def _with(watchdog: float) -> str:
+def _watchdog_note(watchdog: float) -> str:
     return f", watchdog {watchdog:g} s"
 
 
@@ -127,10 +127,11 @@ def twin_table(
     return ResultTable(f"{scenario}, simulated and on emulated devices", columns, rows, notes)
 
 
-def env_table(scenario: str, settings: Sequence[str]) -> ResultTable:
+def env_table(scenario: str, settings: Sequence[str], allow_modules: Sequence[str] = ()) -> ResultTable:
     """One policy in the environment, simulated and on emulated devices, from the start to ``_GOAL``."""
-    twin = simulated_env_way(scenario, settings, _GOAL)
-    ways = {f"hardware, plant {plant}": emulated_env_way(scenario, settings, _GOAL, plant) for plant in PLANTS}
+    load = partial(load_scenario, scenario, allow_modules=allow_modules)
+    twin = simulated_env_way(load, settings, _GOAL)
+    ways = {f"hardware, plant {plant}": emulated_env_way(load, settings, _GOAL, plant) for plant in PLANTS}
     columns = (
         "", "pose error\nrms, cm", "largest\ncm", "way from sim\nrms, cm", "largest\ncm", "heading\ndeg",
         "at rest\ncm",

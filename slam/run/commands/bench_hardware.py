@@ -71,7 +71,7 @@ def bench_hardware(
         Part.LOAD: lambda: report.load_table(seconds, console),
         Part.NOISE: lambda: report.noise_table(packets, console),
         Part.SIM: lambda: report.twin_table(scenario, settings or [], console, allow_modules or []),
-        Part.ENV: lambda: report.env_table(scenario, settings or []),
+        Part.ENV: lambda: report.env_table(scenario, settings or [], allow_modules or []),
     }
     for part, table in tables.items():
         if not parts or part in parts:

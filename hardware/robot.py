@@ -59,7 +59,7 @@ class HardwareRobot(Closing):
         """What stamp 0 is on the host's monotonic clock, seconds; None before the first scan."""
         self._commanded_at = 0.0
         self._motion = threading.Lock()
-        self._over: str | None = None
+        self._over = False
         self._failure: RobotError | None = None
 
     def __enter__(self) -> Self:
@@ -71,7 +71,7 @@ class HardwareRobot(Closing):
             devices.callback(self._base.close)
             self._guard = Guard(self._ages, self._base.halt)
             devices.callback(self._guard.close)
-            self._over = self._failure = None
+            self._over, self._failure = False, None
             devices.enter_context(process_watch(Stop(self._end, self._suspend)))
             self._devices = devices.pop_all()
         atexit.register(self.close)
@@ -126,13 +126,13 @@ class HardwareRobot(Closing):
         if not self._consent.given:
             self._guard.moving = False
             self._base.drive(Twist2D())
-            self._consent.ask(lambda: self._over is not None)
+            self._consent.ask(lambda: self._over)
 
     def _end(self, reason: str, error: RobotError | None) -> None:
         """Stop, and stand until the robot is opened anew; ``error`` is raised by whoever uses it until then."""
         with self._motion:
             self._guard.stop(reason)
-            self._over, self._failure = reason, self._failure or error
+            self._over, self._failure = True, self._failure or error
 
     def _suspend(self, reason: str) -> None:
         """Stop, and stand until somebody has agreed again, ``yes`` or not."""

@@ -60,7 +60,7 @@ class SimRobot(Closing):
 
     @property
     def furniture(self) -> FloatArray:
-        """Where the furniture that can be pushed is now: x, y, theta, map frame, metres, radians, shape (M, 3)."""
+        """Present poses of the furniture that can be pushed: x, y, theta, map frame, metres, radians, shape (M, 3)."""
         return self._furniture.places
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
@@ -92,9 +92,9 @@ class SimRobot(Closing):
         return self._base.command(command)
 
     def _read_sonar(self, T_map_base: Pose2D) -> tuple[float, ...]:
-        people = self._people
-        ring = self._sonar
-        return ring.read(T_map_base, people.legs, people.leg_radii, self._furniture.places) if ring else ()
+        if self._sonar is None:
+            return ()
+        return self._sonar.read(T_map_base, self._people.legs, self._people.leg_radii, self._furniture.places)
 
     def _sweep(self) -> Sweep:
         """Let the time of the beams pass; what moved meanwhile, one row for each control step.

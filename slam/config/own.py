@@ -1,4 +1,4 @@
-"""A part of the method that is not in this repository."""
+"""Settings of a part of the method that is the user's own code."""
 
 from __future__ import annotations
 
@@ -37,22 +37,21 @@ class OwnMethod(Section):
     @field_validator("method")
     @classmethod
     def _is_allowed(cls, method: str, info: ValidationInfo) -> str:
-        allowed = _allowed_by(info)
+        allowed = _allowed_in(info.context)
         if allowed is not None and not is_allowed(method, allowed):
             raise ValueError(refusal(method))
         return method
 
     def model_post_init(self, context: Any, /) -> None:
         """Take the permission of the validation along."""
-        allowed = context.get(ALLOWED) if isinstance(context, Mapping) else None
-        if allowed is not None:
-            self._allowed = tuple(allowed)
+        self._allowed = _allowed_in(context) or ()
 
     def call(self, *arguments: Any, **more: Any) -> Any:
-        """What the code gives back; InputError, of one line, where it is not allowed, not found, or fails."""
+        """Call the code, and return its result; InputError, of one line, where it is not allowed or found, or fails."""
         return call(self.method, find_code(self.method, self._allowed), *arguments, options=self.options, **more)
 
 
-def _allowed_by(info: ValidationInfo) -> tuple[str, ...] | None:
-    allowed = info.context.get(ALLOWED) if isinstance(info.context, Mapping) else None
+def _allowed_in(context: Any) -> tuple[str, ...] | None:
+    """The code that a validation context allows; None where the context does not say."""
+    allowed = context.get(ALLOWED) if isinstance(context, Mapping) else None
     return None if allowed is None else tuple(allowed)

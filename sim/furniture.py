@@ -1,4 +1,4 @@
-"""The furniture of a scenario that the robot can push, in the simulated world and before its rays."""
+"""Furniture that the robot can push: bodies in the simulated world, and outlines that stop the lidar's rays."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ class Furniture:
         self._find = [world.bullet.prepared(pybullet.getBasePositionAndOrientation, body) for body in self._bodies]
 
     def leave(self) -> None:
-        """Stand far from everything and from each other: see ``P3dx.leave``."""
+        """Put all of it far from everything and from each other: see ``P3dx.leave``."""
         for number, body in enumerate(self._bodies):
             self._world.send_away(body, number + 1)
 
     @property
     def places(self) -> FloatArray:
-        """Where all of it is now: x, y, theta in the map, (M, 3); metres, radians."""
+        """Present poses: x, y, theta in the map frame, (M, 3); metres, radians."""
         places = [(x, y, 2.0 * atan2(qz, qw)) for (x, y, _), (_, _, qz, qw) in (find() for find in self._find)]
         return np.array(places, np.float64).reshape(-1, 3)
 
 
 class MovingOutlines:
-    """What a horizontal plane at ``height`` metres cuts of things that move."""
+    """Outlines of things that move, in a horizontal plane at ``height`` metres."""
 
     def __init__(self, movables: Sequence[Movable], height: float) -> None:
         ends = [
@@ -50,7 +50,7 @@ class MovingOutlines:
     def stop(
         self, origins: FloatArray, directions: FloatArray, ranges: FloatArray, places: FloatArray, steps: float
     ) -> None:
-        """Shorten ``ranges`` (N,) where an outline stands in the way of a ray when it fires.
+        """Shorten ``ranges`` (N,) in place where an outline stands in the way of a ray when it fires.
 
         ``places`` (C, M, 3) are x, y and theta of the things; from one ray to the next, ``steps`` rows pass.
         """

@@ -27,7 +27,7 @@ MOTOR_TORQUE: Final = 1.2
 """N m at a wheel, the most that the firmware lets it push; 25 N for both. The 9 kg robot climbs the 25 % of its data
 sheet with 21 N, and its ramps need 5 N. Tyres on a dry floor hold more than that (``Traction.friction``)."""
 DRAG_TORQUE: Final = 0.3
-"""N m at a wheel whose motor is cut: what the gears hold. Ours."""
+"""N m with which the gears hold a wheel whose motor is cut. The value is ours."""
 
 
 Contact = tuple[float, float]
@@ -136,7 +136,7 @@ class P3dx:
 
     @property
     def twist(self) -> Twist2D:
-        """How the base moved at the last reading of the encoders, as its simulated wheels say."""
+        """Velocity of the base at the last reading of the encoders, as its simulated wheels say."""
         left, right = self._rims
         return Twist2D((left + right) / 2.0, (right - left) / TRACK)
 

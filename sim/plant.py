@@ -113,7 +113,7 @@ class SimPlant:
         self._lidar.glance(np.zeros(1), self._sweep([self._place()] * 2, 1.0), 0.0, 0.0, np.random.default_rng(0))
 
     def _sweep(self, path: Sequence[tuple[float, float, float]], seconds: float) -> Sweep:
-        """The base on its way between two places, all else where it is now."""
+        """Sweep from one place of the base to another, with all else where it is now."""
         people, things = np.array([self._people.legs] * 2), np.array([self._furniture.places] * 2)
         return Sweep(np.array(path), people, seconds, things)
 

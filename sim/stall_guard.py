@@ -20,7 +20,7 @@ STANDING: Final = 0.02
 
 
 class StallGuard:
-    """Watches both wheels once a control step, of which there are ``rate`` a second."""
+    """Decides when the motors are cut, by a look at both wheels in each of ``rate`` control steps a second."""
 
     def __init__(self, rate: int) -> None:
         self._patience = round(STALL_TIME * rate)
@@ -48,8 +48,10 @@ class StallGuard:
 
 
 def pushing_in_vain(speeds: Sequence[float], torques: Sequence[float], limit: float) -> bool:
-    """Whether a motor strains at its limit and a wheel stands, while no wheel turns with ease: one that does swings the
-    robot around what it has met."""
+    """Whether a motor strains at its limit and a wheel stands, while no wheel turns with ease.
+
+    A wheel that turns with ease swings the robot around what it has met.
+    """
     standing = [abs(speed) <= STANDING for speed in speeds]
     straining = [abs(torque) > 0.99 * limit for torque in torques]
     return any(straining) and any(standing) and all(map(or_, standing, straining))

@@ -39,7 +39,7 @@ FAR_AWAY: Final = (1e4, 1e4, 5.0)
 SLIDING: Final = 0.3
 """Friction of furniture on the floor; wood or felt has 0.2 to 0.5."""
 UPRIGHT: Final = 1e6
-"""Inertia of furniture about its horizontal axes, kg m^2: it does not tip over."""
+"""Inertia of furniture about its horizontal axes, kg m^2; so large that it does not tip over."""
 
 FLOOR, WALLS, ROBOT, PEOPLE, SILLS, MOVABLE = 1, 2, 4, 8, 16, 32
 """Collision groups, used in p3dx.urdf too. Rays belong to group 1 and meet walls and sills only."""
@@ -175,7 +175,7 @@ class World(Closing):
 
 
 def _shape(prism: Prism) -> dict[str, Any]:
-    """A part of a thing, in the words of PyBullet: a box along the axes of the frame, or a cylinder."""
+    """Arguments by which PyBullet makes a part of a thing: a box along the axes of its frame, or a cylinder."""
     middle, height = prism.footprint.mean(axis=0), prism.top - prism.bottom
     length, width = np.ptp(prism.footprint, axis=0)
     return {

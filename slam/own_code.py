@@ -13,9 +13,9 @@ from slam.errors import HopslamError, InputError
 from slam.late import late
 
 PLACE: Final = r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$"
-"""How such code is named."""
+"""Pattern of the names of such code: ``module:name``."""
 _NAMED: Final = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
-_NOTHING: Final[Mapping[str, Any]] = {}
+_NO_OPTIONS: Final[Mapping[str, Any]] = {}
 
 
 def is_allowed(place: str, allowed: Sequence[str]) -> bool:
@@ -46,7 +46,7 @@ def find_code(place: str, allowed: Sequence[str]) -> Any:
     except InputError:
         raise
     except Exception as error:
-        raise InputError(f"{place}: {_told(error, place)}") from error
+        raise InputError(f"{place}: {_one_line(error, place)}") from error
     if place not in allowed and not _defined_there(code, place):
         raise InputError(f"{place} comes from another module; if you trust it, add --allow-module {place}")
     if not callable(code):
@@ -58,11 +58,11 @@ def call(
     place: str,
     code: Any,
     *arguments: Any,
-    options: Mapping[str, Any] = _NOTHING,
+    options: Mapping[str, Any] = _NO_OPTIONS,
     raises: type[HopslamError] = InputError,
     **more: Any,
 ) -> Any:
-    """What the code gives back. ``options`` are the user's, ``more`` this project's keyword arguments.
+    """Call the code, and return its result. ``options`` are the user's keyword arguments, ``more`` are this project's.
 
     Raises ``raises``, of one line, where it takes no such arguments or raises anything but an error of this project.
     """
@@ -72,17 +72,17 @@ def call(
         raise
     except Exception as error:
         misfit = _misfit(code, arguments, more, options) if isinstance(error, TypeError) else None
-        raise raises(f"{place} {misfit}" if misfit else f"{place}: {_told(error, place)}") from error
+        raise raises(f"{place} {misfit}" if misfit else f"{place}: {_one_line(error, place)}") from error
 
 
 def expect(place: str, value: Any, kind: type, raises: type[HopslamError] = InputError) -> None:
-    """Raises ``raises``, which names the place and what it gave back, where the value is not of this kind."""
+    """Require a value of this kind; ``raises``, which names the place and what it returned, where it is another."""
     if not isinstance(value, kind):
         raise raises(f"{place} returned {kind_of(value)}, not {kind.__name__}; see docs/extend.md")
 
 
 def expect_parts(place: str, value: Any, names: Sequence[str], kind: str) -> None:
-    """InputError where the value lacks an attribute that a ``kind`` has."""
+    """Require the attributes that a ``kind`` has; InputError names those that the value lacks."""
     if missing := [name for name in names if not hasattr(value, name)]:
         raise InputError(f"{place} is no {kind}: {kind_of(value)} has no {', '.join(missing)}; see docs/extend.md")
 
@@ -99,7 +99,7 @@ def _defined_there(code: Any, place: str) -> bool:
 
 
 def _misfit(code: Any, arguments: Sequence[Any], more: Mapping[str, Any], options: Mapping[str, Any]) -> str | None:
-    """What of the arguments the code does not take; None where it takes them, or does not say what it takes."""
+    """Say which arguments the code does not take; None where it takes them, or does not say what it takes."""
     try:
         taken = signature(code)
     except (TypeError, ValueError):
@@ -116,8 +116,8 @@ def _misfit(code: Any, arguments: Sequence[Any], more: Mapping[str, Any], option
     return None
 
 
-def _told(error: Exception, place: str) -> str:
-    """The error in one line, with the line of the module in which it came up."""
+def _one_line(error: Exception, place: str) -> str:
+    """Describe the error in one line, with the line of the module in which it came up."""
     if isinstance(error, SyntaxError):
         return f"SyntaxError: {error.msg} ({error.filename}:{error.lineno})"
     file = getattr(sys.modules.get(place.partition(":")[0]), "__file__", None)

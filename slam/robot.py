@@ -30,7 +30,7 @@ class Observation:
     sonar: tuple[float, ...] = ()
     """Ranges of the front sonar ring, metres, inf without an echo, from left to right; () without a ring."""
     people: tuple[tuple[float, float], ...] = ()
-    """Where people are after the last beam, x and y in the map frame, metres; () where nobody is, or nobody knows."""
+    """Positions of people after the last beam, x and y in the map frame, metres; () for none, or where nobody knows."""
 
 
 class Robot(Protocol):

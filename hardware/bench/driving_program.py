@@ -29,12 +29,12 @@ while True:
     robot.observe()
     robot.drive(Twist2D(0.3, 0.0))
 """
-"""Source of a program of somebody's own, whose second thread fails once it gets a line; its words are settings."""
+"""Source of a user's own program. Its arguments are settings, and its second thread fails once a line comes in."""
 _HOPSLAM: Final = "from slam.run.cli import main; main()"
 _TAKE_TERMINAL: Final = "import os; os.close(os.open(os.ttyname(0), os.O_RDWR))\n"
-"""The leader of a session gets the first terminal that it opens."""
+"""Source that opens the terminal: the leader of a session is given the first one that it opens."""
 _GRACE: Final = 20.0
-"""Seconds in which a program ends that was asked to."""
+"""Seconds that a program has to end after it was asked to."""
 
 
 class DrivingProgram(Closing):
@@ -53,7 +53,7 @@ class DrivingProgram(Closing):
 
     @property
     def pid(self) -> int:
-        """Its number."""
+        """Process id."""
         return self._process.pid
 
     def send(self, number: int) -> None:
@@ -67,7 +67,7 @@ class DrivingProgram(Closing):
         self._process.stdin.flush()
 
     def drain(self) -> None:
-        """Take what it has written to its terminal, which would fill up."""
+        """Read what it has written to its terminal, which would fill up otherwise."""
         with suppress(OSError):  # nothing has come, or nobody is there
             os.read(self._master, 65536)
 
@@ -82,7 +82,7 @@ class DrivingProgram(Closing):
         self._process.stdout.close()
 
     def wait(self) -> int | None:
-        """Its exit code, negative for the signal that killed it; None when it does not end."""
+        """Wait for its exit code, negative for the signal that killed it; None when it does not end."""
         try:
             return self._process.wait(_GRACE)
         except subprocess.TimeoutExpired:

@@ -1,4 +1,4 @@
-"""Ways in which a program ends, or is suspended, while its robot drives: how soon the robot is told, and stands."""
+"""How soon a robot is told to stop, and stands, when the program that drives it ends or is suspended."""
 
 from __future__ import annotations
 
@@ -19,41 +19,44 @@ from slam.errors import RobotError
 from slam.run.scenario.file import load_scenario
 
 _STANDING: Final = 0.01
-"""m/s: what moves more slowly stands."""
+"""Speed below which a robot stands, m/s."""
 _WATCHED: Final = 1.5
-"""Seconds for which the robot is watched."""
+"""Seconds for which the robot is watched after the ending."""
 _START: Final = 60.0
-"""Seconds in which a program has its robot driving."""
+"""Seconds that a program has until its robot drives."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """What happens to a program, and whether that is ``hopslam run`` or one of somebody's own, on a terminal or not."""
+    """An event that ends or suspends a program, and the kind of program that it happens to."""
 
     name: str
     act: Callable[[DrivingProgram], None]
     own_program: bool = False
+    """Whether the program is a user's own; else it is ``hopslam run``."""
     on_terminal: bool = False
+    """Whether it runs on a terminal; else its streams are pipes."""
 
 
 @dataclass(frozen=True, slots=True)
 class EndResult:
-    """What came of an ending; seconds are counted from it, None for never."""
+    """The outcome of an ending; seconds are counted from it, None for never."""
 
     name: str
     to_command: float | None
     """Seconds until a command to stand had arrived."""
     to_stand: float | None
+    """Seconds until the robot stood for good."""
     way: float
     """Metres driven after it."""
     exit_code: int | None
-    """Of the program, negative for a signal; None while it has not ended."""
+    """The program's exit code, negative for a signal; None while it has not ended."""
     recorded: bool
     """Whether the run's folder has its metrics."""
 
 
 def _fill_disk(program: DrivingProgram) -> None:
-    """Let no file of the program grow any more."""
+    """Forbid that any file of the program grows, as on a full disk."""
     resource.prlimit(program.pid, resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
 
 
@@ -77,7 +80,7 @@ ENDINGS: Final = (
 
 
 def end_results(plant: str) -> Iterator[EndResult]:
-    """Each ending of a program that drives a robot which this plant moves."""
+    """Measure each ending, with a robot that this plant moves."""
     for ending in ENDINGS:
         yield end_result(ending, plant)
 
@@ -115,7 +118,7 @@ def _await_drive(emulator: Emulator, program: DrivingProgram) -> None:
 
 
 def _watch(emulator: Emulator, began: float, watched: float) -> tuple[float | None, float | None]:
-    """Seconds until a command to stand had come, and until the robot stood for good."""
+    """Return the seconds until a command to stand had come, and until the robot stood for good."""
     told, moved, last = None, began, emulator.truth
     while time.monotonic() < began + watched:
         time.sleep(0.005)

@@ -1,4 +1,4 @@
-"""What a base does that cannot go on: pushed against people, walls and sills for seconds on end."""
+"""A base that cannot go on: driven against people, walls and sills for seconds on end."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from slam.run.scenario.schema import Scenario
 
 FORWARD: Final = Twist2D(0.3)
 AT_REST: Final = 2e-3
-"""A base that moves less than this in a scan stands: metres, and radians times 0.2 m."""
+"""A base that moves less than this from scan to scan stands: metres, and radians times 0.2 m."""
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """One command, held: a row for every scan."""
+    """The record of one command that was held: a row for each scan."""
 
     seconds: FloatArray
     truth: FloatArray
@@ -44,7 +44,7 @@ class Drive:
 
     @property
     def growth(self) -> tuple[float, float]:
-        """How far the odometry went from where it was at the first stall: metres, radians; nan without a stall."""
+        """Farthest way and turn of the odometry from the first stall on: metres, radians; nan without a stall."""
         if not self.stalled.any():
             return float("nan"), float("nan")
         after = self.odometry[int(np.flatnonzero(self.stalled)[0]) :]
@@ -53,7 +53,7 @@ class Drive:
 
 
 def _ways(poses: FloatArray) -> FloatArray:
-    """From each pose to the next, metres; a radian counts as 0.2 m."""
+    """Distances from each pose to the next, metres; a radian counts as 0.2 m."""
     steps = np.diff(poses, axis=0)
     ways: FloatArray = np.hypot(steps[:, 0], steps[:, 1]) + 0.2 * np.abs(np.angle(np.exp(1j * steps[:, 2])))
     return ways
@@ -80,7 +80,7 @@ def sill(height: float, at: float = 0.6, **box: Any) -> dict[str, Any]:
 
 
 def drive(scenario: Scenario, command: Twist2D = FORWARD, seconds: float = 13.0, seed: int = 0) -> Drive:
-    """Hold the command for so long."""
+    """Hold the command for so many seconds, and record each scan."""
     rows = []
     with SimRobot(scenario, seed) as robot:
         for _ in range(round(10.0 * seconds)):
@@ -98,7 +98,7 @@ def drive(scenario: Scenario, command: Twist2D = FORWARD, seconds: float = 13.0,
 def sill_outcome(
     scenario: Scenario, command: Twist2D = FORWARD, seconds: float = 5.0
 ) -> Literal["over", "stopped", "hung"]:
-    """``over``: it went on at its speed to the end. ``stopped``: it stands and says so; else ``hung``."""
+    """Drive at a sill: ``over`` goes on at its speed to the end, ``stopped`` stands and says so, else ``hung``."""
     driven = drive(scenario, command, seconds)
     speed = 10.0 * np.hypot(*(driven.truth[-1, :2] - driven.truth[-2, :2]))
     if not driven.stalled.any() and abs(speed - abs(command.linear)) < 0.02:
@@ -113,4 +113,4 @@ CASES: Final[dict[str, dict[str, Any]]] = {
     **{f"a wall at {angle} degrees": {"world": wall(radians(angle))} for angle in (0, 10, 30, 45, 60)},
     "a corner of the room": {"world": {"walls": [{"points": [[1.0, -2.0], [1.0, 0.3], [-2.0, 0.3]]}]}},
 }
-"""What stands before a robot that starts at the origin and drives along x; a wall at 0 degrees is met head on."""
+"""Obstacles for a robot that starts at the origin and drives along x; a wall at 0 degrees is met head on."""

@@ -14,7 +14,7 @@ from slam.run.bench.tables import ResultTable
 from slam.run.terminal import Terminal
 
 SILLS: Final = range(5, 41)
-"""Heights, millimetres."""
+"""Heights of the sills, millimetres."""
 
 
 def sim_tables(long: bool, console: Terminal) -> list[ResultTable]:

@@ -13,11 +13,11 @@ from slam.own_code import expect, kind_of
 from slam.scan import LaserScan
 
 _COLUMNS: Final = {"first": (), "last": (), "rho": (), "theta": (), "start": (2,), "end": (2,)}
-"""Shape of one segment's share of each array."""
+"""Shape of one segment's entry in each array."""
 
 
 def own_segments(scan: LaserScan, config: OwnMethod) -> Segments:
-    """The segments of the scan; InputError, which names the extractor, for what are none."""
+    """The segments of the scan; InputError, which names the extractor, where it returns none such."""
     segments: Segments = config.call(scan)
     expect(config.method, segments, Segments)
     count = np.shape(segments.rho)[:1]

@@ -13,8 +13,10 @@ from slam.scan import LaserScan
 
 
 class OwnMapper:
-    """Stands before the user's object. InputError, of one line that names it, where it cannot be made, is no matcher,
-    raises, or gives back something else than a Match."""
+    """Calls the matcher of the user, and checks what it returns.
+
+    InputError, of one line that names it, where it cannot be made, is no matcher, raises, or returns no Match.
+    """
 
     def __init__(self, config: OwnMethod, T_base_laser: Pose2D, seed: int) -> None:
         self._place = place = config.method
@@ -25,12 +27,12 @@ class OwnMapper:
 
     @property
     def points(self) -> Any:
-        """What of its map is shown as points."""
+        """The part of its map that is shown as points."""
         return self._mapper.points
 
     @property
     def lines(self) -> Any:
-        """What of its map is shown as lines."""
+        """The part of its map that is shown as lines."""
         return self._mapper.lines
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:

@@ -21,10 +21,10 @@ BACKENDS: Final = {
 
 PLANTS: Final = {"sim": "sim.plant:SimPlant", "plan": "hardware.emulator.kinematic_plant:scenario_plant"}
 """What moves the emulated devices: a function of the scenario."""
-_PLANT: Final = (
+_PLANT_PARTS: Final = (
     "T_map_base", "elapsed", "odometry", "travel", "stalled", "advance", "ranges", "bumpers", "sonar",
 )  # fmt: skip
-"""What it has: see hardware/emulator/plant.py."""
+"""Attributes that a plant has: see hardware/emulator/plant.py."""
 
 
 def make_plant(name: str, *args: Any) -> Any:
@@ -33,7 +33,7 @@ def make_plant(name: str, *args: Any) -> Any:
     if name in PLANTS:
         return late(place)(*args)
     plant = call(place, find_code(place, (place,)), *args)
-    expect_parts(place, plant, _PLANT, "plant")
+    expect_parts(place, plant, _PLANT_PARTS, "plant")
     return plant
 
 
@@ -53,7 +53,7 @@ def is_restartable(backend: str) -> bool:
 
 
 def _robot_code(backend: str) -> Any:
-    """What makes the robots of the named back end."""
+    """The class or function that makes the robots of the named back end."""
     place = _place(backend, BACKENDS, "robot back end")
     return late(place) if backend in BACKENDS else find_code(place, (place,))
 

@@ -19,9 +19,9 @@ from slam.run.pilot import Pilot
 from slam.run.robot_env import RobotEnv
 
 Ending = Literal["arrived", "collided", "duration over", "no more scans", "interrupted", "failed"]
-"""As ``metrics.json`` has it. Until 0.1 the end of a scenario's duration was called ``no more scans`` too."""
+"""Reason for which a run ends, as in ``metrics.json``. Until 0.1 ``no more scans`` also meant ``duration over``."""
 _NO_TIME: Final = 2.5
-"""With less than so many scan times left, the duration is why no scan comes."""
+"""Where fewer scan times than this are left, no scan comes because the duration is over."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,8 +13,11 @@ from slam.scan import LaserScan
 
 
 class OwnRobot:
-    """Stands before the user's object. InputError where it cannot be made or is no robot; RobotError, which names it,
-    where it raises, or gives back something else than Robot asks for."""
+    """Calls the robot of the user, and checks what it returns.
+
+    InputError where it cannot be made or is no robot; RobotError, which names it, where it raises, or returns something
+    else than Robot asks for.
+    """
 
     def __init__(self, place: str, *arguments: Any, **more: Any) -> None:
         self._place = place

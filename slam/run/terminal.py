@@ -69,5 +69,5 @@ class Terminal(Console):
         self.print(Markdown(text), soft_wrap=False)
 
     def _watched(self) -> Console:
-        """Where a user sees what moves: here, or on standard error."""
+        """The console on which a user sees what moves: this one, or standard error."""
         return self if self.is_terminal or self.quiet else Terminal(stderr=True)

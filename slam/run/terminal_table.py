@@ -29,12 +29,12 @@ class TerminalTable:
     """
 
     columns: Sequence[str]
-    """All empty: the table has no head."""
+    """Head of each column; where all are empty, the table has no head."""
     rows: Sequence[Sequence[str]]
     title: str = ""
     notes: str = ""
     bold_rows: int = 0
-    """So many of the first rows stand out."""
+    """Number of rows, from the first on, that are bold."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         available = options.max_width if console.is_terminal else sys.maxsize
@@ -66,11 +66,11 @@ class _Size(NamedTuple):
     """Widths of a column in characters."""
 
     least: int
-    """Without breaking a word, or a short cell."""
+    """Least width that breaks no word and no short cell."""
     whole: int
-    """Without wrapping anything."""
+    """Width that wraps nothing."""
     word: int
-    """Of the longest word."""
+    """Width of the longest word."""
 
     @classmethod
     def of(cls, cells: Sequence[str]) -> Self:
@@ -96,7 +96,7 @@ def _blocks(sizes: Sequence[_Size], available: int) -> Iterator[dict[int, int]]:
 
 
 def _widened(columns: Sequence[tuple[int, _Size]], room: int) -> dict[int, int]:
-    """Give what room is left to the columns that can use it, from the left."""
+    """Widths by index, after the room that is left went to the columns that can use it, from the left."""
     widths = {}
     for index, size in columns:
         more = max(0, min(size.whole - size.least, room))

@@ -75,7 +75,7 @@ def localize(
 
 
 def _is_recorded(source: str) -> bool:
-    """Whether there is a file or folder of this name that is no scenario. A shipped scenario comes before a folder."""
+    """Whether a file or folder of this name exists that is no scenario. A shipped scenario comes before a folder."""
     from slam.run.scenario.shipped import shipped_scenarios
 
     path = Path(source)

@@ -19,7 +19,9 @@ from slam.run.scenario.schema import Scenario
 
 
 class Episode:
-    """Begins with the first observation, at the pose ``start``; ``moment`` is what the last one came to.
+    """One episode, which begins with the first observation, at the pose ``start``.
+
+    ``moment`` holds all that is known after the last observation.
 
     The method runs where the configuration needs it, and where the robot does not know the truth.
     """

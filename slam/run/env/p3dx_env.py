@@ -295,7 +295,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         return Episode(self.config, scenario, self._extent, seed, unmoved or scenario.robot.start.pose, first)
 
     def _left_at(self) -> Pose2D | None:
-        """Where the last episode says that the robot stands now, at rest; None where there was none."""
+        """Bring the robot to rest, and return its pose in the last episode; None where there was no episode."""
         if self._episode is None:
             return None
         self._driven.come_to_rest(self._episode.see)
@@ -350,7 +350,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
 
 
 def _options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
-    """What the back end is made with; InputError where it cannot be driven, or asks nobody."""
+    """Options with which the back end is made; InputError for options that do not fit it, and for a recorded log."""
     if backend == "replay":
         raise InputError("backend='replay': a recorded log obeys no agent; run: hopslam replay LOG")
     if backend != "hardware" and (yes or dry_run):

@@ -23,7 +23,7 @@ from slam.matching.surfel_memory import SurfelMemory
 from slam.pose import FloatArray, Pose2D
 from slam.run.maps.schema import VERSION, MapDocument, SavedGrid
 from slam.run.results.files import write_whole
-from slam.run.scenario.complaint import told
+from slam.run.scenario.complaint import complaint_about
 from slam.saved_slam import SavedSlam
 
 COLUMNS = 7  # of a surfel, without the link to the next
@@ -100,7 +100,7 @@ def _complaint(errors: ValidationError) -> str:
     error = min(errors.errors(), key=lambda error: error["loc"] != ("version",))
     if error["loc"] == ("version",) and error["type"] != "missing":
         return f"version: this hopslam reads version {VERSION}, and not {error['input']!r}; map again, or update"
-    location, reason = told(error, MapDocument)
+    location, reason = complaint_about(error, MapDocument)
     key = ".".join(map(str, location)) or "the whole"
     return f"{key}: {reason}; a map is written by hopslam run and replay as map.json"
 

@@ -78,7 +78,7 @@ class MapCanvas:
             draw.text(place, text or time, fill=colour, font=self._font)
 
     def _placed(self, across: int, letters: int) -> tuple[list[tuple[tuple[int, int], str, str]], int]:
-        """Where the time (an empty text) and the names begin, in as many rows as they need; and the height of that."""
+        """Place the time (an empty text) and the names in as many rows as they need; also return the rows' height."""
         gap, height = _FINE * _GAP, 3 * letters // 2
         x, y, places = gap // 2, gap // 2, []
         for text, colour in (("", PAPER.faint), *_NAMES):

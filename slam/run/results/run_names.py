@@ -9,9 +9,9 @@ from typing import Any, Final
 from slam.run.results.run_record import RunRecord
 
 _NAMED: Final = 3
-"""So many differing settings are named, the others are counted."""
+"""Number of differing settings that are named; the others are counted."""
 _LONGEST: Final = 24
-"""Characters of a value."""
+"""Characters that are shown of a value."""
 
 
 def run_names(records: Sequence[RunRecord]) -> list[str]:
@@ -36,7 +36,7 @@ def _settings(records: Sequence[RunRecord]) -> list[str]:
 
 
 def _whole(record: RunRecord) -> dict[str, Any]:
-    """Seed, settings, and what was given beside them."""
+    """The seed, the settings, and what else was given to the run."""
     given = {key: (record.metrics or {}).get(key) for key in ("backend", "log", "map", "start")}
     return {"seed": record.config.seed, **record.config.model_dump(mode="json", exclude={"description"}), **given}
 
@@ -50,14 +50,14 @@ def _leaves(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, 
 
 
 def _setting(key: str, value: Any) -> str:
-    """Without the sections in which the key stands, and with the beginning of a long value."""
+    """A setting without the sections in which its key stands, and with the beginning of a long value."""
     text = "none" if value is None else str(value)
     short = text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
     return f"seed {short}" if key == "seed" else f"{key.rpartition('.')[2]}={short}"
 
 
 def _dates(records: Sequence[RunRecord]) -> list[str]:
-    """When each run began; nothing where they began together."""
+    """Date and time at which each run began; empty where all began together."""
     began = [str((record.metrics or {}).get("began", "")) for record in records]
     times = [datetime.fromisoformat(text).strftime("%Y-%m-%d %H:%M:%S") if text else "cut off" for text in began]
     return times if len(set(times)) > 1 else [""] * len(times)

@@ -1,4 +1,4 @@
-"""What is allowed in a scenario and hardly meant: a way through a wall, a thing as long as a street, an idle limit."""
+"""Cautions about values of a scenario that are allowed and hardly meant, such as a way through a wall."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from slam.run.scenario.values import Point
 from slam.run.scenario.yaml_file import Location
 
 HALF_WIDTH: Final = 0.19
-"""Of the robot, metres: where a solid is nearer to its way than this, it cannot pass."""
+"""Half of the robot's width, metres: where a solid is nearer to its way than this, it cannot pass."""
 LARGE: Final = 50.0
-"""A piece of furniture longer than this, metres, is hardly meant ..."""
+"""Length of furniture beyond which it is hardly meant, metres."""
 FAR: Final = 20.0
-"""... nor a place so far outside of everything that stands, metres ..."""
+"""Distance from everything that stands beyond which a place is hardly meant, metres."""
 RUNNING: Final = 3.0
-"""... nor somebody who walks faster than this, m/s."""
+"""Speed beyond which a person is hardly meant to walk, m/s."""
 
 Caution = tuple[Location, str]
 """The path of a key, and what is strange about its value."""
 
 
 class _Solids:
-    """Footprints, with the boxes around them, so that each metre or two of a way meets its neighbours only."""
+    """Footprints with the boxes around them, by which each piece of a way is compared with its neighbours only."""
 
     def __init__(self, footprints: Sequence[FloatArray]) -> None:
         self._footprints = footprints
@@ -50,7 +50,7 @@ class _Solids:
 
 
 def cautions(scenario: Scenario) -> Iterator[Caution]:
-    """One for each key that is strange, in the order of the file's sections."""
+    """One caution for each key whose value is strange, in the order of the file's sections."""
     yield from _large_things(scenario)
     yield from _hasty_people(scenario)
     yield from _blocked_people(scenario)

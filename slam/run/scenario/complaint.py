@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with a scenario, in the words of its YAML file."""
+"""Errors of pydantic about a scenario, told in the words of its YAML file."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from slam.run.scenario.yaml_file import Location
 
 
 class _Place(NamedTuple):
-    """Where in the schema a path leads."""
+    """The place in the schema that a path leads to."""
 
     path: Location
-    """As the file has it, without the names of methods that pydantic puts into it."""
+    """The path as the file has it, without the names of methods that pydantic puts into it."""
     section: Any
     """The annotation of the innermost section, or choice of sections, on it."""
     value: Any
@@ -30,15 +30,15 @@ class _Place(NamedTuple):
 
 
 def complaint(errors: ValidationError, section: type[BaseModel]) -> tuple[Location, str]:
-    """The path of the key, as the file has it, and what is wrong with it: with unknown keys first of all.
+    """Tell the first of several errors, an unknown key before all others.
 
-    ``section`` is the schema of the whole.
+    Returns the path of the key, as the file has it, and what is wrong with it. ``section`` is the schema of the whole.
     """
-    return told(min(errors.errors(), key=lambda error: error["type"] != "extra_forbidden"), section)
+    return complaint_about(min(errors.errors(), key=lambda error: error["type"] != "extra_forbidden"), section)
 
 
-def told(error: ErrorDetails, section: type[BaseModel]) -> tuple[Location, str]:
-    """The same of one error."""
+def complaint_about(error: ErrorDetails, section: type[BaseModel]) -> tuple[Location, str]:
+    """Tell one error: the path of the key, and what is wrong with it."""
     place = _walk(error["loc"], section)
     if error["type"] == "union_tag_invalid":
         return (*place.path, _chooser(place.section)), _reason(error, place)
@@ -49,7 +49,7 @@ def told(error: ErrorDetails, section: type[BaseModel]) -> tuple[Location, str]:
 
 
 def hint(word: str, known: list[str]) -> str:
-    """What was perhaps meant, or all that there is."""
+    """Name the known word that was perhaps meant, or all that are known."""
     close = get_close_matches(word, known, n=1)
     return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
 
@@ -69,7 +69,7 @@ def _reason(error: ErrorDetails, place: _Place) -> str:
 
 
 def _unknown(key: str, place: _Place) -> str:
-    """An unknown key: one that another choice of the section has, an option of the user's own code, or a slip."""
+    """Say why a key is unknown: another choice of the section has it, own code takes it, or it is misspelt."""
     if place.section is OwnMethod:
         return f"unknown key; what your own code takes stands under {'.'.join(map(str, place.path[:-1]))}.options"
     names = [name for name, section in place.others.items() if key in section.model_fields and name != OWN]
@@ -79,7 +79,7 @@ def _unknown(key: str, place: _Place) -> str:
 
 
 def _belongs_elsewhere(names: list[str], place: _Place) -> str:
-    """What must be chosen for a key that other choices of the section have."""
+    """Say what must be chosen so that the section has this key."""
     *outer, part, _ = map(str, place.path)
     needed = f"{'.'.join([*outer, part])}.{_chooser_of(place.others)}={' or '.join(names)}"
     if (mode := mode_of(part, names[0])) is None:
@@ -112,7 +112,7 @@ def _walk(location: Location, section: Any) -> _Place:
 
 
 def _item(annotation: Any, index: int) -> Any:
-    """What an item of this list is."""
+    """The annotation of an item of this list."""
     items = get_args(annotation)
     return items[index] if is_fixed_list(annotation) and index < len(items) else items[0] if items else annotation
 

@@ -1,4 +1,4 @@
-"""What pydantic misses in a value, in the words of somebody who writes a scenario file."""
+"""Descriptions of the value that was expected, in the words of somebody who writes a scenario file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _PLAIN: Final[dict[str, str]] = {
     "less_than": "a number less than {lt}", "less_than_equal": "a number of at most {le}",
     "literal_error": "{expected}",
 }  # fmt: skip
-"""What was expected, by the type of the error, with what its context holds."""
+"""Expected values by the type of pydantic's error, with the fields of its context."""
 _PATTERNS: Final = {
     PLACE: "module:name, such as my_lines:split",
     r"^[A-Za-z0-9][A-Za-z0-9._ -]*$": "letters, digits, spaces and any of . _ -, with a letter or a digit first",
@@ -76,14 +76,14 @@ def _words(kind: str, context: dict[str, Any], annotation: Any) -> str | None:
 
 
 def _with_value(words: str, value: Any, meant: str = "") -> str:
-    """With what was given instead, cut short; a mapping goes without saying."""
+    """Append the value that was given, cut short, unless it is a mapping."""
     given = "" if isinstance(value, dict) else f"got {_short.repr(value)}"
     notes = "; ".join(filter(None, (given, meant)))
     return f"{words} ({notes})" if notes else words
 
 
 def _meant(value: Any, annotation: Any) -> str:
-    """What of a choice of words was perhaps meant, or how a number becomes text."""
+    """Name the word of a choice that was perhaps meant, or say how a number becomes text."""
     if annotation is str and isinstance(value, int | float):
         return "put it in quotes"
     known = [choice for choice in get_args(annotation) if isinstance(choice, str)]

@@ -14,7 +14,7 @@ FIRMWARE_TRACK: Final = 0.357
 
 
 _URLS: Final = ("socket", "rfc2217", "loop")
-"""Of pyserial's kinds of URL those that reach a device, and write no file."""
+"""Pyserial's kinds of URL that reach a device and write no file."""
 
 
 def _port(name: str) -> str:

@@ -48,7 +48,7 @@ def named_code(settings: Iterable[tuple[Location, Any]]) -> Iterator[str]:
 
 
 def _code_in(value: Any, rest: Location) -> Iterator[str]:
-    """What stands at the rest of the path, or may be drawn to stand there."""
+    """The code at the rest of the path, and all that a random value may put there."""
     if is_random(value):
         for choice in value.get("choice", ()):
             yield from _code_in(choice, rest)

@@ -49,7 +49,7 @@ class World(Section):
         return [*self.boxes, *self.tables, *self.cylinders]
 
     def _prisms(self, things: Sequence[Wall | Box | Table | Cylinder]) -> list[Prism]:
-        """Those of these things, then those of the map."""
+        """Prisms of these things, then those of the map."""
         return [*(prism for thing in things for prism in thing.prisms()), *(self.map.prisms() if self.map else ())]
 
     def joined(self, other: World) -> World:

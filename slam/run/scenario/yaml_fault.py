@@ -1,4 +1,4 @@
-"""What is wrong with a text that is not YAML, in plain words."""
+"""Faults of a text that is not YAML, in plain words."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Final
 import yaml
 
 UNREADABLE: Final = (yaml.YAMLError, ValueError, KeyError, AttributeError, RecursionError)
-"""What PyYAML raises for text that it cannot read; the builtin errors are of values such as 2024-13-45."""
+"""Exceptions of PyYAML for text that it cannot read; the builtin ones are of values such as 2024-13-45."""
 _WORDS: Final = (
     (r"'\\t' that cannot start", "a tab; YAML is indented with spaces only"),
     (r"character ('.+') that cannot start", "text that begins with {0} must be in quotes"),
@@ -34,7 +34,7 @@ _WORDS: Final = (
     (r"for merging", "after << a mapping belongs; put the key in quotes if it is text"),
 )  # fmt: skip
 _FOUND_AT_THE_END: Final = re.compile(r"expected ',' or|the node content|unexpected end|could not find expected")
-"""For these, the line where the thing begins says more than the line where it was found out."""
+"""Faults for which the line where the value begins says more than the line where PyYAML found them."""
 
 
 def yaml_fault(error: Exception) -> tuple[int | None, str]:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
 from slam.config import Section
-from slam.run.scenario.complaint import told
+from slam.run.scenario.complaint import complaint_about
 from slam.run.scenario.random_value import KINDS, is_random
 
 Mode = Literal["hopslam", "paper", "dead_reckoning"]
@@ -34,7 +34,7 @@ def _random(given: Any) -> Any:
     try:
         kind.model_validate(given)
     except ValidationError as errors:
-        raise ValueError(told(errors.errors()[0], kind)[1]) from errors
+        raise ValueError(complaint_about(errors.errors()[0], kind)[1]) from errors
     return given
 
 

@@ -23,7 +23,7 @@ ONE_THREAD: Final = dict.fromkeys(
 
 
 class Pool:
-    """So many workers, which stay warm from job to job; each has one job at a time.
+    """``size`` workers, which stay warm from job to job; each has one job at a time.
 
     ``allowed`` is the code that the user allows: see slam/config/own.py.
     """

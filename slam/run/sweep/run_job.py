@@ -41,7 +41,7 @@ def run_job(job: Job, runs: str, keep: Keep, allowed: Sequence[str] = ()) -> Row
 
 
 def experiment_of(job: Job, allowed: Sequence[str] = ()) -> Experiment:
-    """As ``job.command`` makes it, with the code that the user allows."""
+    """The experiment that ``job.command`` runs, with the code that the user allows."""
     settings, source = [*job.settings, f"seed={job.seed}"], shipped_file(job.source)
     if job.kind == "log":
         return replay_experiment(Path(source), checked_template("replay", settings, allowed).draw())

@@ -63,7 +63,7 @@ def count_tests(points: FloatArray, sigma_Th: float, psi: int) -> int:
 
 
 def _tested(points: FloatArray, sigma_Th: float, psi: int) -> list[int]:
-    """Of how many points hopping computes sigma_3, test by test."""
+    """Numbers of points of which hopping computes sigma_3, test by test."""
     counts = []
 
     def counted(tested: FloatArray) -> float:
@@ -99,7 +99,7 @@ def _watched(points: FloatArray, advance: Callable[[float], object]) -> Callable
     whole = ROUNDS["full_u"] * sum(l * l for psi in PSI for l in _tested(points, SIGMA_TH, psi))
     untold = 0.0
 
-    def told(tested: FloatArray) -> float:
+    def measured(tested: FloatArray) -> float:
         nonlocal untold
         untold += len(tested) ** 2 / whole
         if untold > _STEP:
@@ -107,4 +107,4 @@ def _watched(points: FloatArray, advance: Callable[[float], object]) -> Callable
             untold = 0.0
         return sigma_3_full(tested)
 
-    return lambda points, psi: hop_by_svd(points, SIGMA_TH, psi, told)
+    return lambda points, psi: hop_by_svd(points, SIGMA_TH, psi, measured)

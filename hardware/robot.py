@@ -34,8 +34,8 @@ class HardwareRobot(Closing):
     It ends after the scenario's duration. It moves once somebody has agreed on the terminal, or at once with ``yes``;
     with ``dry_run`` never. It stops when the block is left for whatever reason, when commands, scans or odometry stay
     away, when the program is told to end, is suspended, fails in any thread or loses its terminal, and by its own
-    watchdog when this process is killed. Stamps are seconds since the first scan's beginning. Who observes less often
-    than scans come gets the oldest that wait, up to four, or with ``newest`` the last.
+    watchdog when this process is killed. Stamps are seconds since the first scan's beginning. Up to four scans wait for
+    a caller that observes less often than they come; it gets the oldest of them, or with ``newest`` the last.
     """
 
     def __init__(

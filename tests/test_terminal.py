@@ -72,7 +72,7 @@ def test_numbers_are_whole_at_any_width() -> None:
         "T [m]", ["method", *(f"column {k}\n[deg]" for k in range(8))], [["RANSAC, long name", *numbers]]
     )
     for width in (*range(20, 140, 7), None):
-        text = shown(table.rich(), width=width)
+        text = shown(table.for_terminal(), width=width)
         assert set(numbers) <= set(text.split()), width
         assert text.count("[deg]") == 8
 

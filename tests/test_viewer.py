@@ -117,7 +117,7 @@ def test_what_is_no_target_is_bad_input(text: str) -> None:
 
 
 def test_without_a_target_rerun_is_not_even_imported() -> None:
-    code = "import sys, slam.run.experiment, slam.run.conduct; sys.exit('rerun' in sys.modules)"
+    code = "import sys, slam.run.experiment, slam.run.run_and_report; sys.exit('rerun' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
     assert Viewers().open(SETTING) is None
 

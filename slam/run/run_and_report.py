@@ -1,4 +1,4 @@
-"""How a command makes a run."""
+"""A run as the commands make it: with viewers, a summary and an exit code."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from slam.run.terminal import Terminal
 from slam.run.viewer.viewers import Viewers
 
 
-def conduct(experiment: Experiment, out: Path | None, rerun: list[str] | None, console: Terminal) -> None:
-    """Run it, show what came out, and go on serving it where a page of it is served.
+def run_and_report(experiment: Experiment, out: Path | None, rerun: list[str] | None, console: Terminal) -> None:
+    """Run the experiment, print its summary, and keep the web viewer open until Ctrl-C where there is one.
 
-    Raises the error of a robot that failed, and leaves with 130 after Ctrl-C, 128 + N after the signal N.
+    Raises the error of a run that failed. Leaves with exit code 130 after Ctrl-C, 128 + N after the signal N.
     """
     with Viewers(rerun or (), console) as viewers:
         outcome = experiment.run(out, viewers, console)

@@ -19,12 +19,12 @@ class ResultTable:
     notes: str = ""
     """What to know about the numbers."""
 
-    def rich(self) -> TerminalTable:
-        """For the terminal."""
+    def for_terminal(self) -> TerminalTable:
+        """The table as the terminal shows it."""
         return TerminalTable(self.columns, self.rows, self.title, self.notes)
 
     def markdown(self) -> str:
-        """For a report, with an empty line at the end."""
+        """The table in Markdown, with an empty line at the end."""
         names = [column.replace("\n", " ") for column in self.columns]
         alignment = ["---", *["---:"] * (len(self.columns) - 1)]
         lines = ["| " + " | ".join(row) + " |" for row in (names, alignment, *self.rows)]

@@ -43,7 +43,7 @@ def paper(
 
     report = reproduce(out, quick, console)
     for table in report.tables:
-        console.print(table.rich())
+        console.print(table.for_terminal())
     console.print(f"report and pictures in {report.path.parent}")
 
 
@@ -75,7 +75,7 @@ def lines(
 
     tables = scene_tables(seeds, console) if log is None else log_tables(log, console, sensor)
     for table in tables:
-        console.print(table.rich())
+        console.print(table.for_terminal())
     if out is not None:
         write_tables(out, tables)
 
@@ -99,7 +99,7 @@ def sim(
 
     report = import_module("sim.bench.report")  # late: sim stands on slam, and not slam on sim
     for table in report.sim_tables(long, console):
-        console.print(table.rich())
+        console.print(table.for_terminal())
 
 
 @app.command()
@@ -130,7 +130,7 @@ def slam(
 
     made = tables(logs or [], data, load_scenario("replay", settings or []).slam, console)
     for table in made:
-        console.print(table.rich())
+        console.print(table.for_terminal())
     if out is not None:
         write_tables(out, made, "SLAM on recorded logs")
 
@@ -165,7 +165,7 @@ def localize(
 
     for name in scenarios or ["office_loop", "random_office"]:
         scenario = load_scenario(name, ["lidar.caster=exact", *(settings or [])], allow_modules or [])
-        console.print(localization_table(scenario, trials, seconds, seed, console).rich())
+        console.print(localization_table(scenario, trials, seconds, seed, console).for_terminal())
 
 
 @app.command()
@@ -196,7 +196,7 @@ def match(
     found = compare(read_scenario(scenario), places, seed, console)
     tables = match_tables(found)
     for table in tables:
-        console.print(table.rich())
+        console.print(table.for_terminal())
     if png is not None:
         draw_comparison(png, found)
     if out is not None:
@@ -223,7 +223,7 @@ def sweep(
     from slam.run.bench.sweep_report import sweep_tables
 
     for table in sweep_tables(runs, ray, console):
-        console.print(table.rich())
+        console.print(table.for_terminal())
 
 
 @app.command("slam-sim")
@@ -260,7 +260,7 @@ def slam_sim(
     runs = range(first_seed, first_seed + seeds)
     made = tables(scenarios or [], runs, hour, tuple(settings or ()), console, tuple(allow_modules or ()))
     for table in made:
-        console.print(table.rich())
+        console.print(table.for_terminal())
     if out is not None:
         write_tables(out, made, "SLAM in the simulator")
 
@@ -284,7 +284,7 @@ def viewer(
     from slam.run.bench.viewer_cost import viewer_table
     from slam.run.scenario.file import load_scenario
 
-    console.print(viewer_table(load_scenario(scenario, [], allow_modules or []), scans, console).rich())
+    console.print(viewer_table(load_scenario(scenario, [], allow_modules or []), scans, console).for_terminal())
 
 
 @app.command()
@@ -303,4 +303,4 @@ def start(
     """
     from slam.run.bench.start_up import start_up_table
 
-    console.print(start_up_table(scenario, repeats, console, allow_modules or []).rich())
+    console.print(start_up_table(scenario, repeats, console, allow_modules or []).for_terminal())

@@ -75,4 +75,4 @@ def bench_hardware(
     }
     for part, table in tables.items():
         if not parts or part in parts:
-            console.print(table().rich())
+            console.print(table().for_terminal())

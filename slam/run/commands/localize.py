@@ -53,10 +53,10 @@ def localize(
     hopslam localize runs/latest --map /tmp/office/map.json
     """
     from slam.run.commands.recorded import recorded_experiment
-    from slam.run.conduct import conduct
     from slam.run.experiment import scenario_experiment
     from slam.run.localization import localized
     from slam.run.logs import BagTopics
+    from slam.run.run_and_report import run_and_report
     from slam.run.scenario.file import load_scenario
 
     console, path, allowed = Terminal(), Path(source), allow_modules or []
@@ -71,7 +71,7 @@ def localize(
         )
         by_seed = [] if seed is None else [f"seed={seed}"]
         experiment = scenario_experiment(load_scenario(source, [*(settings or []), *by_seed], allowed))
-    conduct(localized(experiment, saved_map), out, rerun, console)
+    run_and_report(localized(experiment, saved_map), out, rerun, console)
 
 
 def _is_recorded(source: str) -> bool:

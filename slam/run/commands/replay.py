@@ -53,8 +53,8 @@ def replay(
     hopslam replay second_half.log --map runs/latest/map.json --start saved
     """
     from slam.run.commands.recorded import recorded_experiment
-    from slam.run.conduct import conduct
     from slam.run.logs import BagTopics
+    from slam.run.run_and_report import run_and_report
 
     console, topics = Terminal(), BagTopics(scan_topic, odom_topic)
     experiment = recorded_experiment(log, scenario, settings or [], allow_modules or [], topics, console)
@@ -62,4 +62,4 @@ def replay(
         from slam.run.localization import continued
 
         experiment = continued(experiment, saved_map, start)
-    conduct(experiment, out, rerun, console)
+    run_and_report(experiment, out, rerun, console)

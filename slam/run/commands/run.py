@@ -45,8 +45,8 @@ def run(
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
     """
     from slam.run.commands.scenario_warnings import draw_with_warnings
-    from slam.run.conduct import conduct
     from slam.run.experiment import scenario_experiment
+    from slam.run.run_and_report import run_and_report
     from slam.run.scenario.file import load_template
 
     if backend == "replay":
@@ -62,4 +62,4 @@ def run(
         from slam.run.localization import continued
 
         experiment = continued(experiment, saved_map, start)
-    conduct(experiment, out, rerun, console)
+    run_and_report(experiment, out, rerun, console)

@@ -154,7 +154,7 @@ def report(
 
     made = write_report(out, metric)
     for table in made.tables:
-        console.print(table.rich())
+        console.print(table.for_terminal())
     for run in [*made.worst[:3], *made.failed[:3]]:
         console.print(f"{run.case}: {run.reason} ({run.id})\n  {run.command}")
     console.print(f"report in {made.page}")
@@ -194,4 +194,4 @@ def _show_plan(plan: Plan, out: str, jobs: int) -> None:
 
     with console.waiting("timing one run of each kind"):
         table = plan_table(plan, out, jobs)
-    console.print(table.rich())
+    console.print(table.for_terminal())

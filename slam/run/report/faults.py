@@ -13,7 +13,7 @@ from slam.run.results.run_record import RunRecord
 from slam.run.results.traces import Traces
 
 _GAP: Final = 1.8
-"""So many scan periods without a scan are a gap."""
+"""Number of scan periods without a scan that make a gap."""
 _STALLED: Final = 1.0
 """Seconds without motion under a command, from which on the robot is said to stand against something."""
 _CREEP: Final = 0.02, 0.05

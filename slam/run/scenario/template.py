@@ -18,8 +18,7 @@ from slam.run.scenario.source import ScenarioSource
 from slam.run.scenario.yaml_file import Location
 
 _ATTEMPTS: Final = 50
-"""So often a scenario is drawn anew because a solid stands where the robot is to be."""
-_GENERATOR_SEED: Final[Location] = ("generate", "seed")
+"""Number of draws of a scenario in which a solid stands where the robot is to be, before it is an error."""
 
 
 class ScenarioTemplate:
@@ -54,7 +53,7 @@ class ScenarioTemplate:
         return self._draw(seed) if self.random else self._first.model_copy(update={"seed": seed})
 
     def cautions(self, scenario: Scenario) -> list[str]:
-        """A line on every key whose value is strange in a scenario that was drawn, naming file, line and key."""
+        """Warnings about strange values of a scenario that was drawn; each names file, line and key."""
         return [str(self._source.error(key, reason)) for key, reason in cautions(scenario)]
 
     def _draw(self, seed: int, attempt: int = 0) -> Scenario:

@@ -12,10 +12,11 @@ from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.interruption import Interruption
-from slam.run.loop import Step, run_loop
+from slam.run.loop import run_loop
 from slam.run.pilot import Passenger, WaypointPilot
 from slam.run.robot_env import RobotEnv
 from slam.run.scenario.schema import Route
+from slam.run.step import Step
 from slam.scan import LaserScan, Lidar
 
 LIDAR = Lidar(-0.5, 0.5, 3, 0.1, 9.0, 0.1)

@@ -18,13 +18,13 @@ from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
 from slam.run.logs.tum import format_tum
-from slam.run.loop import Step
 from slam.run.results.files import GrowingGeoJson, whole_file, write_whole
 from slam.run.results.map_picture import draw_map
 from slam.run.results.metrics import measure
 from slam.run.results.progress import RunProgress
 from slam.run.results.recorder import STEP_COLUMNS
 from slam.run.results.run_folder import make_run_folder
+from slam.run.step import Step
 from slam.run.terminal import Terminal
 from slam.scan import LaserScan
 

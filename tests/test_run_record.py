@@ -12,12 +12,12 @@ from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.experiment import Experiment, replay_experiment
-from slam.run.loop import Step
 from slam.run.results.log_reader import logged_mount, logged_observations
 from slam.run.results.recorder import Recorder
 from slam.run.results.run_log import RunLog
 from slam.run.results.run_record import RunRecord
 from slam.run.scenario.file import load_scenario
+from slam.run.step import Step
 from slam.scan import LaserScan
 
 MOUNT = Pose2D(0.16, 0.01, 0.1)

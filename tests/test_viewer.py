@@ -24,7 +24,7 @@ from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.cli import app
-from slam.run.loop import Step
+from slam.run.step import Step
 from slam.run.terminal import Terminal
 from slam.run.viewer.broadcast import Broadcast
 from slam.run.viewer.curves import PLOTS

@@ -17,8 +17,8 @@ from slam.line_slam import Estimate
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.run.env.p3dx_env import P3DXEnv
-from slam.run.loop import Step
 from slam.run.scenario.values import Point
+from slam.run.step import Step
 
 _SPEED, _TURN_SPEED = 0.5, 0.8
 """Largest speeds that the policy asks for, m/s and rad/s."""

@@ -14,9 +14,10 @@ from hardware.robot import HardwareRobot
 from slam.pose import FloatArray, Pose2D
 from slam.run.experiment import Experiment, scenario_experiment
 from slam.run.interruption import Interruption
-from slam.run.loop import Step, Watcher, run_loop
+from slam.run.loop import run_loop
 from slam.run.results.progress import RunProgress
 from slam.run.scenario.schema import Scenario
+from slam.run.step import Step, Watcher
 from slam.run.terminal import Terminal
 from slam.run.warm_up import warm_up
 

@@ -26,7 +26,7 @@ from slam.run.dead_reckoning import DeadReckoning
 from slam.run.estimator import Estimator, make_estimator, map_made_by
 from slam.run.interruption import Interruption
 from slam.run.logs import BagTopics, read_log
-from slam.run.loop import Ending, Watcher, run_loop
+from slam.run.loop import Ending, run_loop
 from slam.run.maps.file import write_map
 from slam.run.pilot import Passenger, Pilot, WaypointPilot
 from slam.run.results.files import write_whole
@@ -39,6 +39,7 @@ from slam.run.results.run_log import RunLog
 from slam.run.robot_env import RobotEnv
 from slam.run.scenario.file import dump_scenario
 from slam.run.scenario.schema import Scenario
+from slam.run.step import Watcher
 from slam.run.terminal import Terminal
 from slam.run.viewer.run_viewer import RunViewer
 from slam.run.viewer.setting import Setting

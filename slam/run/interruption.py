@@ -8,7 +8,7 @@ from types import FrameType
 from typing import Self
 
 from slam.run.ending_signals import ENDING_SIGNALS, handled
-from slam.run.loop import Step
+from slam.run.step import Step
 
 
 class Interruption:

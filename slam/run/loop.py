@@ -3,48 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import inf
-from typing import Final, Literal, Protocol
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.line_slam import Estimate
 from slam.odometry import Twist2D
 from slam.robot import Observation
 from slam.run.estimator import Estimator
 from slam.run.patience import step_patiently
 from slam.run.pilot import Pilot
 from slam.run.robot_env import RobotEnv
+from slam.run.step import Step, Watcher
 
 Ending = Literal["arrived", "collided", "duration over", "no more scans", "interrupted", "failed"]
 """Reason for which a run ends, as in ``metrics.json``. Until 0.1 ``no more scans`` also meant ``duration over``."""
 _NO_TIME: Final = 2.5
 """Where fewer scan times than this are left, no scan comes because the duration is over."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Step:
-    """One turn of the loop."""
-
-    index: int
-    observation: Observation
-    estimate: Estimate
-    applied: Twist2D
-    """The command on the way here, within the robot's limits; in a replay, what was recorded."""
-    progress: float
-    """Share of the route that is behind."""
-    timeouts: int = 0
-    """How often the robot was silent for too long before this scan."""
-
-
-class Watcher(Protocol):
-    """Sees every step of a run, and changes nothing."""
-
-    def see(self, step: Step) -> None:
-        """Take note of one step."""
-        ...
 
 
 def run_loop(

@@ -14,9 +14,10 @@ from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 from slam.run.experiment import scenario_experiment
 from slam.run.logs.log import relative_poses
-from slam.run.loop import Ending, Step, run_loop
+from slam.run.loop import Ending, run_loop
 from slam.run.scenario.file import load_scenario
 from slam.run.scenario.schema import Scenario
+from slam.run.step import Step
 from slam.run.terminal import Terminal
 from slam.run.warm_up import warm_up
 from slam.scan import LaserScan

@@ -12,8 +12,9 @@ from typing import Final, NamedTuple
 
 from slam.run.bench.tables import ResultTable
 from slam.run.experiment import Experiment, scenario_experiment
-from slam.run.loop import Step, run_loop
+from slam.run.loop import run_loop
 from slam.run.scenario.schema import Scenario
+from slam.run.step import Step
 from slam.run.terminal import Terminal
 from slam.run.viewer.address import listens
 from slam.run.viewer.broadcast import Broadcast

@@ -9,7 +9,7 @@ import numpy as np
 from slam.line_slam import Estimate
 from slam.odometry import Twist2D
 from slam.run.env.episode import Episode
-from slam.run.loop import Step
+from slam.run.step import Step
 from slam.run.terminal import Terminal
 from slam.run.viewer.address import listens
 from slam.run.viewer.programs import data_address, has_display

@@ -6,7 +6,7 @@ from time import perf_counter
 from typing import Self
 
 from slam.pose import Pose2D
-from slam.run.loop import Step
+from slam.run.step import Step
 from slam.run.terminal import Terminal
 
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from slam.pose import FloatArray, Pose2D
 from slam.run.logs.tum import format_tum
-from slam.run.loop import Step
 from slam.run.results.files import GrowingGeoJson, GrowingText
+from slam.run.step import Step
 
 STEP_COLUMNS: Final = (
     "stamp", "mapped", "iterations", "converged", "map_points", "segments", "extraction_ms", "slam_ms", "v", "omega",

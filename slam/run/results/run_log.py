@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Final
 
 from slam.pose import Pose2D
-from slam.run.loop import Step
 from slam.run.ros.encoder import Encoder, nanoseconds
 from slam.run.ros.mcap_writer import McapWriter
 from slam.run.ros.topics import GROUND_TRUTH, ODOM, SCAN, TF, TF_STATIC
+from slam.run.step import Step
 
 LOG: Final = "log.mcap"
 _SCANS_A_CHUNK: Final = 8

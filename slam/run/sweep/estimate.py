@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import Final
 
-from slam.run.loop import Step, run_loop
+from slam.run.loop import run_loop
+from slam.run.step import Step
 from slam.run.sweep.job import Job
 from slam.run.sweep.run_job import experiment_of
 from slam.run.terminal import Terminal

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from slam.run.loop import Step
+from slam.run.step import Step
 
 Level = Literal["INFO", "WARN", "ERROR"]
 

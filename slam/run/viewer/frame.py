@@ -9,7 +9,7 @@ import numpy as np
 from slam.deskew import deskewed
 from slam.lines.segments import Segments
 from slam.pose import FloatArray, Pose2D
-from slam.run.loop import Step
+from slam.run.step import Step
 from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
 
 _NO_ENDS = np.empty((0, 2, 2))

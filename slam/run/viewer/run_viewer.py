@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slam.run.loop import Step
+from slam.run.step import Step
 from slam.run.viewer.events import Event, EventWatch
 from slam.run.viewer.frame import frame_of
 from slam.run.viewer.setting import Setting

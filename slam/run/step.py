@@ -1,0 +1,33 @@
+"""A step of a run, and those who watch it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from slam.line_slam import Estimate
+from slam.odometry import Twist2D
+from slam.robot import Observation
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One turn of the loop: a scan, its estimate, and the command that led to it."""
+
+    index: int
+    observation: Observation
+    estimate: Estimate
+    applied: Twist2D
+    """The command on the way here, within the robot's limits; in a replay, what was recorded."""
+    progress: float
+    """Share of the route that is done, 0 to 1."""
+    timeouts: int = 0
+    """Number of times that the robot was silent for too long before this scan."""
+
+
+class Watcher(Protocol):
+    """Sees every step of a run, and changes nothing."""
+
+    def see(self, step: Step) -> None:
+        """Take note of one step."""
+        ...

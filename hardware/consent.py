@@ -11,7 +11,7 @@ from slam.errors import RobotError
 
 _QUESTION: Final = "The robot is about to move. Is its way free, and a hand at the emergency stop? [y/N] "
 _LOOK: Final = 0.1
-"""Seconds after which it is seen that the program should end instead."""
+"""Seconds between two looks at whether the program should end instead."""
 
 
 class Consent:

@@ -20,7 +20,7 @@ from slam.run.warm_up import warm_up
 from slam.scan import LaserScan
 
 _BRAKING: Final = 5.0
-"""Seconds in which a robot comes to rest."""
+"""Seconds that a robot has to come to rest."""
 _REST: Final = Twist2D(0.005, 0.01)
 """A robot that is slower than this, m/s and rad/s, is at rest."""
 
@@ -97,7 +97,7 @@ class DrivenRobot:
         return applied, self.robot.observe()
 
     def _open(self, scenario: Scenario, seed: int) -> None:
-        """A robot that can still observe after the last scan of an episode, until it has come to rest."""
+        """Open a robot that can still observe after the last scan of an episode, until it has come to rest."""
         self.close()
         longer = scenario.model_copy(update={"duration": scenario.duration + 2.0 * _BRAKING})
         robot = make_robot(self._backend, longer, seed=seed, **self._options)

@@ -60,7 +60,7 @@ class Episode:
         return self._no_more_scans or self.turns >= self._last_turn
 
     def run_out(self) -> None:
-        """There are no more scans; the moment stays what it is."""
+        """Take note that there are no more scans; the moment stays what it is."""
         self._no_more_scans = True
 
     def see(self, observation: Observation) -> Moment:

@@ -14,7 +14,7 @@ from slam.run.scenario.texts import texts
 
 
 class Worlds:
-    """Drawn from one scenario: a name or a path with settings on top, or a value."""
+    """Draws scenarios from a file, given by name or path with settings on top; a scenario as a value stays as it is."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""Bounds of a number with a unit, whose error says which other unit was perhaps meant."""
+"""Bounds of a number with a unit, whose error names the unit in which the number was perhaps given."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from pydantic_core import CoreSchema, core_schema
 class Within:
     """Metadata of an annotated float: the least and the largest value that can be meant, in ``unit``.
 
-    A file's bounds say more than a physical limit: a number in another unit, ``slip``, lies far outside of them. One
-    ``slip`` is ``factor`` units. The JSON schema has the bounds too.
+    A number given in ``wrong_unit``, of which one is ``factor`` units, lies far outside of these bounds, and the error
+    converts it. The JSON schema has the bounds too.
     """
 
     low: float
     high: float
     unit: str
-    slip: str
+    wrong_unit: str
     factor: float
 
     def check(self, value: float) -> float:
@@ -28,7 +28,8 @@ class Within:
         if self.low <= value <= self.high:
             return value
         bounds = f"at most {self.high:g}" if self.low >= 0 else f"within {self.low:g} and {self.high:g}"
-        raise ValueError(f"{self.unit}, {bounds}; {value:g} {self.slip} are {value * self.factor:.4g} {self.unit}")
+        meant = f"{value:g} {self.wrong_unit} are {value * self.factor:.4g} {self.unit}"
+        raise ValueError(f"{self.unit}, {bounds}; {meant}")
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.no_info_after_validator_function(self.check, handler(source))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from hardware.emulator.plant import Plant
 from slam.config import ChiSquareConfig, ForceFieldConfig, OwnMethod, PointMapConfig, SlamConfig
 from slam.config.own import ALLOWED
 from slam.errors import InputError, RobotError
@@ -21,7 +22,7 @@ from slam.lines.segments import Segments
 from slam.matching.paper_mapper import PaperMapper
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
-from slam.run.backends import make_robot
+from slam.run.backends import PLANT_PARTS, make_robot
 from slam.run.experiment import scenario_experiment
 from slam.run.maps.file import read_map
 from slam.run.results.keep import Keep
@@ -193,3 +194,7 @@ def test_own_code_that_fails_on_the_way_leaves_a_complete_folder(tmp_path: Path)
     metrics = json.loads((tmp_path / "run" / "metrics.json").read_text())
     assert 0 < metrics["scans"] < 40
     assert "faulty:tires: ZeroDivisionError" in metrics["error"]
+
+
+def test_a_plant_of_ones_own_is_asked_for_all_that_the_emulator_uses() -> None:
+    assert set(PLANT_PARTS) == {name for name in vars(Plant) if not name.startswith("_")}

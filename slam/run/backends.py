@@ -21,7 +21,7 @@ BACKENDS: Final = {
 
 PLANTS: Final = {"sim": "sim.plant:SimPlant", "plan": "hardware.emulator.kinematic_plant:scenario_plant"}
 """What moves the emulated devices: a function of the scenario."""
-_PLANT_PARTS: Final = (
+PLANT_PARTS: Final = (
     "T_map_base", "elapsed", "odometry", "travel", "stalled", "advance", "ranges", "bumpers", "sonar",
 )  # fmt: skip
 """Attributes that a plant has: see hardware/emulator/plant.py."""
@@ -33,7 +33,7 @@ def make_plant(name: str, *args: Any) -> Any:
     if name in PLANTS:
         return late(place)(*args)
     plant = call(place, find_code(place, (place,)), *args)
-    expect_parts(place, plant, _PLANT_PARTS, "plant")
+    expect_parts(place, plant, PLANT_PARTS, "plant")
     return plant
 
 

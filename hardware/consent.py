@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import select
 import sys
+import termios
 from collections.abc import Callable
 from typing import Final
 
@@ -28,6 +29,7 @@ class Consent:
         """
         if not sys.stdin.isatty():
             raise RobotError(f"the robot would move, and nobody can be asked here; {self._cure}")
+        termios.tcflush(sys.stdin, termios.TCIFLUSH)  # an answer is typed after its question
         print(_QUESTION, end="", flush=True)
         answer = _read_line(over).strip().lower()
         if over():

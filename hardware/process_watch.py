@@ -9,14 +9,19 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from time import monotonic
 from typing import Any, Final, NamedTuple
 
-from hardware.stop_signals import StopSignals
+from hardware.stop_signals import StopSignals, name_of
 from hardware.watched_streams import watched_streams
 from slam.errors import OutputLost, RobotError
 
 _CLOSE: Final = 0
 """Number that no signal has: it ends the thread."""
+_BEAT: Final = 0.1
+"""Seconds between two looks at the clock."""
+_GAP: Final = 0.5
+"""Seconds without a look that only a suspended program has; SIGCONT also comes to one whose terminal is closed."""
 _lock: Final = threading.Lock()
 _current: _ProcessWatch | None = None
 """The watch of this process; None while it has no robot."""
@@ -32,19 +37,20 @@ class Stop(NamedTuple):
 
 
 @contextmanager
-def process_watch(stop: Stop) -> Iterator[None]:
+def process_watch(stop: Stop) -> Iterator[Callable[[], None]]:
     """Watch this process for the robot, on a thread that all robots of the process share, while the block runs.
 
     ``stop.end`` is called once the program was told to end, has lost its terminal or the reader of its output, or one
     of its threads failed. ``stop.suspend`` is called before the program is suspended, which then happens, and after it
-    was. What ends a process without a signal that it can handle, SIGKILL and SIGSTOP, is not seen.
+    was. What ends a process without a signal that it can handle, SIGKILL and SIGSTOP, is not seen. Yields a function to
+    call with every command: it takes signals back that an event loop has asked for since.
     """
     global _current
     with _lock:
         _current = watch = _current or _ProcessWatch()
         watch.add(stop)
     try:
-        yield
+        yield watch.keep
     finally:
         with _lock:
             if watch.remove(stop):
@@ -63,16 +69,25 @@ class _ProcessWatch:
         self._streams = watched_streams()
         for stream in self._streams:
             self._poll.register(stream, 0)  # errors and hang-ups, which poll always reports
+        self._over: tuple[str, RobotError] | None = None
+        self._looked_at = monotonic()
         self._signals = StopSignals(self._wakeup)
-        self._hooks = threading.excepthook, sys.excepthook
+        self._hooks = threading.excepthook, sys.excepthook, sys.unraisablehook
         threading.excepthook, sys.excepthook = self._thread_failed, self._program_failed
+        sys.unraisablehook = self._call_failed
         self._thread = threading.Thread(target=self._watch, name="process watch", daemon=True)
         self._thread.start()
 
     def add(self, stop: Stop) -> None:
-        """Stop this robot, too."""
+        """Stop this robot, too: at once where the reader of the output is gone already."""
         self._stops.append(stop)
         self._signals.install()
+        if self._over is not None:
+            stop.end(*self._over)
+
+    def keep(self) -> None:
+        """See to it that signals still arrive, also after an event loop has asked for them."""
+        self._signals.keep()
 
     def remove(self, stop: Stop) -> bool:
         """Forget this robot, and return whether it was the last one, so that the watch is over.
@@ -82,7 +97,7 @@ class _ProcessWatch:
         self._stops.remove(stop)
         if self._stops or not self._signals.remove():
             return False
-        threading.excepthook, sys.excepthook = self._hooks
+        threading.excepthook, sys.excepthook, sys.unraisablehook = self._hooks
         os.write(self._wakeup, bytes([_CLOSE]))
         self._thread.join()
         os.close(self._wake)
@@ -91,16 +106,20 @@ class _ProcessWatch:
 
     def _watch(self) -> None:
         while True:
-            for fd, _ in self._poll.poll():
+            events = self._poll.poll(1e3 * _BEAT)
+            for fd, _ in events:
                 if fd != self._wake:
                     self._lose(fd)
                 elif not self._receive(os.read(fd, 64)):
                     return
+            self._looked_at = monotonic()
 
     def _lose(self, stream: int) -> None:
         self._poll.unregister(stream)
         reason = f"{self._streams[stream]} is gone"
-        self._end(reason, OutputLost(f"{reason}, so nobody watches the robot: it was stopped; send output to a file"))
+        error = OutputLost(f"{reason}, so nobody watches the robot: it was stopped; send output to a file")
+        self._over = reason, error
+        self._end(reason, error)
 
     def _receive(self, numbers: bytes) -> bool:
         """Act on these signals; False once the watch is over."""
@@ -113,11 +132,11 @@ class _ProcessWatch:
 
     def _act(self, number: int) -> None:
         if number in self._signals.ending:
-            self._end(f"the program got {signal.Signals(number).name}", None)
+            self._end(f"the program got {name_of(number)}", None)
         elif number in self._signals.suspending:
             self._suspend("the program is suspended")
             os.kill(os.getpid(), signal.SIGSTOP)
-        elif number == signal.SIGCONT:
+        elif number == signal.SIGCONT and monotonic() - self._looked_at > _GAP:
             self._suspend("the program was suspended")
 
     def _end(self, reason: str, error: RobotError | None) -> None:
@@ -131,9 +150,18 @@ class _ProcessWatch:
     def _thread_failed(self, failure: threading.ExceptHookArgs) -> None:
         if not issubclass(failure.exc_type, SystemExit):
             name = failure.thread.name if failure.thread else "unknown"
-            reason = f"thread {name!r} failed: {failure.exc_type.__name__}: {failure.exc_value}"
-            self._end(reason, RobotError(f"{reason}; the robot was stopped"))
+            self._fail(f"thread {name!r}", failure.exc_type, failure.exc_value)
         self._hooks[0](failure)
+
+    def _call_failed(self, failure: sys.UnraisableHookArgs) -> None:
+        """Of what Python cannot raise, only the end of a thread of the module ``_thread`` stops the robot."""
+        if "thread" in (failure.err_msg or ""):
+            self._fail("a thread", failure.exc_type, failure.exc_value)
+        self._hooks[2](failure)
+
+    def _fail(self, who: str, kind: type[BaseException], value: BaseException | None) -> None:
+        reason = f"{who} failed: {kind.__name__}: {value}"
+        self._end(reason, RobotError(f"{reason}; the robot was stopped"))
 
     def _program_failed(self, kind: type[BaseException], *rest: Any) -> None:
         self._end(f"the program failed: {kind.__name__}", None)

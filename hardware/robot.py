@@ -16,6 +16,7 @@ from hardware.consent import Consent
 from hardware.guard import Guard, age
 from hardware.p3dx import P3dx
 from hardware.process_watch import Stop, process_watch
+from hardware.stop_signals import suspensions
 from hardware.urg04lx import Reading, Urg04lx
 from slam.closing import Closing
 from slam.errors import RobotError, RobotTimeout, ScenarioError
@@ -54,6 +55,7 @@ class HardwareRobot(Closing):
         self._dry_run = dry_run
         self._newest = newest
         self._consent = Consent(yes)
+        self._suspensions = suspensions()
         self._devices: ExitStack | None = None
         self.epoch: float | None = None
         """What stamp 0 is on the host's monotonic clock, seconds; None before the first scan."""
@@ -72,7 +74,9 @@ class HardwareRobot(Closing):
             self._guard = Guard(self._ages, self._base.halt)
             devices.callback(self._guard.close)
             self._over, self._failure = False, None
-            devices.enter_context(process_watch(Stop(self._end, self._suspend)))
+            self._keep_watch = devices.enter_context(process_watch(Stop(self._end, self._suspend)))
+            if suspensions() != self._suspensions:
+                self._consent.revoke()
             self._devices = devices.pop_all()
         atexit.register(self.close)
         return self
@@ -115,6 +119,7 @@ class HardwareRobot(Closing):
         if command == Twist2D():
             self._guard.moving = False
             return self._base.drive(command)
+        self._keep_watch()
         self._ask_consent()
         with self._motion:
             if self._over or not self._consent.given:

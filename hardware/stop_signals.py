@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from types import FrameType
 from typing import Any, Final, NoReturn
 
 from slam.run.ending_signals import ENDING_SIGNALS
 
-_DEADLY: Final = ("SIGUSR1", "SIGUSR2", "SIGALRM", "SIGVTALRM", "SIGPROF", "SIGIO", "SIGPWR", "SIGXCPU", "SIGSTKFLT")
-"""These end a program that does not handle them."""
+_DEADLY: Final = (
+    "SIGUSR1", "SIGUSR2", "SIGALRM", "SIGVTALRM", "SIGPROF", "SIGIO", "SIGPWR", "SIGXCPU", "SIGSTKFLT", "SIGABRT",
+    "SIGTRAP", "SIGSYS",
+)  # fmt: skip
+"""These, and those of real time, end a program that does not handle them; SIGSEGV and its like cannot be handled."""
 _SUSPENDING: Final = ("SIGTSTP", "SIGTTIN", "SIGTTOU")
+
+_suspensions = 0
+_LOG: Final = logging.getLogger("hopslam.robot")
 
 
 class StopSignals:
@@ -21,7 +29,7 @@ class StopSignals:
 
     Signals that would end the program on the spot raise SystemExit in it instead. Those that would suspend it do
     nothing more; the reader of ``fd`` suspends it when the robot stands. Signals that the program handles or ignores
-    are left to it. Only the main thread can install them.
+    are left to it. Only the main thread can install them; elsewhere a warning is logged.
     """
 
     def __init__(self, fd: int) -> None:
@@ -36,19 +44,30 @@ class StopSignals:
 
     def install(self) -> None:
         """Take over the signals that nobody handles; doing so twice is allowed."""
-        if self._installed or threading.current_thread() is not threading.main_thread():
+        if self._installed:
             return
-        self.ending |= {number for number in _numbers(_DEADLY) if signal.getsignal(number) is signal.SIG_DFL}
+        if not _in_main_thread():
+            _LOG.warning("opened outside the main thread: no signal stops the robot, only its own watchdog does")
+            return
+        deadly = [*_numbers(_DEADLY), *_real_time()]
+        self.ending |= {number for number in deadly if signal.getsignal(number) is signal.SIG_DFL}
         for number in self.ending:
             self._handle(number, _leave)
         for number in (*self.suspending, signal.SIGCONT):
-            self._handle(number, _go_on)
+            self._handle(number, _count if number == signal.SIGCONT else _go_on)
         self._previous_fd = signal.set_wakeup_fd(self._fd, warn_on_full_buffer=False)
         self._installed = True
 
+    def keep(self) -> None:
+        """Take the numbers back from whoever has asked for them since, an event loop for example, and pass them on."""
+        if self._installed and _in_main_thread():
+            other = signal.set_wakeup_fd(self._fd, warn_on_full_buffer=False)
+            if other != self._fd:
+                self._previous_fd = other
+
     def remove(self) -> bool:
         """Handle signals as before, or return False: only the main thread can."""
-        if self._installed and threading.current_thread() is not threading.main_thread():
+        if self._installed and not _in_main_thread():
             return False
         if self._installed:
             signal.set_wakeup_fd(self._previous_fd)
@@ -60,12 +79,36 @@ class StopSignals:
     def pass_on(self, numbers: bytes) -> None:
         """Tell whoever had such a file descriptor before, an event loop for example."""
         if self._previous_fd != -1:
-            os.write(self._previous_fd, numbers)
+            with suppress(OSError):  # it is full, or was closed
+                os.write(self._previous_fd, numbers)
 
     def _handle(self, number: int, handler: Callable[[int, FrameType | None], Any]) -> None:
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, handler)
             self._handled.append(number)
+
+
+def suspensions() -> int:
+    """How often this process was continued after it was suspended, since the first call of this function."""
+    if _in_main_thread() and signal.getsignal(signal.SIGCONT) is signal.SIG_DFL:
+        signal.signal(signal.SIGCONT, _count)
+    return _suspensions
+
+
+def name_of(number: int) -> str:
+    """``SIGTERM`` for 15; those of real time have a number only."""
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
+
+
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()
+
+
+def _real_time() -> range:
+    return range(signal.SIGRTMIN, signal.SIGRTMAX + 1) if hasattr(signal, "SIGRTMIN") else range(0)
 
 
 def _numbers(names: tuple[str, ...]) -> list[int]:
@@ -79,3 +122,8 @@ def _leave(number: int, _: FrameType | None) -> NoReturn:
 
 def _go_on(_number: int, _: FrameType | None) -> None:
     """Nothing: that there is a handler lets the number through to the file descriptor."""
+
+
+def _count(_number: int, _: FrameType | None) -> None:
+    global _suspensions
+    _suspensions += 1

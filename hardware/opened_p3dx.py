@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 from hardware.arcos.commands import Command, CommandId
@@ -82,8 +83,14 @@ def _check_watchdog(line: ArcosLine, watchdog: float, longest: float) -> None:
             f"set it to at most {longest:g} s in its FLASH (ARCOScf: watchdog), or raise hardware.max_watchdog"
         )
     if watchdog > _BLIND_SPOT:
-        _LOG.warning(
-            "%s: with its cable out the robot drives on until its watchdog stops it after %g s; ARCOScf shortens it",
-            line.port.url,
-            watchdog,
-        )
+        _warn_of_blind_spot(line.port.url, watchdog)
+
+
+@cache
+def _warn_of_blind_spot(url: str, watchdog: float) -> None:
+    """Once for each robot, however often it is opened."""
+    _LOG.warning(
+        "%s: with its cable out the robot drives on until its watchdog stops it after %g s; ARCOScf shortens it",
+        url,
+        watchdog,
+    )

@@ -55,6 +55,18 @@ def test_the_robot_of_a_run_stands_when_it_ends(name: str, exit_code: int, recor
     assert (result.exit_code, result.recorded) == (exit_code, recorded)
 
 
+def test_a_robot_whose_reader_ended_while_it_was_opened_never_moves() -> None:
+    with (
+        emulated(load_scenario("corridor"), plant="plan") as emulator,
+        emulator,
+        DrivingProgram(port_settings(emulator), OWN_PROGRAM) as program,
+    ):
+        start = emulator.truth[1]
+        program.close_output()
+        assert program.wait() == 1
+        assert emulator.truth[1] == start
+
+
 def wait_for_motion(emulator: Emulator, moving: bool) -> None:
     until = time.monotonic() + 30.0
     while emulator.p3dx.motion.moving != moving:
@@ -167,6 +179,25 @@ def test_an_event_loop_still_hears_of_signals() -> None:
         assert signal.set_wakeup_fd(writer) == writer
     finally:
         signal.set_wakeup_fd(previous)
+        signal.signal(signal.SIGINT, handler)
+        os.close(reader)
+        os.close(writer)
+
+
+def test_an_event_loop_that_asks_for_signals_later_does_not_keep_them() -> None:
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    handler = signal.signal(signal.SIGINT, lambda *_: None)
+    try:
+        notes = Notes()
+        with process_watch(notes.stop) as keep:
+            signal.set_wakeup_fd(writer)
+            keep()
+            signal.raise_signal(signal.SIGINT)
+            assert notes.told.wait(20.0)
+            assert os.read(reader, 1) == bytes([signal.SIGINT])
+    finally:
+        signal.set_wakeup_fd(-1)
         signal.signal(signal.SIGINT, handler)
         os.close(reader)
         os.close(writer)

@@ -307,8 +307,11 @@ def test_wheels_that_are_held_are_a_collision(rooms: ExitStack) -> None:
     env.reset(seed=0)
     ends = [env.step(FORWARD)[2] for _ in range(2)]
     assert ends == [False, True]
-    *_, info = env.unwrapped.step(FORWARD)
-    assert info["reward"]["collision"] == 0.0
+    with pytest.raises(RobotError, match=r"the episode is over: call reset\(\)"):
+        env.step(FORWARD)
+    env = rooms.enter_context(gymnasium.make(ID, backend="rooms_of_a_user:Room", collision_penalty=2.0, end_on="goal"))
+    env.reset(seed=0)
+    assert [env.step(FORWARD)[4]["reward"]["collision"] for _ in range(3)] == [0.0, -2.0, 0.0]
 
 
 def test_a_robot_without_more_scans_truncates(rooms: ExitStack) -> None:

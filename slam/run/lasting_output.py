@@ -14,10 +14,12 @@ _BROKEN_PIPE: Final = 128 + signal.SIGPIPE
 
 
 class LastingFile(io.FileIO):
-    """A file that takes everything: after the first error, what is written to it is dropped."""
+    """A file that takes everything: after its first error, what is written to it is dropped."""
 
     error: OSError | None = None
     """The first error."""
+    dropped = False
+    """Whether anything was dropped."""
 
     def write(self, data: Any) -> int:
         """Write the bytes, and return how many."""
@@ -26,6 +28,7 @@ class LastingFile(io.FileIO):
                 return super().write(data) or 0
             except OSError as error:
                 self.error = error
+        self.dropped = True
         return len(data)
 
 
@@ -33,10 +36,10 @@ class LastingOutput:
     """Makes ``sys.stdout`` and ``sys.stderr`` take everything, also where they were closed before the program began."""
 
     def __init__(self) -> None:
-        while (free := os.open(os.devnull, os.O_RDWR)) <= 2:
-            pass  # a file that is opened later must not become standard output
-        os.close(free)
+        closed = _open_standard_files()
         self._output = LastingFile(1, "w", closefd=False)
+        if 1 in closed:
+            self._output.error = OSError(errno.EBADF, "it was closed")
         if sys.stdout is sys.__stdout__:  # and no test has put its own there
             sys.stdout = _text(self._output, sys.stdout)
             sys.stderr = _text(LastingFile(2, "w", closefd=False), sys.stderr)
@@ -45,12 +48,21 @@ class LastingOutput:
         """0 if all output has arrived; 141 if its reader has ended, and 1 with a message if it could not be written."""
         sys.stdout.flush()
         error = self._output.error
-        if error is None:
+        if error is None or not self._output.dropped:
             return 0
         if error.errno == errno.EPIPE:
             return _BROKEN_PIPE
         print(f"hopslam: standard output: {error.strerror}; what was printed is not complete", file=sys.stderr)
         return 1
+
+
+def _open_standard_files() -> list[int]:
+    """Open those of 0, 1 and 2 that are closed, so that no file that is opened later takes their place; which ones."""
+    closed = []
+    while (free := os.open(os.devnull, os.O_RDWR)) <= 2:
+        closed.append(free)
+    os.close(free)
+    return closed
 
 
 def _text(file: LastingFile, before: Any) -> io.TextIOWrapper:

@@ -207,6 +207,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         self._top_view: TopView | None = None
         self._window = Window() if render_mode == "human" else None
         self._episode: Episode | None = None
+        self._over = False
 
     @property
     def robot(self) -> Robot:
@@ -228,18 +229,25 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         seed = int(self.np_random.integers(2**31)) if seed is None else seed
         with self._stopping():
             self._episode = self._begin(seed, ResetOptions.of(options))
+            self._over = False
         if self._window is not None:
             self._window.begin(self._episode)
         parts = dict.fromkeys((self.config.reward, "collision"), 0.0)
         return self._episode.views(), episode_info(self._episode, Twist2D(), parts, "")
 
     def step(self, action: Any) -> tuple[ObservationDict, float, bool, bool, dict[str, Any]]:
-        """Drive at the speeds of the action until the next scan has come; InputError for what is no such action."""
+        """Drive at the speeds of the action until the next scan has come.
+
+        InputError for what is no such action; RobotError where the episode is over and the robot may be a real one.
+        """
+        if self._over and not self._driven.restartable:
+            raise RobotError("the episode is over: call reset() before the robot moves on")
         with self._stopping():
             applied = self._drive(self._twist(action))
             episode = self.episode
             end = termination(episode.moment, self.config)
-            if end or episode.out_of_time:
+            self._over = bool(end) or episode.out_of_time
+            if self._over:
                 self._driven.stand()
         if self._window is not None:
             self._window.show(episode, applied)

@@ -9,20 +9,20 @@ import time
 from contextlib import ExitStack
 from dataclasses import replace
 from math import inf, isfinite
-from typing import Final, Self
+from typing import ClassVar, Final, Self
 
 from hardware.arcos.units import SONAR_REACH
 from hardware.consent import Consent
 from hardware.guard import Guard, age
 from hardware.p3dx import P3dx
 from hardware.process_watch import Stop, process_watch
-from hardware.stop_signals import suspensions
 from hardware.urg04lx import Reading, Urg04lx
 from slam.closing import Closing
 from slam.errors import RobotError, RobotTimeout, ScenarioError
 from slam.odometry import Odometry, Twist2D
 from slam.robot import Observation, Robot
 from slam.run.scenario.schema import Scenario
+from slam.run.suspensions import count_suspensions
 
 _LOG: Final = logging.getLogger("hopslam.robot")
 _ODOMETRY_WAIT: Final = 0.02
@@ -38,6 +38,8 @@ class HardwareRobot(Closing):
     watchdog when this process is killed. Stamps are seconds since the first scan's beginning. Up to four scans wait for
     a caller that observes less often than they come; it gets the oldest of them, or with ``newest`` the last.
     """
+
+    _known_suspensions: ClassVar[int] = 0
 
     def __init__(
         self,
@@ -55,7 +57,7 @@ class HardwareRobot(Closing):
         self._dry_run = dry_run
         self._newest = newest
         self._consent = Consent(yes)
-        self._suspensions = suspensions()
+        count_suspensions()
         self._devices: ExitStack | None = None
         self.epoch: float | None = None
         """What stamp 0 is on the host's monotonic clock, seconds; None before the first scan."""
@@ -75,8 +77,7 @@ class HardwareRobot(Closing):
             devices.callback(self._guard.close)
             self._over, self._failure = False, None
             self._keep_watch = devices.enter_context(process_watch(Stop(self._end, self._suspend)))
-            if suspensions() != self._suspensions:
-                self._consent.revoke()
+            self._revoke_after_suspension()
             self._devices = devices.pop_all()
         atexit.register(self.close)
         return self
@@ -144,6 +145,12 @@ class HardwareRobot(Closing):
         with self._motion:
             self._guard.stop(reason)
             self._consent.revoke()
+
+    def _revoke_after_suspension(self) -> None:
+        """Ask again where the program was suspended since a robot of it last asked, or since it began."""
+        if count_suspensions() > HardwareRobot._known_suspensions:
+            self._consent.revoke()
+        HardwareRobot._known_suspensions = count_suspensions()
 
     def _may_move(self) -> bool:
         """Whether all is well; then the motors have power, or get it."""

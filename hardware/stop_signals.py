@@ -20,7 +20,6 @@ _DEADLY: Final = (
 """These, and those of real time, end a program that does not handle them; SIGSEGV and its like cannot be handled."""
 _SUSPENDING: Final = ("SIGTSTP", "SIGTTIN", "SIGTTOU")
 
-_suspensions = 0
 _LOG: Final = logging.getLogger("hopslam.robot")
 
 
@@ -54,7 +53,7 @@ class StopSignals:
         for number in self.ending:
             self._handle(number, _leave)
         for number in (*self.suspending, signal.SIGCONT):
-            self._handle(number, _count if number == signal.SIGCONT else _go_on)
+            self._handle(number, _go_on)
         self._previous_fd = signal.set_wakeup_fd(self._fd, warn_on_full_buffer=False)
         self._installed = True
 
@@ -88,13 +87,6 @@ class StopSignals:
             self._handled.append(number)
 
 
-def suspensions() -> int:
-    """How often this process was continued after it was suspended, since the first call of this function."""
-    if _in_main_thread() and signal.getsignal(signal.SIGCONT) is signal.SIG_DFL:
-        signal.signal(signal.SIGCONT, _count)
-    return _suspensions
-
-
 def name_of(number: int) -> str:
     """``SIGTERM`` for 15; those of real time have a number only."""
     try:
@@ -122,8 +114,3 @@ def _leave(number: int, _: FrameType | None) -> NoReturn:
 
 def _go_on(_number: int, _: FrameType | None) -> None:
     """Nothing: that there is a handler lets the number through to the file descriptor."""
-
-
-def _count(_number: int, _: FrameType | None) -> None:
-    global _suspensions
-    _suspensions += 1

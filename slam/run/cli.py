@@ -29,6 +29,7 @@ from slam.run.commands.view import view
 from slam.run.commands.world import world
 from slam.run.ending_signals import ENDING_SIGNALS, handled
 from slam.run.lasting_output import LastingOutput
+from slam.run.suspensions import count_suspensions
 from slam.run.terminal import Terminal
 
 app = typer.Typer(
@@ -97,4 +98,5 @@ def main() -> None:
     the signal N.
     """
     output = LastingOutput()
+    count_suspensions()  # also those before there is a robot
     raise SystemExit(_exit_code() or output.exit_code())

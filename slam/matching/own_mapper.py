@@ -7,6 +7,7 @@ from typing import Any
 from slam.config import OwnMethod
 from slam.lines.segments import Segments
 from slam.matching.match import Match
+from slam.own_array import expect_array, expect_numbers
 from slam.own_code import call, expect, expect_parts
 from slam.pose import Pose2D
 from slam.scan import LaserScan
@@ -40,6 +41,7 @@ class OwnMapper:
         match: Match = self._call("locate", scan, segments, prior)
         expect(f"{self._place}.locate", match, Match)
         expect(f"{self._place}.locate: Match.T_prior_laser", match.T_prior_laser, Pose2D)
+        _check_numbers(f"{self._place}.locate returned a Match whose", match)
         return match
 
     def add(self, scan: LaserScan, segments: Segments, T_map_laser: Pose2D) -> None:
@@ -48,3 +50,13 @@ class OwnMapper:
 
     def _call(self, name: str, *arguments: Any) -> Any:
         return call(f"{self._place}.{name}", getattr(self._mapper, name), *arguments)
+
+
+def _check_numbers(what: str, match: Match) -> None:
+    """Require finite numbers throughout; what the matcher does not tell is None."""
+    expect_numbers(f"{what} T_prior_laser.", match.T_prior_laser, ("x", "y", "theta"))
+    expect_numbers(f"{what} ", match, ("iterations", "points", "inliers"))
+    if match.covariance is not None:
+        expect_array(f"{what} covariance", match.covariance, (3, 3))
+    if match.unconstrained is not None:
+        expect_array(f"{what} unconstrained", match.unconstrained, (None, 3))

@@ -91,6 +91,7 @@ def test_a_saved_map_needs_the_matcher_that_made_it(here: str, tmp_path: Path) -
 
 FAULTY = """
 from dataclasses import replace
+from types import SimpleNamespace
 import numpy as np
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.lines.extraction import extract_segments
@@ -139,6 +140,12 @@ class Nowhere(Wrong):
         made = {name: Pose2D(*value) if name[0] == "T" else value and np.array(value) if name[0] in "cu" else value
                 for name, value in self.fields.items()}
         return replace(NO_MATCH, **made)
+class Endless(Nowhere):
+    def locate(self, scan, segments, prior): return NO_MATCH
+    @property
+    def points(self): return SimpleNamespace(points=np.array([[0.0, np.inf]]), __len__=lambda: 1)
+    @property
+    def lines(self): return SimpleNamespace(ends=[[0, 0], [1, 1]])
 
 class Mute:
     T_base_laser = Pose2D()
@@ -230,6 +237,17 @@ def test_numbers_of_own_code_that_cannot_be_used_are_named(
         LineSlam(config, Pose2D()).update(scan_of(room, Pose2D(), 1), Odometry(0.0, Pose2D()))
     assert str(told.value).startswith(f"faulty:{method}")
     assert "\n" not in str(told.value)
+
+
+@pytest.mark.usefixtures("faulty")
+def test_a_map_of_own_code_that_cannot_be_shown_is_named() -> None:
+    slam = LineSlam(load_scenario("corridor", ["slam.matching.method=faulty:Endless"]).slam, Pose2D())
+    with pytest.raises(InputError, match=re.escape("faulty:Endless.points.points[0, 1] is inf, not a finite number")):
+        _ = slam.mapper.points.points
+    with pytest.raises(
+        InputError, match=r"faulty:Endless\.lines\.ends is of type list, not an array of shape \(K, 2, 2\)"
+    ):
+        _ = slam.mapper.lines.ends
 
 
 @pytest.mark.usefixtures("faulty")

@@ -7,6 +7,7 @@ from typing import Any
 from slam.config import OwnMethod
 from slam.lines.segments import Segments
 from slam.matching.match import Match
+from slam.matching.own_map import OwnLines, OwnPoints
 from slam.own_array import expect_array, expect_numbers
 from slam.own_code import call, expect, expect_parts
 from slam.pose import Pose2D
@@ -23,18 +24,17 @@ class OwnMapper:
         self._place = place = config.method
         self._mapper = mapper = config.call(T_base_laser, seed=seed)
         expect_parts(place, mapper, ("locate", "add", "points", "lines"), "matcher")
-        expect_parts(f"{place}.points", mapper.points, ("points", "__len__"), "set of points")
-        expect_parts(f"{place}.lines", mapper.lines, ("ends",), "set of lines")
+        _ = self.points, self.lines
 
     @property
-    def points(self) -> Any:
+    def points(self) -> OwnPoints:
         """The part of its map that is shown as points."""
-        return self._mapper.points
+        return OwnPoints(f"{self._place}.points", self._mapper.points)
 
     @property
-    def lines(self) -> Any:
+    def lines(self) -> OwnLines:
         """The part of its map that is shown as lines."""
-        return self._mapper.lines
+        return OwnLines(f"{self._place}.lines", self._mapper.lines)
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
         """See Mapper."""

@@ -52,6 +52,11 @@ def keys(scenario: Scenario) -> list[str]:
         ("lidar.mount.theta=180", "180 degrees are 3.142 radians"),
         ("world.walls.0.thickness=100", "100 mm are 0.1 m"),
         ("world.walls.0.height=2500", "a number of at most 1000 \\(got 2500\\)|2500 mm are 2.5 m"),
+        (
+            "world.walls.0.doors=[{at: 1, angle: 90}]",
+            "radians, within -3.1416 and 3.1416; 90 degrees are 1.571 radians",
+        ),
+        ("world.tables=[{center: [0, 0], leg: 50}]", "50 mm are 0.05 m"),
         ("people=[{waypoints: [[0, 0]], speed: 1200}]", "1200 mm/s are 1.2 m/s"),
         ("people=[{waypoints: [[0, 0]], keep: 800}]", "800 mm are 0.8 m"),
     ],
@@ -129,6 +134,18 @@ def test_places_and_sizes_in_millimetres_are_strange() -> None:
     assert "1996 m outside" in next(iter(cautions(far)))[1]
     assert keys(room(robot={"start": {"x": 2500.0}})) == ["robot.start"]
     assert keys(room(world={"boxes": [{"center": [0, 25], "size": [60, 40, 80]}]})) == ["world.boxes.0.size"]
+    tall = {"boxes": [{"center": [3, 2], "size": [0.6, 0.4, 800]}], "cylinders": [{"center": [3, 0], "radius": 0.2}]}
+    assert keys(room(world=tall)) == ["world.boxes.0.size"]
+    assert keys(room(world={"cylinders": [{"center": [3, 0], "radius": 0.2, "height": 800}]})) == [
+        "world.cylinders.0.height"
+    ]
+
+
+@pytest.mark.parametrize(("factor", "strange"), [(140.0, False), (1000.0, True)])
+def test_a_whole_world_in_millimetres_is_strange(factor: float, strange: bool) -> None:
+    points = [(factor * x, factor * y) for x, y in [(-3, -2), (4, -2), (4, 3), (-3, 3)]]
+    world = room(world={"walls": [{"points": points, "closed": True}]})
+    assert list(cautions(world)) == [(("world",), "7000 m by 5000 m; lengths are in metres")] * strange
 
 
 def test_speeds_beyond_the_limits_are_strange() -> None:

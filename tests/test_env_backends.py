@@ -4,12 +4,14 @@ import gc
 import importlib
 import logging
 import runpy
+import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import gymnasium
 import numpy as np
@@ -247,6 +249,36 @@ def test_the_documented_command_lets_a_policy_drive(
         assert emulator.truth[1].distance(load_scenario("random_office").robot.start.pose) > 0.05
     assert "time after 2.0 s" in (out := capsys.readouterr().out)
     assert "where SLAM believes the robot is" in out
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["drive.py", "nowhere.zip"], "no policy nowhere.zip; train.py writes one, and by-hand needs none"),
+        (["drive.py", "policy.zip"], "a trained policy needs stable-baselines3: pip install 'hopslam[rl]'"),
+        (["drive.py", "policy"], "a trained policy needs stable-baselines3: pip install 'hopslam[rl]'"),
+        (["drive.py", "broken.zip"], "broken.zip is no policy that PPO loads: not a zip file"),
+        (["drive.py", "by-hand", "--set", "duration=x"], "--set: duration: expected a number (got 'x')"),
+        (["train.py"], "train.py needs stable-baselines3: pip install 'hopslam[rl]'"),
+    ],
+)
+def test_what_the_examples_lack_is_one_line(
+    words: list[str], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    for name in ("policy.zip", "broken.zip"):
+        Path(name).touch()
+    broken = SimpleNamespace(PPO=SimpleNamespace(load=lambda *_, **__: refuse("not a zip file\nat all")))
+    monkeypatch.setitem(sys.modules, "stable_baselines3", broken if "broken.zip" in words else None)
+    monkeypatch.setattr("sys.argv", words)
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(EXAMPLES / words[0]), run_name="__main__")
+    assert (ended.value.code, capsys.readouterr().err) == (2, f"{says}\n")
+
+
+def refuse(why: str) -> None:
+    raise ValueError(why)
 
 
 def saved_ppo(folder: Path) -> str:

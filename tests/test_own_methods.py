@@ -90,10 +90,14 @@ def test_a_saved_map_needs_the_matcher_that_made_it(here: str, tmp_path: Path) -
 
 
 FAULTY = """
+from dataclasses import replace
+from types import SimpleNamespace
 import numpy as np
-from slam.config import ChiSquareConfig
+from slam.config import ChiSquareConfig, HoppingConfig
 from slam.lines.extraction import extract_segments
+from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import Segments
+from slam.matching.match import NO_MATCH
 from slam.pose import Pose2D
 
 def split(scan, tolerance=0.04, gap=0.3): return []
@@ -104,6 +108,18 @@ def tires(scan, seen=[]):
 def fails(scan):
     return 1 / 0
 def blind(): return None
+def spoilt(scan, field="rho", value=float("nan"), place=1):
+    segments = extract_segments(scan, ChiSquareConfig())
+    getattr(segments, field)[place] = value
+    return segments
+def other(scan, field="rho", value=None):
+    value = RangeNoise(*value) if field == "noise" else np.array(value)
+    return replace(extract_segments(scan, ChiSquareConfig()), **{field: value})
+def none(scan): return Segments(*[np.array([])] * 4, *[np.empty((0, 2))] * 2)
+def papers(scan): return extract_segments(scan, HoppingConfig())
+def few_bits(scan):
+    segments = extract_segments(scan, ChiSquareConfig())
+    return replace(segments, first=segments.first.astype(np.uint16), rho=segments.rho[::-1].copy()[::-1])
 number = 3
 
 class Bare:
@@ -118,6 +134,18 @@ class Wrong:
     def __init__(self, T_base_laser, seed): pass
     def locate(self, scan, segments, prior): return prior
     def add(self, scan, segments, T_map_laser): pass
+class Nowhere(Wrong):
+    def __init__(self, T_base_laser, seed, **fields): self.fields = fields
+    def locate(self, scan, segments, prior):
+        made = {name: Pose2D(*value) if name[0] == "T" else value and np.array(value) if name[0] in "cu" else value
+                for name, value in self.fields.items()}
+        return replace(NO_MATCH, **made)
+class Endless(Nowhere):
+    def locate(self, scan, segments, prior): return NO_MATCH
+    @property
+    def points(self): return SimpleNamespace(points=np.array([[0.0, np.inf]]), __len__=lambda: 1)
+    @property
+    def lines(self): return SimpleNamespace(ends=[[0, 0], [1, 1]])
 
 class Mute:
     T_base_laser = Pose2D()
@@ -167,6 +195,76 @@ def test_what_own_code_does_wrong_is_one_line_that_names_it(
     with pytest.raises(InputError, match=re.escape(says)) as told:
         LineSlam(config, Pose2D()).update(scan_of(room, Pose2D(), 1), Odometry(0.0, Pose2D()))
     assert "\n" not in str(told.value)
+
+
+SPOILT = "returned Segments whose "
+
+
+@pytest.mark.usefixtures("faulty")
+@pytest.mark.parametrize(
+    ("method", "options", "says"),
+    [
+        ("spoilt", "{field: last, value: 99999}", f"{SPOILT}first[1] is "),
+        ("spoilt", "{field: last, value: 99999}", "last[1] is 99999, not 0 <= first <= last < "),
+        ("spoilt", "{field: first, value: -1, place: 0}", f"{SPOILT}first[0] is -1"),
+        ("spoilt", "{field: last, value: 0}", "last[1] is 0, not 0 <= first"),
+        ("spoilt", "{field: first, value: 0}", f"{SPOILT}first[1] is 0, before last[0]"),
+        ("spoilt", "{field: rho}", f"{SPOILT}rho[1] is nan, not a finite number"),
+        ("spoilt", "{field: theta, value: .inf}", f"{SPOILT}theta[1] is inf"),
+        ("spoilt", "{field: start}", f"{SPOILT}start[1, 0] is nan"),
+        ("spoilt", "{field: end, value: -.inf}", f"{SPOILT}end[1, 0] is -inf"),
+        ("spoilt", "{field: covariance}", f"{SPOILT}covariance[1, 0, 0] is nan"),
+        ("spoilt", "{field: end_covariance}", f"{SPOILT}end_covariance[1, 0, 0] is nan"),
+        ("other", "{field: rho, value: 3}", f"{SPOILT}rho is of shape ()"),
+        ("other", "{field: first, value: [0.5]}", f"{SPOILT}first is of shape (1,)"),
+        ("other", "{field: covariance, value: [[1, 0], [0, 1]]}", f"{SPOILT}covariance is of shape (2, 2)"),
+        ("other", "{field: noise, value: [.nan, 1, 0.01, 0.01]}", f"{SPOILT}noise.near is nan"),
+        ("other", "{field: noise, value: [0, 1, 0.01, 0]}", f"{SPOILT}noise is RangeNoise(near=0"),
+        ("Nowhere", "{T_prior_laser: [.nan]}", ".locate returned a Match whose T_prior_laser.x is nan"),
+        ("Nowhere", "{T_prior_laser: [0, 0, .inf]}", "T_prior_laser.theta is inf"),
+        ("Nowhere", "{T_prior_laser: [0, here]}", "T_prior_laser.y is 'here'"),
+        ("Nowhere", "{inliers: .nan}", "Match whose inliers is nan"),
+        ("Nowhere", "{covariance: [[1, 0], [0, 1]]}", "covariance is of shape (2, 2), not an array of shape (3, 3)"),
+        ("Nowhere", "{unconstrained: [1, 0, 0]}", "unconstrained is of shape (3,), not an array of shape (K, 3)"),
+    ],
+)
+def test_numbers_of_own_code_that_cannot_be_used_are_named(
+    method: str, options: str, says: str, scan_of: Scanner, room: FloatArray
+) -> None:
+    part = "matching" if method == "Nowhere" else "lines"
+    config = load_scenario("corridor", [f"slam.{part}={{method: 'faulty:{method}', options: {options}}}"]).slam
+    with pytest.raises(InputError, match=re.escape(says)) as told:
+        LineSlam(config, Pose2D()).update(scan_of(room, Pose2D(), 1), Odometry(0.0, Pose2D()))
+    assert str(told.value).startswith(f"faulty:{method}")
+    assert "\n" not in str(told.value)
+
+
+@pytest.mark.usefixtures("faulty")
+def test_a_map_of_own_code_that_cannot_be_shown_is_named() -> None:
+    slam = LineSlam(load_scenario("corridor", ["slam.matching.method=faulty:Endless"]).slam, Pose2D())
+    with pytest.raises(InputError, match=re.escape("faulty:Endless.points.points[0, 1] is inf, not a finite number")):
+        _ = slam.mapper.points.points
+    with pytest.raises(
+        InputError, match=r"faulty:Endless\.lines\.ends is of type list, not an array of shape \(K, 2, 2\)"
+    ):
+        _ = slam.mapper.lines.ends
+
+
+@pytest.mark.usefixtures("faulty")
+def test_an_extractor_may_find_nothing_share_corners_and_use_other_types_of_numbers(
+    scan_of: Scanner, room: FloatArray
+) -> None:
+    scan = scan_of(room, Pose2D(), 1)
+    ours = segments_by_chi_square(scan, ChiSquareConfig())
+    nothing, same, papers = (
+        extract_segments(scan, load_scenario("corridor", [f"slam.lines.method=faulty:{name}"]).slam.lines)
+        for name in ("none", "few_bits", "papers")
+    )
+    assert (len(nothing), nothing.first.dtype) == (0, np.int64)
+    assert np.array_equal(same.counts, ours.counts)
+    assert same.first.dtype == np.int64
+    assert same.rho.flags.c_contiguous
+    assert (papers.first[1:] == papers.last[:-1]).any()  # its neighbours share the corner
 
 
 @pytest.mark.usefixtures("faulty")

@@ -7,21 +7,30 @@
 `by-hand` in the place of the file is a policy that nobody had to train, and needs nothing installed.
 """
 
+import sys
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from explorer import ByHand, explorer
 
-from slam.errors import HopslamError
+from slam.errors import HopslamError, InputError
 
 
 def load(policy: str) -> Any:
-    """The policy of this file, or the one written by hand."""
+    """The policy of this file, or the one written by hand. Loading runs code that the file holds."""
     if policy == "by-hand":
         return ByHand()
-    from stable_baselines3 import PPO
-
-    return PPO.load(policy, device="cpu")
+    if not any(Path(path).is_file() for path in (policy, f"{policy}.zip")):
+        raise InputError(f"no policy {policy}; train.py writes one, and by-hand needs none")
+    try:
+        from stable_baselines3 import PPO
+    except ImportError as error:
+        raise InputError("a trained policy needs stable-baselines3: pip install 'hopslam[rl]'") from error
+    try:
+        return PPO.load(policy, device="cpu")
+    except Exception as error:
+        raise InputError(f"{policy} is no policy that PPO loads: {str(error).partition(chr(10))[0]}") from error
 
 
 def drive(
@@ -33,8 +42,8 @@ def drive(
     seed: Annotated[int, typer.Option(help="Of the simulated office.")] = 0,
 ) -> None:
     """One episode, with what it came to."""
-    model = load(policy)
     try:
+        model = load(policy)
         with explorer(settings or [], backend=backend, yes=yes, dry_run=dry_run) as env:
             (seen, info), over, earned = env.reset(seed=seed), False, 0.0
             while not over:
@@ -42,7 +51,8 @@ def drive(
                 seen, reward, terminated, truncated, info = env.step(action)
                 earned, over = earned + reward, terminated or truncated
     except HopslamError as error:
-        raise SystemExit(str(error)) from error
+        print(error, file=sys.stderr)
+        raise SystemExit(error.exit_code) from error
     x, y, theta = info["pose"]
     print(f"{info['ending']} after {info['seconds']:.1f} s, {earned:.1f} m^2; at {x:.2f}, {y:.2f} m, {theta:.2f} rad")
     print(f"the pose is {'the truth' if info['pose_from'] == 'truth' else 'where SLAM believes the robot is'}")

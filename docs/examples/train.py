@@ -7,6 +7,7 @@ Ten to twenty minutes on two cores; writes policy.zip, a log of the episodes and
 `--steps 5000` is a quick try. drive.py lets the policy drive.
 """
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
@@ -15,10 +16,15 @@ import numpy as np
 import typer
 from explorer import ByHand, explorer
 from matplotlib.figure import Figure
-from stable_baselines3 import PPO
-from stable_baselines3.common.monitor import Monitor
-from stable_baselines3.common.vec_env import SubprocVecEnv
-from tqdm import tqdm
+
+try:
+    from stable_baselines3 import PPO
+    from stable_baselines3.common.monitor import Monitor
+    from stable_baselines3.common.vec_env import SubprocVecEnv
+    from tqdm import tqdm
+except ImportError as error:
+    print("train.py needs stable-baselines3: pip install 'hopslam[rl]'", file=sys.stderr)
+    raise SystemExit(2) from error
 
 OUT = Path("runs/train")
 

@@ -2,31 +2,68 @@
 
 from __future__ import annotations
 
-from typing import Final
+from dataclasses import replace
+from math import hypot
+from typing import Any, Final
 
 import numpy as np
 
 from slam.config import OwnMethod
 from slam.errors import InputError
-from slam.lines.segments import Segments
-from slam.own_code import expect, kind_of
+from slam.lines.range_noise import RangeNoise
+from slam.lines.segments import IntArray, Segments
+from slam.own_array import expect_array, expect_numbers
+from slam.own_code import expect
 from slam.scan import LaserScan
 
-_COLUMNS: Final = {"first": (), "last": (), "rho": (), "theta": (), "start": (2,), "end": (2,)}
-"""Shape of one segment's entry in each array."""
+_COLUMNS: Final[dict[str, tuple[type[float], tuple[int, ...]]]] = {
+    "rho": (float, ()), "theta": (float, ()), "start": (float, (2,)), "end": (float, (2,)),
+    "first": (int, ()), "last": (int, ()),
+    "covariance": (float, (2, 2)), "start_covariance": (float, (2, 2)), "end_covariance": (float, (2, 2)),
+}  # fmt: skip
+"""Kind of the numbers in each array, and the shape of one segment's entry; covariances may be None."""
 
 
 def own_segments(scan: LaserScan, config: OwnMethod) -> Segments:
-    """The segments of the scan; InputError, which names the extractor, where it returns none such."""
+    """The segments of the scan; InputError names the extractor, the field and the value that cannot be used."""
     segments: Segments = config.call(scan)
     expect(config.method, segments, Segments)
-    count = np.shape(segments.rho)[:1]
-    for name, column in _COLUMNS.items():
-        array = getattr(segments, name)
-        if not isinstance(array, np.ndarray) or array.shape != (*count, *column):
-            found = f"of shape {array.shape}" if isinstance(array, np.ndarray) else f"of type {kind_of(array)}"
-            raise InputError(
-                f"{config.method} returned Segments whose {name} is {found}, not an array of shape "
-                f"{(*count, *column)}; see docs/extend.md"
-            )
-    return segments
+    what = f"{config.method} returned Segments whose"
+    checked = replace(segments, **_arrays(what, segments))
+    _check_places(what, checked.first, checked.last, int(scan.echoes.sum()))
+    if segments.noise is not None:
+        _check_noise(what, segments.noise)
+    return checked
+
+
+def _arrays(what: str, segments: Segments) -> dict[str, Any]:
+    """All arrays by name, of the right kind and shape, and finite."""
+    count = len(segments.rho) if np.ndim(segments.rho) else 0
+    given = {name: getattr(segments, name) for name in _COLUMNS}
+    return {
+        name: expect_array(f"{what} {name}", given[name], (count, *shape), kind)
+        for name, (kind, shape) in _COLUMNS.items()
+        if given[name] is not None or not name.endswith("covariance")
+    }
+
+
+def _check_places(what: str, first: IntArray, last: IntArray, points: int) -> None:
+    """Require that the segments lie among the points of the scan, in their order, and share a corner at most."""
+    for m in np.flatnonzero((first < 0) | (last < first) | (last >= points)):
+        raise InputError(
+            f"{what} first[{m}] is {first[m]} and last[{m}] is {last[m]}, not 0 <= first <= last < {points}, "
+            "the number of points of the scan; see docs/extend.md"
+        )
+    for m in np.flatnonzero(first[1:] < last[:-1]):
+        raise InputError(
+            f"{what} first[{m + 1}] is {first[m + 1]}, before last[{m}], which is {last[m]}: segments stand in "
+            "the order of the scan and share a corner at most; see docs/extend.md"
+        )
+
+
+def _check_noise(what: str, noise: RangeNoise) -> None:
+    """Require a standard deviation that is more than 0 at every range; ``near_range`` may be infinite."""
+    expect(f"{what} noise", noise, RangeNoise)
+    expect_numbers(f"{what} noise.", noise, ("near", "far", "floor"))
+    if not min(noise) >= 0 or hypot(noise.near, noise.floor) == 0 or hypot(noise.far, noise.floor) == 0:
+        raise InputError(f"{what} noise is {noise}, and not more than 0 at every range; see docs/extend.md")

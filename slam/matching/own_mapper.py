@@ -7,6 +7,8 @@ from typing import Any
 from slam.config import OwnMethod
 from slam.lines.segments import Segments
 from slam.matching.match import Match
+from slam.matching.own_map import OwnLines, OwnPoints
+from slam.own_array import expect_array, expect_numbers
 from slam.own_code import call, expect, expect_parts
 from slam.pose import Pose2D
 from slam.scan import LaserScan
@@ -22,24 +24,24 @@ class OwnMapper:
         self._place = place = config.method
         self._mapper = mapper = config.call(T_base_laser, seed=seed)
         expect_parts(place, mapper, ("locate", "add", "points", "lines"), "matcher")
-        expect_parts(f"{place}.points", mapper.points, ("points", "__len__"), "set of points")
-        expect_parts(f"{place}.lines", mapper.lines, ("ends",), "set of lines")
+        _ = self.points, self.lines
 
     @property
-    def points(self) -> Any:
+    def points(self) -> OwnPoints:
         """The part of its map that is shown as points."""
-        return self._mapper.points
+        return OwnPoints(f"{self._place}.points", self._mapper.points)
 
     @property
-    def lines(self) -> Any:
+    def lines(self) -> OwnLines:
         """The part of its map that is shown as lines."""
-        return self._mapper.lines
+        return OwnLines(f"{self._place}.lines", self._mapper.lines)
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
         """See Mapper."""
         match: Match = self._call("locate", scan, segments, prior)
         expect(f"{self._place}.locate", match, Match)
         expect(f"{self._place}.locate: Match.T_prior_laser", match.T_prior_laser, Pose2D)
+        _check_numbers(f"{self._place}.locate returned a Match whose", match)
         return match
 
     def add(self, scan: LaserScan, segments: Segments, T_map_laser: Pose2D) -> None:
@@ -48,3 +50,13 @@ class OwnMapper:
 
     def _call(self, name: str, *arguments: Any) -> Any:
         return call(f"{self._place}.{name}", getattr(self._mapper, name), *arguments)
+
+
+def _check_numbers(what: str, match: Match) -> None:
+    """Require finite numbers throughout; what the matcher does not tell is None."""
+    expect_numbers(f"{what} T_prior_laser.", match.T_prior_laser, ("x", "y", "theta"))
+    expect_numbers(f"{what} ", match, ("iterations", "points", "inliers"))
+    if match.covariance is not None:
+        expect_array(f"{what} covariance", match.covariance, (3, 3))
+    if match.unconstrained is not None:
+        expect_array(f"{what} unconstrained", match.unconstrained, (None, 3))

@@ -8,6 +8,7 @@ from pydantic import BeforeValidator, Field, ValidationError
 
 from slam.config import Section
 from slam.errors import ScenarioError
+from slam.run.scenario.complaint import complaint
 from slam.run.scenario.texts import texts
 from slam.run.scenario.values import NotNegative, Positive
 
@@ -55,8 +56,5 @@ def env_config(arguments: dict[str, Any]) -> EnvConfig:
     try:
         return EnvConfig.model_validate(arguments)
     except ValidationError as errors:
-        first = errors.errors()[0]
-        name = str(first["loc"][0])
-        hint = "" if name in EnvConfig.model_fields else f"; the arguments are: {', '.join(EnvConfig.model_fields)}"
-        reason = "give a name, or several" if first["type"] == "tuple_type" else first["msg"]
-        raise ScenarioError(f"environment argument {name}={arguments.get(name)!r}: {reason}{hint}") from errors
+        location, reason = complaint(errors, EnvConfig)
+        raise ScenarioError(f"environment argument {'.'.join(map(str, location))}: {reason}") from errors

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from slam.errors import InputError, ScenarioError
 from slam.pose import Pose2D
 from slam.run.scenario.clearance import obstruction
-from slam.run.scenario.complaint import hint
+from slam.run.scenario.complaint import complaint, hint
 from slam.run.scenario.schema import Scenario
 from slam.run.scenario.texts import texts
 from slam.run.scenario.values import Place
@@ -75,6 +75,12 @@ def _place(name: str, value: Any, counts: tuple[int, ...]) -> Place:
         if numbers.ndim == 1 and len(numbers) in counts:
             return Place(**dict(zip(("x", "y", "theta"), numbers.tolist(), strict=False)))
     except (TypeError, ValueError) as error:
-        why = error.errors()[0]["msg"] if isinstance(error, ValidationError) else "no numbers"
+        why = _told(error) if isinstance(error, ValidationError) else "no numbers"
         raise InputError(f"options: {name}={value!r}: {why}; give {form}, metres and radians, map frame") from error
     raise InputError(f"options: {name}={value!r}: give {form}, metres and radians, map frame")
+
+
+def _told(error: ValidationError) -> str:
+    """Name the number of a place that is wrong, and why."""
+    (number,), reason = complaint(error, Place)
+    return f"{number}: {reason}"

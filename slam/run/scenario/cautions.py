@@ -18,7 +18,9 @@ from slam.run.scenario.yaml_file import Location
 HALF_WIDTH: Final = 0.19
 """Half of the robot's width, metres: where a solid is nearer to its way than this, it cannot pass."""
 LARGE: Final = 50.0
-"""Length of furniture beyond which it is hardly meant, metres."""
+"""Length or height of furniture beyond which it is hardly meant, metres."""
+VAST: Final = 1000.0
+"""Length of a world beyond which it is hardly meant, metres."""
 FAR: Final = 20.0
 """Distance from everything that stands beyond which a place is hardly meant, metres."""
 RUNNING: Final = 3.0
@@ -51,6 +53,7 @@ class _Solids:
 
 def cautions(scenario: Scenario) -> Iterator[Caution]:
     """One caution for each key whose value is strange, in the order of the file's sections."""
+    yield from _vast_world(scenario)
     yield from _large_things(scenario)
     yield from _hasty_people(scenario)
     yield from _blocked_people(scenario)
@@ -59,16 +62,33 @@ def cautions(scenario: Scenario) -> Iterator[Caution]:
     yield from _unreachable_speeds(scenario)
 
 
+def _vast_world(scenario: Scenario) -> Iterator[Caution]:
+    if (extent := _extent(scenario)) is not None:
+        length, width = extent[1] - extent[0]
+        if max(length, width) > VAST:
+            yield ("world",), f"{length:.0f} m by {width:.0f} m; lengths are in metres"
+
+
+def _extent(scenario: Scenario) -> tuple[FloatArray, FloatArray] | None:
+    """The least and the largest x and y of all that stands; None where nothing does."""
+    outlines = [prism.footprint for prism in scenario.world.prisms()]
+    if not outlines:
+        return None
+    corners = np.concatenate(outlines)
+    return corners.min(axis=0), corners.max(axis=0)
+
+
 def _large_things(scenario: Scenario) -> Iterator[Caution]:
     world = scenario.world
     sizes = [
-        *((("world", "boxes", k, "size"), max(box.size[:2])) for k, box in enumerate(world.boxes)),
-        *((("world", "tables", k, "size"), max(table.size[:2])) for k, table in enumerate(world.tables)),
+        *((("world", "boxes", k, "size"), max(box.size)) for k, box in enumerate(world.boxes)),
+        *((("world", "tables", k, "size"), max(table.size)) for k, table in enumerate(world.tables)),
         *((("world", "cylinders", k, "radius"), 2.0 * cylinder.radius) for k, cylinder in enumerate(world.cylinders)),
+        *((("world", "cylinders", k, "height"), cylinder.height) for k, cylinder in enumerate(world.cylinders)),
     ]
     for key, length in sizes:
         if length > LARGE:
-            yield key, f"this thing is {length:g} m long; sizes are in metres"
+            yield key, f"this thing measures {length:g} m; sizes are in metres"
 
 
 def _hasty_people(scenario: Scenario) -> Iterator[Caution]:
@@ -91,11 +111,9 @@ def _round(person: Person) -> tuple[Point, ...]:
 
 
 def _far_places(scenario: Scenario) -> Iterator[Caution]:
-    outlines = [prism.footprint for prism in scenario.world.prisms()]
-    if not outlines:
+    if (extent := _extent(scenario)) is None:
         return
-    corners = np.concatenate(outlines)
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = extent
     start = scenario.robot.start
     stops = enumerate(scenario.route.waypoints)
     for key, point in [(("robot", "start"), (start.x, start.y)), *((("route", "waypoints", k), p) for k, p in stops)]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from difflib import get_close_matches
 from itertools import count
 from reprlib import Repr
-from typing import Any, Final, get_args, get_origin
+from typing import Any, Final, Literal, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
@@ -119,6 +119,8 @@ def _items(annotation: Any) -> str:
 def _plural(annotation: Any) -> str:
     if get_origin(annotation) is tuple:
         return f"lists of {_items(annotation)}"
+    if get_origin(annotation) is Literal:
+        return "names"
     return _PLURALS.get(annotation, "sections")
 
 

@@ -11,7 +11,7 @@ from pydantic import Field
 from slam.config import Section
 from slam.pose import Pose2D
 from slam.run.scenario.prism import Prism, disc, rectangle
-from slam.run.scenario.values import Angle, Length, Point
+from slam.run.scenario.values import Angle, Length, Point, Small
 
 Mass = Annotated[float, Field(ge=0.1, le=1000)]
 """Kilograms."""
@@ -53,9 +53,9 @@ class Table(Section):
     """Length along ``yaw``, width, height; metres."""
     yaw: Angle = 0.0
     """Counter-clockwise from the x axis, radians."""
-    leg: Length = 0.05
+    leg: Small = 0.05
     """Side of a leg, metres."""
-    top: Length = 0.03
+    top: Small = 0.03
     """Thickness of the top, metres."""
     mass: Mass | None = None
     """Kilograms of a table that the robot can push; left out: it stands fast."""

@@ -25,7 +25,7 @@ class Door(Section):
     """Where the opening begins: metres along the wall from its first point. It ends ``width`` later."""
     width: Length = 0.9
     """Metres."""
-    angle: Annotated[float, Field(ge=-pi, le=pi)] | None = None
+    angle: Annotated[float, Within(-3.1416, 3.1416, "radians", "degrees", pi / 180.0)] | None = None
     """How far the leaf is open, radians: 0 is shut, positive opens to the left of the wall as it is drawn, negative to
     the right. Without it there is no leaf."""
     hinge: Literal["begin", "end"] = "begin"

@@ -241,13 +241,13 @@ def test_the_documented_command_lets_a_policy_drive(
     if policy == "ppo":
         policy = saved_ppo(tmp_path)
     with devices(scenario="random_office") as (emulator, ports):
-        words = [word for setting in [*ports, "duration=2"] for word in ("--set", setting)]
+        words = [word for setting in [*ports, "duration=3"] for word in ("--set", setting)]
         monkeypatch.setattr("sys.argv", ["drive.py", policy, "--backend", "hardware", "--yes", *words])
         with pytest.raises(SystemExit) as ended:
             runpy.run_path(str(EXAMPLES / "drive.py"), run_name="__main__")
         assert not ended.value.code
         assert emulator.truth[1].distance(load_scenario("random_office").robot.start.pose) > 0.05
-    assert "time after 2.0 s" in (out := capsys.readouterr().out)
+    assert "time after 3.0 s" in (out := capsys.readouterr().out)
     assert "where SLAM believes the robot is" in out
 
 

@@ -12,6 +12,7 @@ from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.robot import Observation, Restartable, Robot
 from slam.run.backends import is_restartable, make_robot
+from slam.run.env.seen_grid import warm_up_seen_grid
 from slam.run.patience import step_patiently
 from slam.run.scenario.lidar_config import LidarConfig
 from slam.run.scenario.schema import Scenario
@@ -103,6 +104,7 @@ class DrivenRobot:
         robot = make_robot(self._backend, longer, seed=seed, **self._options)
         if not self.restartable:  # it may be real: nothing is compiled while it drives
             warm_up(Terminal(stderr=True), scenario.slam)
+            warm_up_seen_grid()
         robot.__enter__()
         self._robot, self._scenario = robot, scenario
         self._loss = weakref.finalize(self, _let_go, robot)

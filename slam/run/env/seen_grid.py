@@ -43,6 +43,11 @@ def sight(scan: LaserScan) -> FloatArray:
     return np.where(scan.echoes, scan.ranges, np.where(open_space, scan.range_max, 0.0))
 
 
+def warm_up_seen_grid() -> None:
+    """Compile what marks the cells, before a robot drives whose time is real."""
+    SeenGrid(Extent((0.0, 0.0), (1.0, 1.0)), 0.5).add(LaserScan(0.0, 0.0, 0.1, 0.0, 1.0, np.ones(2)), Pose2D())
+
+
 class SeenGrid:
     """Square cells, each unknown, free or a wall. Its size is that of the world, however long the run."""
 

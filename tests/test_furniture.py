@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sim.bench.blocked import FORWARD, drive, scene, wall
+from sim.friction_arm import friction_arm
 from sim.furniture import MovingOutlines
 from sim.plan_grid import cast_in_plan, plan_grid
 from sim.plant import SimPlant
@@ -11,6 +12,7 @@ from sim.robot import SimRobot
 from slam.pose import Pose2D
 from slam.run.scenario.clearance import clearance
 from slam.run.scenario.furniture import Box, Cylinder, Table, movable
+from slam.run.scenario.prism import Prism, disc, rectangle
 from slam.run.scenario.world_plan import World
 
 PIECES = (
@@ -93,6 +95,46 @@ def test_the_robot_pushes_what_its_25_newtons_can_move_and_stalls_at_the_rest(ma
     assert way > 0.5 if moves else way < 0.02
     assert seen[-1].collided
     assert seen[-1].odometry.T_odom_base.distance(seen[-1].T_map_base) < 0.02
+
+
+OFF_CENTRE = (
+    {"cylinders": [{"center": [0.7, 0.05], "radius": 0.15, "mass": 20.0}]},
+    {"cylinders": [{"center": [0.8, -0.12], "radius": 0.3, "mass": 20.0}]},
+    {"tables": [{"center": [0.9, 0.25], "size": [0.8, 0.5, 0.7], "mass": 20.0}]},
+    {"boxes": [{"center": [0.7, 0.1], "size": [0.4, 0.4, 0.5], "mass": 20.0}]},
+)
+
+
+@pytest.mark.parametrize("things", OFF_CENTRE)
+def test_what_needs_twice_the_push_stands_wherever_it_is_pushed(things):
+    with SimRobot(scene(wall(0.0, at=4.0) | things)) as robot:
+        start = robot.furniture
+        go(robot, 200)
+        assert np.abs(robot.furniture - start).max() < 0.015
+
+
+@pytest.mark.parametrize(("mass", "turns"), [(8.0, True), (40.0, False)])
+def test_a_thing_pushed_beside_its_middle_turns_where_the_friction_of_its_footprint_lets_it(mass, turns):
+    """25 N at 0.4 m turn a rod of 1 m about its middle, against 0.3 m g / 4, up to 13 kg."""
+    rod = {"center": [0.6, 0.4], "size": [0.1, 1.0, 0.5], "mass": mass}
+    with SimRobot(scene(wall(0.0, at=4.0) | {"boxes": [rod]})) as robot:
+        go(robot, 100)
+        angle = robot.furniture[0, 2]
+    assert angle > 0.5 if turns else abs(angle) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("footprint", "arm"),
+    [
+        (disc((0.0, 0.0), 0.3), 0.2),
+        (rectangle((0.0, 0.0), 1.0, 1.0, 0.0), (np.sqrt(2.0) + np.log(1.0 + np.sqrt(2.0))) / 6.0),
+        (rectangle((0.0, 0.0), 1e-3, 2.0, 0.0), 0.5),
+        (rectangle((3.0, 4.0), 0.01, 0.01, 0.3), 5.0),
+    ],
+)
+def test_the_friction_arm_is_the_mean_distance_of_the_footprint(footprint, arm):
+    above = Prism(rectangle((9.0, 0.0), 1.0, 1.0, 0.0), 0.5, 1.0)
+    assert friction_arm([Prism(footprint, 0.0, 1.0), above]) == pytest.approx(arm, rel=4e-3)
 
 
 @pytest.mark.parametrize("caster", ["bullet", "exact"])

@@ -55,6 +55,7 @@ def add_movable(world: World, thing: Movable) -> int:
     ):
         world.bullet.call(pybullet.changeDynamics, body, part, lateralFriction=SLIDING, **dynamics)
         world.bullet.call(pybullet.setCollisionFilterGroupMask, body, part, MOVABLE, meets)
+    world.movables.add(body)
     return body
 
 

@@ -49,6 +49,8 @@ class World(Closing):
         self.prisms = tuple(prisms)
         self.rate = rate
         self.steps = 0
+        self.movables: set[int] = set()
+        """Bodies that the robot can push."""
         self.bullet = Bullet()
         self.bullet.call(
             pybullet.setPhysicsEngineParameter,

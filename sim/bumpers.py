@@ -1,4 +1,4 @@
-"""What a robot notices of contacts: that there was one, and on which segment of its bumpers."""
+"""What a robot notices of contacts: a collision, and the segments of its bumpers that were pressed."""
 
 from __future__ import annotations
 
@@ -27,27 +27,27 @@ class Bumpers:
     def add(self, contacts: Iterable[Contact], place: Place) -> None:
         """Note contacts with the base standing at ``place``."""
         for contact in contacts:
-            self._touched = True
+            self._collided |= not contact.pushable
             segment = segment_at(contact, place)
             if segment is not None:
                 self._pressed[segment] = True
 
     def read(self) -> tuple[bool, tuple[bool, ...]]:
-        """Whether anything was touched since the last reading, and which segments were pressed: front, then rear, each
-        from the robot's left to its right."""
-        touched, pressed = self._touched, tuple(self._pressed)
+        """Whether anything that stands fast was touched since the last reading, and which segments anything pressed:
+        front, then rear, each from the robot's left to its right."""
+        collided, pressed = self._collided, tuple(self._pressed)
         self._forget()
-        return touched, pressed
+        return collided, pressed
 
     def _forget(self) -> None:
-        self._touched = False
+        self._collided = False
         self._pressed = [False] * (2 * SEGMENTS)
 
 
 def segment_at(contact: Contact, place: Place) -> int | None:
     """The number of the segment in that direction from the base; None on a flank."""
     x, y, theta = place
-    dx, dy = contact[0] - x, contact[1] - y
+    dx, dy = contact.x - x, contact.y - y
     ahead, left = cos(theta) * dx + sin(theta) * dy, cos(theta) * dy - sin(theta) * dx
     in_front = ahead > 0.0
     bearing = atan2(left, ahead) if in_front else -wrap_angle(atan2(left, ahead) - pi)  # from straight, left positive

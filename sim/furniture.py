@@ -8,6 +8,7 @@ from math import atan2
 import numpy as np
 
 from sim.bullet import pybullet
+from sim.movable import add_movable
 from sim.rays import stop_at_outlines
 from sim.world import World
 from slam.pose import FloatArray
@@ -19,7 +20,7 @@ class Furniture:
 
     def __init__(self, world: World, movables: Sequence[Movable]) -> None:
         self._world = world
-        self._bodies = [world.add_movable(thing) for thing in movables]
+        self._bodies = [add_movable(world, thing) for thing in movables]
         self._find = [world.bullet.prepared(pybullet.getBasePositionAndOrientation, body) for body in self._bodies]
 
     def leave(self) -> None:

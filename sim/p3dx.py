@@ -30,8 +30,13 @@ DRAG_TORQUE: Final = 0.3
 """N m with which the gears hold a wheel whose motor is cut. The value is ours."""
 
 
-Contact = tuple[float, float]
-"""x and y of where the body was touched, map frame."""
+class Contact(NamedTuple):
+    """A place where the body was touched: x and y in the map frame, metres."""
+
+    x: float
+    y: float
+    pushable: bool
+    """Whether it was touched by furniture that can be pushed."""
 
 
 class Ticks(NamedTuple):
@@ -147,8 +152,11 @@ class P3dx:
 
     def contacts(self) -> list[Contact]:
         """Where the body touched anything but the floor in the last physics step."""
-        found = self._find_contacts()
-        return [c[5][:2] for c in found if c[2] != self._world.floor and c[8] < TOUCH] if found else []
+        if not (found := self._find_contacts()):
+            return []
+        floor, movables = self._world.floor, self._world.movables
+        touching = (c for c in found if c[2] != floor and c[8] < TOUCH)
+        return [Contact(c[5][0], c[5][1], c[2] in movables) for c in touching]
 
     def _ramped_setpoint(self) -> Twist2D:
         limits, rate = self._config.limits, self._config.control_rate

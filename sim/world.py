@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import chain
-from math import cos, sin
 from operator import itemgetter
 from typing import Any, Final
 
@@ -16,7 +15,6 @@ from sim.mesh import Mesh, extrude
 from slam.closing import Closing
 from slam.pose import FloatArray
 from slam.run.scenario.clearance import SILL
-from slam.run.scenario.furniture import Movable
 from slam.run.scenario.world_plan import Prism
 
 GRAVITY: Final = 9.81
@@ -36,11 +34,6 @@ OUT_OF_REACH: Final = (0.0, 0.0, -10.0)
 
 FAR_AWAY: Final = (1e4, 1e4, 5.0)
 """x, y, z, metres: nothing is there."""
-SLIDING: Final = 0.3
-"""Friction of furniture on the floor; wood or felt has 0.2 to 0.5."""
-UPRIGHT: Final = 1e6
-"""Inertia of furniture about its horizontal axes, kg m^2; so large that it does not tip over."""
-
 FLOOR, WALLS, ROBOT, PEOPLE, SILLS, MOVABLE = 1, 2, 4, 8, 16, 32
 """Collision groups, used in p3dx.urdf too. Rays belong to group 1 and meet walls and sills only."""
 MET_BY: Final = {FLOOR: ROBOT | MOVABLE, WALLS: ROBOT | MOVABLE | 1, PEOPLE: ROBOT, SILLS: MOVABLE | 1}
@@ -56,6 +49,8 @@ class World(Closing):
         self.prisms = tuple(prisms)
         self.rate = rate
         self.steps = 0
+        self.movables: set[int] = set()
+        """Bodies that the robot can push."""
         self.bullet = Bullet()
         self.bullet.call(
             pybullet.setPhysicsEngineParameter,
@@ -112,30 +107,6 @@ class World(Closing):
         """Put the middle of a pillar there, at once."""
         self.bullet.call(pybullet.resetBasePositionAndOrientation, pillar, (x, y, z), (0.0, 0.0, 0.0, 1.0))
 
-    def add_movable(self, thing: Movable) -> int:
-        """Furniture that slides on the floor and that rays pass through; its frame is that of the thing."""
-        parts = [_shape(prism) for prism in thing.prisms]
-        shapes = self.bullet.call(
-            pybullet.createCollisionShapeArray,
-            **{name: [part[name] for part in parts] for name in parts[0]},
-        )
-        (x, y), theta = thing.T_map_thing.translation, thing.T_map_thing.theta
-        body: int = self.bullet.call(
-            pybullet.createMultiBody,
-            thing.mass,
-            shapes,
-            basePosition=(x, y, 0.0),
-            baseOrientation=(0.0, 0.0, sin(theta / 2.0), cos(theta / 2.0)),
-        )
-        corners = np.concatenate([prism.footprint for prism in thing.prisms])
-        izz = thing.mass * float((np.ptp(corners, axis=0) ** 2).sum()) / 12.0  # of the box around it
-        self.bullet.call(
-            pybullet.changeDynamics, body, -1, lateralFriction=SLIDING, localInertiaDiagonal=(UPRIGHT, UPRIGHT, izz)
-        )
-        met = FLOOR | WALLS | SILLS | MOVABLE | (ROBOT if max(prism.top for prism in thing.prisms) > SILL else 0)
-        self.bullet.call(pybullet.setCollisionFilterGroupMask, body, -1, MOVABLE, met)
-        return body
-
     def send_away(self, body: int, number: int) -> None:
         """Put a body so far from everything that nothing is near it, nor another one with another number."""
         x, y, z = FAR_AWAY
@@ -172,16 +143,3 @@ class World(Closing):
         self.bullet.call(pybullet.changeDynamics, body, -1, lateralFriction=lateral_friction)
         self.bullet.call(pybullet.setCollisionFilterGroupMask, body, -1, group, MET_BY[group])
         return body
-
-
-def _shape(prism: Prism) -> dict[str, Any]:
-    """Arguments by which PyBullet makes a part of a thing: a box along the axes of its frame, or a cylinder."""
-    middle, height = prism.footprint.mean(axis=0), prism.top - prism.bottom
-    length, width = np.ptp(prism.footprint, axis=0)
-    return {
-        "shapeTypes": pybullet.GEOM_BOX if len(prism.footprint) == 4 else pybullet.GEOM_CYLINDER,
-        "halfExtents": (length / 2.0, width / 2.0, height / 2.0),
-        "radii": length / 2.0,
-        "lengths": height,
-        "collisionFramePositions": (*middle, prism.bottom + height / 2.0),
-    }

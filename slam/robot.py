@@ -22,7 +22,8 @@ class Observation:
     odometry: Odometry
     T_map_base: Pose2D | None = None
     collided: bool = False
-    """Whether the robot touched anything but the floor since the last observation."""
+    """Whether the robot touched anything but the floor since the last observation; a simulated one does not count
+    furniture that it can push, a real one cannot tell."""
     stalled: bool = False
     """Whether the base says that a wheel cannot turn as it should."""
     bumpers: tuple[bool, ...] = ()

@@ -4,13 +4,18 @@ import numpy as np
 import pytest
 
 from sim.bench.blocked import FORWARD, drive, scene, wall
+from sim.friction_arm import friction_arm
 from sim.furniture import MovingOutlines
 from sim.plan_grid import cast_in_plan, plan_grid
 from sim.plant import SimPlant
 from sim.robot import SimRobot
 from slam.pose import Pose2D
+from slam.run.env.p3dx_env import P3DXEnv
+from slam.run.experiment import scenario_experiment
 from slam.run.scenario.clearance import clearance
 from slam.run.scenario.furniture import Box, Cylinder, Table, movable
+from slam.run.scenario.prism import Prism, disc, rectangle
+from slam.run.scenario.schema import Scenario
 from slam.run.scenario.world_plan import World
 
 PIECES = (
@@ -91,8 +96,85 @@ def test_the_robot_pushes_what_its_25_newtons_can_move_and_stalls_at_the_rest(ma
         way = robot.furniture[0, 0] - 0.6
     assert seen[-1].stalled != moves
     assert way > 0.5 if moves else way < 0.02
-    assert seen[-1].collided
+    assert any(s.bumpers[2] for s in seen)
+    assert not any(s.collided for s in seen)
     assert seen[-1].odometry.T_odom_base.distance(seen[-1].T_map_base) < 0.02
+
+
+def in_the_way(mass: float, duration: float) -> Scenario:
+    """A room in which the straight way to x = 2 m leads past a box that it touches."""
+    room = [{"points": [[-1.0, -2.0], [5.0, -2.0], [5.0, 2.0], [-1.0, 2.0]], "closed": True}]
+    box = {"center": [1.0, 0.3], "size": [0.4, 0.4, 0.5], "mass": mass}
+    route = {"waypoints": [[2.0, 0.0]], "speed": 0.4}
+    return scene({"walls": room, "boxes": [box]}, route=route, duration=duration, slam={"mode": "dead_reckoning"})
+
+
+@pytest.mark.parametrize(("mass", "duration", "ending"), [(3.0, 30.0, "arrived"), (50.0, 8.0, "duration over")])
+def test_a_run_goes_on_when_it_touches_what_can_be_pushed(mass, duration, ending, tmp_path):
+    assert scenario_experiment(in_the_way(mass, duration)).run(tmp_path / "run").ending == ending
+
+
+@pytest.mark.parametrize(("mass", "goes_on"), [(3.0, True), (50.0, False)])
+def test_an_environment_that_ends_on_collisions_pushes_the_light_and_ends_at_a_stall(mass, goes_on):
+    env = P3DXEnv(in_the_way(mass, 30.0), reward="none", end_on="collision")
+    env.reset(seed=0)
+    for _ in range(45):
+        *_, terminated, _, info = env.step(np.array([0.3, 0.0], np.float32))
+        if terminated:
+            break
+    env.close()
+    assert terminated != goes_on
+    assert info["observation"].stalled != goes_on
+    assert not info["observation"].collided
+
+
+def test_beside_a_thing_that_it_pushes_the_robot_still_collides_with_a_wall():
+    things = {"boxes": [{"center": [0.6, 0.2], "size": [0.2, 0.2, 0.5], "mass": 1.0}]}
+    with SimRobot(scene(wall(0.0, at=1.5) | things)) as robot:
+        seen = go(robot, 60)
+    first = next(n for n, s in enumerate(seen) if any(s.bumpers))
+    collision = next(n for n, s in enumerate(seen) if s.collided)
+    assert collision > first + 5
+
+
+OFF_CENTRE = (
+    {"cylinders": [{"center": [0.7, 0.05], "radius": 0.15, "mass": 20.0}]},
+    {"cylinders": [{"center": [0.8, -0.12], "radius": 0.3, "mass": 20.0}]},
+    {"tables": [{"center": [0.9, 0.25], "size": [0.8, 0.5, 0.7], "mass": 20.0}]},
+    {"boxes": [{"center": [0.7, 0.1], "size": [0.4, 0.4, 0.5], "mass": 20.0}]},
+)
+
+
+@pytest.mark.parametrize("things", OFF_CENTRE)
+def test_what_needs_twice_the_push_stands_wherever_it_is_pushed(things):
+    with SimRobot(scene(wall(0.0, at=4.0) | things)) as robot:
+        start = robot.furniture
+        go(robot, 200)
+        assert np.abs(robot.furniture - start).max() < 0.015
+
+
+@pytest.mark.parametrize(("mass", "turns"), [(8.0, True), (40.0, False)])
+def test_a_thing_pushed_beside_its_middle_turns_where_the_friction_of_its_footprint_lets_it(mass, turns):
+    """25 N at 0.4 m turn a rod of 1 m about its middle, against 0.3 m g / 4, up to 13 kg."""
+    rod = {"center": [0.6, 0.4], "size": [0.1, 1.0, 0.5], "mass": mass}
+    with SimRobot(scene(wall(0.0, at=4.0) | {"boxes": [rod]})) as robot:
+        go(robot, 100)
+        angle = robot.furniture[0, 2]
+    assert angle > 0.5 if turns else abs(angle) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("footprint", "arm"),
+    [
+        (disc((0.0, 0.0), 0.3), 0.2),
+        (rectangle((0.0, 0.0), 1.0, 1.0, 0.0), (np.sqrt(2.0) + np.log(1.0 + np.sqrt(2.0))) / 6.0),
+        (rectangle((0.0, 0.0), 1e-3, 2.0, 0.0), 0.5),
+        (rectangle((3.0, 4.0), 0.01, 0.01, 0.3), 5.0),
+    ],
+)
+def test_the_friction_arm_is_the_mean_distance_of_the_footprint(footprint, arm):
+    above = Prism(rectangle((9.0, 0.0), 1.0, 1.0, 0.0), 0.5, 1.0)
+    assert friction_arm([Prism(footprint, 0.0, 1.0), above]) == pytest.approx(arm, rel=4e-3)
 
 
 @pytest.mark.parametrize("caster", ["bullet", "exact"])

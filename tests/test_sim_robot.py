@@ -12,6 +12,7 @@ import pytest
 from pydantic import ValidationError
 
 from sim.bumpers import segment_at
+from sim.p3dx import Contact
 from sim.robot import SimRobot
 from slam.errors import RobotError
 from slam.odometry import Twist2D
@@ -222,8 +223,9 @@ def test_a_wall_ahead_presses_the_front_bumper_and_stalls_the_motors():
     ],
 )
 def test_a_contact_presses_the_segment_in_its_direction(contact, segment):
-    assert segment_at(contact, (1.0, 0.0, 0.0)) == segment
-    turned = (1.0 - contact[1], contact[0] - 1.0)  # the robot at (1, 0) looks along +y
+    x, y = contact
+    assert segment_at(Contact(x, y, pushable=False), (1.0, 0.0, 0.0)) == segment
+    turned = Contact(1.0 - y, x - 1.0, pushable=False)  # the robot at (1, 0) looks along +y
     assert segment_at(turned, (1.0, 0.0, pi / 2)) == segment
 
 

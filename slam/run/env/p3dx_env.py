@@ -97,7 +97,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     ## Episode End
     Terminated by the first of `end_on` that comes:
 
-    - `collision`: the robot touched anything but the floor, or says that a wheel is stalled;
+    - `collision`: the robot touched anything but the floor and furniture that it can push, or a wheel is stalled;
     - `goal`: the last way-point is within the route's `arrival`;
     - `lost`: SLAM says so itself, or its pose is farther than `lost_beyond` from the true one, where that is known.
 
@@ -152,7 +152,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     | `T_map_base` | (3,) | the true pose: x, y (m), theta (rad); nan where the robot does not know it |
     | `pose` | (3,) | the pose that `goal`, rewards and ends go by: x, y (m), theta (rad) |
     | `pose_from` | str | where `pose` comes from: `truth` or `estimate` |
-    | `collided` | bool | the robot touched something since the last scan |
+    | `collided` | bool | the robot touched something that it cannot push since the last scan |
     | `stalled` | bool | a wheel cannot turn as it should: the robot is blocked |
     | `applied` | (2,) | v (m/s), omega (rad/s): the command within the limits |
     | `stamp` | float | of the scan, s |

@@ -1,0 +1,104 @@
+"""The body of a thing that can be pushed, in the simulated world."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import cos, hypot, sin, sqrt
+from typing import Any, Final
+
+import numpy as np
+
+from sim.bullet import pybullet
+from sim.friction_arm import friction_arm
+from sim.world import FLOOR, GRAVITY, MOVABLE, ROBOT, SILLS, WALLS, World
+from slam.run.scenario.clearance import SILL
+from slam.run.scenario.furniture import Movable
+from slam.run.scenario.prism import Prism
+
+SLIDING: Final = 0.3
+"""Friction of furniture on the floor; wood or felt has 0.2 to 0.5."""
+BODY, FOOTING = -1, 0
+"""Numbers of the two links: what walls and the robot meet, and what the floor carries."""
+FEET: Final = 4
+"""Of furniture; each carries the same load, because all sink in by the same length."""
+FOOT: Final = 0.01
+"""Radius of a foot, a ball, metres."""
+SINKING: Final = 1e-4
+"""Length by which feet sink into the floor under the weight, metres."""
+UPRIGHT: Final = 1e9
+"""Inertia of furniture about its horizontal axes, kg m^2; so large that it does not tip over."""
+
+
+def add_movable(world: World, thing: Movable) -> int:
+    """Add a body that slides on the floor and that rays pass through; its frame is that of the thing.
+
+    It stands on four soft feet that resist sliding and turning as its whole footprint does. Hard contacts of a thing
+    that cannot tip share its weight at random: often one carries all of it, and the thing turns freely about that one.
+    """
+    length, width = np.ptp(np.concatenate([prism.footprint for prism in thing.prisms]), axis=0).tolist()
+    (x, y), theta = thing.T_map_thing.translation, thing.T_map_thing.theta
+    body: int = world.bullet.call(
+        pybullet.createMultiBody,
+        thing.mass,
+        _compound(world, [_part(prism) for prism in thing.prisms]),
+        basePosition=(x, y, 0.0),
+        baseOrientation=(0.0, 0.0, sin(theta / 2.0), cos(theta / 2.0)),
+        **_fixed_link(_compound(world, _feet(length, width, friction_arm(thing.prisms)))),
+    )
+    inertia = UPRIGHT, UPRIGHT, thing.mass * (length**2 + width**2) / 12.0  # of the box around it
+    stiffness = thing.mass * GRAVITY / (FEET * SINKING)
+    damping = sqrt(stiffness * thing.mass)  # critical for a quarter of the mass
+    met = WALLS | SILLS | MOVABLE | (ROBOT if max(prism.top for prism in thing.prisms) > SILL else 0)
+    for part, meets, dynamics in (
+        (BODY, met, {"localInertiaDiagonal": inertia}),
+        (FOOTING, FLOOR, {"contactStiffness": stiffness, "contactDamping": damping}),
+    ):
+        world.bullet.call(pybullet.changeDynamics, body, part, lateralFriction=SLIDING, **dynamics)
+        world.bullet.call(pybullet.setCollisionFilterGroupMask, body, part, MOVABLE, meets)
+    world.movables.add(body)
+    return body
+
+
+def _compound(world: World, parts: Sequence[dict[str, Any]]) -> Any:
+    """One shape of several parts."""
+    arguments = {name: [part[name] for part in parts] for name in parts[0]}
+    return world.bullet.call(pybullet.createCollisionShapeArray, **arguments)
+
+
+def _fixed_link(shape: int) -> dict[str, Any]:
+    """Arguments by which PyBullet adds a part without mass of its own, which other things meet than meet the base."""
+    origin, upright = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+    return {
+        "linkMasses": [0.0],
+        "linkCollisionShapeIndices": [shape],
+        "linkVisualShapeIndices": [-1],
+        "linkPositions": [origin],
+        "linkOrientations": [upright],
+        "linkInertialFramePositions": [origin],
+        "linkInertialFrameOrientations": [upright],
+        "linkParentIndices": [0],
+        "linkJointTypes": [pybullet.JOINT_FIXED],
+        "linkJointAxis": [(0.0, 0.0, 1.0)],
+    }
+
+
+def _feet(length: float, width: float, arm: float) -> list[dict[str, Any]]:
+    """Four balls on the diagonals of the outline, ``arm`` metres from its middle."""
+    x, y = arm * length / hypot(length, width), arm * width / hypot(length, width)
+    return [
+        {"shapeTypes": pybullet.GEOM_SPHERE, "radii": FOOT, "collisionFramePositions": (sx * x, sy * y, FOOT)}
+        for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
+
+
+def _part(prism: Prism) -> dict[str, Any]:
+    """Arguments by which PyBullet makes a part of a thing: a box along the axes of its frame, or a cylinder."""
+    middle, height = prism.footprint.mean(axis=0), prism.top - prism.bottom
+    length, width = np.ptp(prism.footprint, axis=0)
+    return {
+        "shapeTypes": pybullet.GEOM_BOX if len(prism.footprint) == 4 else pybullet.GEOM_CYLINDER,
+        "halfExtents": (length / 2.0, width / 2.0, height / 2.0),
+        "radii": length / 2.0,
+        "lengths": height,
+        "collisionFramePositions": (*middle, prism.bottom + height / 2.0),
+    }

@@ -7,8 +7,10 @@ WHY := hopslam needs CPython 3.11, because pybullet has wheels for no newer one;
 run: .venv/.run
 	.venv/bin/hopslam run corridor
 
+# One worker more than cores, for some tests wait for emulated devices.
 test: .venv/.dev
-	.venv/bin/python -m pytest -q -n auto --dist loadfile
+	PYTEST_XDIST_AUTO_NUM_WORKERS=$$(($$(getconf _NPROCESSORS_ONLN) + 1)) \
+	    .venv/bin/python -m pytest -q -n auto --dist loadfile
 
 lint: .venv/.dev
 	.venv/bin/ruff check .

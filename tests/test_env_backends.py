@@ -339,7 +339,7 @@ def test_wheels_that_are_held_are_a_collision(rooms: ExitStack) -> None:
     env.reset(seed=0)
     ends = [env.step(FORWARD)[2] for _ in range(2)]
     assert ends == [False, True]
-    with pytest.raises(RobotError, match=r"the episode is over: call reset\(\)"):
+    with pytest.raises(InputError, match=r"the episode is over: call reset\(\)"):
         env.step(FORWARD)
     env = rooms.enter_context(gymnasium.make(ID, backend="rooms_of_a_user:Room", collision_penalty=2.0, end_on="goal"))
     env.reset(seed=0)

@@ -238,12 +238,14 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     def step(self, action: Any) -> tuple[ObservationDict, float, bool, bool, dict[str, Any]]:
         """Drive at the speeds of the action until the next scan has come.
 
-        InputError for what is no such action; RobotError where the episode is over and the robot may be a real one.
+        InputError for what is no such action, and for one that would move a robot after the end of its episode, if
+        that may be a real one.
         """
-        if self._over and not self._driven.restartable:
-            raise RobotError("the episode is over: call reset() before the robot moves on")
         with self._stopping():
-            applied = self._drive(self._twist(action))
+            twist = self._twist(action)
+            if self._over and twist != Twist2D() and not self._driven.restartable:
+                raise InputError("the episode is over: call reset() before the robot moves on")
+            applied = self._drive(twist)
             episode = self.episode
             end = termination(episode.moment, self.config)
             self._over = bool(end) or episode.out_of_time

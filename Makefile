@@ -55,7 +55,7 @@ clean:
 .venv/.dev: pyproject.toml .venv/bin/pip
 	.venv/bin/pip install --quiet --editable '.[bench]' --group dev
 	@# The hot loops are compiled once here, and not by every worker of the tests.
-	.venv/bin/python -c 'from slam.config import SlamConfig; from slam.run.terminal import Terminal; \
+	.venv/bin/python -c 'from slam.config import SlamConfig; from slam.console.terminal import Terminal; \
 	    from slam.run.warm_up import warm_up; warm_up(Terminal(), SlamConfig(), search=True)'
 	touch $@ .venv/.run
 

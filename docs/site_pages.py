@@ -77,22 +77,22 @@ def readme() -> str:
 
 def scenario() -> str:
     """Every key, from the schema."""
-    from slam.run.scenario.reference import scenario_reference
+    from slam.scenario.reference import scenario_reference
 
     return scenario_reference()
 
 
 def environment() -> str:
     """The manual, from the class's docstring."""
-    from slam.run.env.catalogue import find_env_id
-    from slam.run.env.manual import manual
+    from slam.env.ids import find_env_id
+    from slam.env.manual import manual
 
     return manual(find_env_id("Corridor-v0"))
 
 
 def commands() -> str:
     """Every command with its options, as ``--help`` has them."""
-    from slam.run.cli import app
+    from slam.cli.main import app
 
     command = get_command(app)
     context = command.make_context("hopslam", [], resilient_parsing=True)

@@ -15,7 +15,7 @@ from hardware.arcos.config_packet import AUTOBAUD_SWITCH, CONFIG_PACKET, ArcosCo
 from hardware.arcos.identity import SYNC2, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import is_sip, is_standing
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from hardware.serial_port import PortLost, SerialPort
 from slam.errors import RobotError
 
@@ -117,7 +117,7 @@ def read_config(line: ArcosLine) -> ArcosConfig:
         line.send(Command(CommandId.CONFIG, 1))
         packet = line.wait_for(lambda data: data[0] == CONFIG_PACKET, 2.0 * _ANSWER)
         if packet is not None:
-            with suppress(Damaged):
+            with suppress(DecodeError):
                 return ArcosConfig.decode(packet)
     raise RobotError(f"{line.port.url}: the robot does not say its settings, so its watchdog is unknown; switch it off")
 
@@ -165,7 +165,7 @@ def _synchronise(line: ArcosLine) -> Identity | _Closed | None:
             time.sleep(_SENT)
             return _Closed.JUST_NOW
         if number == SYNC2:
-            with suppress(Damaged):
+            with suppress(DecodeError):
                 return Identity.decode(answer)
     return None
 

@@ -14,7 +14,7 @@ from hardware.arcos.sip import Sip, is_sip
 from hardware.arcos.units import units_of
 from hardware.arcos_session import ArcosLine, disconnect, read_config
 from hardware.arcos_session import connect as connect_robot
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from hardware.scip.scan_data import ScanData, decode_scan
 from hardware.scip_session import ScipLine, identify, stop
 from hardware.scip_session import connect as connect_lidar
@@ -72,7 +72,7 @@ def _lidar(port: str, baud: int) -> Finding:
 
 def _latest(line: ScipLine, first: int, last: int) -> ScanData:
     for _ in range(3):
-        with suppress(Damaged):
+        with suppress(DecodeError):
             return decode_scan(line.insist(f"GD{first:04d}{last:04d}01"))
     raise RobotError(f"{line.port.url}: the lidar's scans come damaged; look at its cable")
 
@@ -88,7 +88,7 @@ def _robot(port: str, _: int) -> Finding:
         line.port.close()
     battery, units = "unknown", units_of(identity.subclass)
     if report is not None and units is not None:
-        with suppress(Damaged):
+        with suppress(DecodeError):
             battery = f"{Sip.decode(report, units).battery:.1f} V"
     words = (
         f"robot {identity.name}, class {identity.robot_class}, subclass {identity.subclass}, "

@@ -14,8 +14,8 @@ from hardware.arcos.units import ArcosUnits, units_of
 from hardware.arcos_session import ArcosLine, connect, read_config, speed_up
 from hardware.serial_port import SerialPort
 from slam.errors import RobotError
-from slam.run.scenario.hardware_config import HardwareConfig
-from slam.run.scenario.robot_config import Limits
+from slam.scenario.hardware_config import HardwareConfig
+from slam.scenario.robot_config import Limits
 
 _LOG: Final = logging.getLogger("hopslam.p3dx")
 _FIRST_BAUD: Final = 9600

@@ -15,7 +15,7 @@ from hardware.arcos.sip import Sip, is_sip
 from hardware.arcos_session import ArcosLine, Arrival, disconnect
 from hardware.backoff import Backoff
 from hardware.base_odometry import EncoderOdometry, PositionOdometry, sip_twist
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from hardware.odometry_track import OdometryTrack
 from hardware.opened_p3dx import OpenedP3dx, open_p3dx
 from hardware.serial_port import PortLost
@@ -23,8 +23,8 @@ from hardware.speed_commands import BaseSpeeds, SpeedCommands, WheelSpeeds
 from hardware.wheel_scales import WheelScales
 from slam.errors import RobotError
 from slam.odometry import Twist2D
-from slam.run.scenario.hardware_config import HardwareConfig
-from slam.run.scenario.robot_config import Limits
+from slam.scenario.hardware_config import HardwareConfig
+from slam.scenario.robot_config import Limits
 
 _LOG: Final = logging.getLogger("hopslam.p3dx")
 _POLL: Final = 0.1
@@ -131,7 +131,7 @@ class P3dx:
         """The way that a robot went on while its cable was out; it has counted it unless it was switched off."""
         report = opened.line.left_open
         if self._position is not None and report is not None:
-            with suppress(Damaged):
+            with suppress(DecodeError):
                 self._position.add(report.stamp, Sip.decode(report.data, opened.units))
 
     def _serve(self) -> None:
@@ -144,7 +144,7 @@ class P3dx:
 
     def _take(self, arrival: Arrival) -> None:
         """One packet; what is damaged behind a right checksum is dropped too."""
-        with suppress(Damaged), self._lock:
+        with suppress(DecodeError), self._lock:
             if is_sip(arrival.data):
                 self._take_sip(arrival.stamp, Sip.decode(arrival.data, self._units))
             elif arrival.data[0] == ENCODER_PACKET and self._encoders is not None:

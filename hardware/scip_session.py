@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Final
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from hardware.scip.commands import TO_SCIP2, Measure, set_baud
 from hardware.scip.frames import FrameDecoder, Lines
 from hardware.scip.information import Parameters, VersionInfo
@@ -116,7 +116,7 @@ def identify(line: ScipLine) -> tuple[VersionInfo, Parameters]:
     """Who the sensor is and what it can do."""
     try:
         return VersionInfo.decode(line.insist("VV")), Parameters.decode(line.insist("PP"))
-    except Damaged as error:
+    except DecodeError as error:
         raise RobotError(f"{line.port.url}: the lidar's description makes no sense: {error}") from error
 
 
@@ -172,6 +172,6 @@ def _change_baud(line: ScipLine, baud: int) -> None:
 
 
 def _old(lines: Lines) -> Reply | None:
-    with suppress(Damaged):
+    with suppress(DecodeError):
         return decode_old_reply(lines)
     return None

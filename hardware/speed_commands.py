@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 
 from hardware.arcos.commands import SI_PER_UNIT, VEL2_UNIT, Command, CommandId, encode_vel2
 from slam.odometry import Twist2D
-from slam.run.scenario.robot_config import Limits
+from slam.scenario.robot_config import Limits
 
 
 class SpeedCommands(ABC):

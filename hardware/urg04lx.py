@@ -13,16 +13,16 @@ from typing import Final
 import numpy as np
 
 from hardware.backoff import Backoff
+from hardware.scip.partial_scans import partial_scans
 from hardware.scip.reply import Reply, find_reply
-from hardware.scip.salvage import salvage_scans
 from hardware.scip.scan_data import TIME_WRAP, ScanData
 from hardware.scip.status import is_fine, meaning
 from hardware.scip_session import Frame, ScipLine, choose_request, connect, identify, stop
 from hardware.sensor_clock import SensorClock
 from hardware.serial_port import SerialPort
 from slam.errors import RobotError
-from slam.run.scenario.hardware_config import HardwareConfig
 from slam.scan import LaserScan
+from slam.scenario.hardware_config import HardwareConfig
 
 _LOG: Final = logging.getLogger("hopslam.urg04lx")
 _POLL: Final = 0.1
@@ -111,7 +111,7 @@ class Urg04lx:
 
     def _take(self, frame: Frame) -> bool:
         """Whether the frame held a scan."""
-        found = [data for data in salvage_scans(frame.lines, self.parameters.range_max) if self._is_ours(data)]
+        found = [data for data in partial_scans(frame.lines, self.parameters.range_max) if self._is_ours(data)]
         taken = [self._take_scan(data, frame) for data in found]
         if not found:
             self.damaged += 1

@@ -3,10 +3,6 @@
 It costs no PyBullet: the engine is loaded when an environment is made.
 """
 
-import gymnasium
+from slam.env.ids import register_ids
 
-from sim.ids import GENERAL_ID, SCENARIO_IDS
-
-gymnasium.register(id=GENERAL_ID, entry_point="slam.run.env.p3dx_env:P3DXEnv")
-for _id, _scenario in SCENARIO_IDS.items():
-    gymnasium.register(id=_id, entry_point="slam.run.env.p3dx_env:P3DXEnv", kwargs={"scenario": _scenario})
+register_ids()

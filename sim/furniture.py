@@ -12,7 +12,7 @@ from sim.movable import add_movable
 from sim.rays import stop_at_outlines
 from sim.world import World
 from slam.pose import FloatArray
-from slam.run.scenario.furniture import Movable
+from slam.scenario.furniture import Movable
 
 
 class Furniture:

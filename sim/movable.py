@@ -11,9 +11,9 @@ import numpy as np
 from sim.bullet import pybullet
 from sim.friction_arm import friction_arm
 from sim.world import FLOOR, GRAVITY, MOVABLE, ROBOT, SILLS, WALLS, World
-from slam.run.scenario.clearance import SILL
-from slam.run.scenario.furniture import Movable
-from slam.run.scenario.prism import Prism
+from slam.scenario.clearance import SILL
+from slam.scenario.furniture import Movable
+from slam.scenario.prism import Prism
 
 SLIDING: Final = 0.3
 """Friction of furniture on the floor; wood or felt has 0.2 to 0.5."""

@@ -9,12 +9,12 @@ from sim.bullet import pybullet
 from sim.ramp import ramped
 from sim.resources import asset
 from sim.stall_guard import StallGuard
-from sim.traction import TRACK, Grip, Pair
+from sim.traction import TRACK, Pair, TractionModel
 from sim.world import TOUCH, World
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
-from slam.run.scenario.robot_config import RobotConfig
+from slam.scenario.robot_config import RobotConfig
 
 WHEEL_RADIUS: Final = 0.0975
 """Of the wheels in p3dx.urdf, metres."""
@@ -55,7 +55,7 @@ class P3dx:
     def __init__(self, world: World, config: RobotConfig) -> None:
         self._world = world
         self._config = config
-        self._grip = Grip(config.traction)
+        self._grip = TractionModel(config.traction)
         self._body = self._load(config.start.pose)
         self._wheels = [self._joint(b"left_wheel"), self._joint(b"right_wheel")]
         self._find_contacts = world.bullet.prepared(pybullet.getContactPoints, self._body, linkIndexA=-1)

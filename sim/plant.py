@@ -19,7 +19,7 @@ from sim.world import World
 from slam.errors import ScenarioError
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
-from slam.run.scenario.schema import Scenario
+from slam.scenario.schema import Scenario
 
 _RATE: Final = 100
 """Turns a second of the emulated firmware's loop: how often ``advance`` is called."""

@@ -18,7 +18,7 @@ from slam.errors import RobotError
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation, Restartable, Robot
-from slam.run.scenario.schema import Scenario
+from slam.scenario.schema import Scenario
 
 
 class SimRobot(Closing):

@@ -12,7 +12,7 @@ from sim.furniture import MovingOutlines
 from sim.rays import stop_at_legs
 from sim.world import World
 from slam.pose import FloatArray, Pose2D
-from slam.run.scenario.furniture import Movable
+from slam.scenario.furniture import Movable
 
 TRANSDUCERS: Final = np.array(
     [[69, 136, 90], [114, 119, 50], [148, 78, 30], [166, 27, 10],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from slam.run.scenario.robot_config import Traction
+from slam.scenario.robot_config import Traction
 
 TRACK: Final = 0.330
 """Between the wheels in p3dx.urdf, metres."""
@@ -13,7 +13,7 @@ Pair = tuple[float, float]
 """Of the left and of the right wheel."""
 
 
-class Grip:
+class TractionModel:
     """The simulated wheels roll without any error, so they turn as little as the floor makes of the robot's own.
 
     With slip s and scrub k = TRACK / effective_track, both the mean of the two wheels is (1 - s) and their difference

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sim.casters import CASTERS, Caster
 from sim.furniture import MovingOutlines
-from sim.range_noise import measure
+from sim.lidar_noise import measure
+from sim.ray_casters import CASTERS, Caster
 from sim.rays import Sweep, rays_of, stop_at_legs
 from sim.world import World
 from slam.pose import FloatArray
-from slam.run.scenario.furniture import Movable
-from slam.run.scenario.lidar_config import LidarConfig
 from slam.scan import LaserScan
+from slam.scenario.furniture import Movable
+from slam.scenario.lidar_config import LidarConfig
 
 
 class Urg04lx:

@@ -10,7 +10,7 @@ import numpy as np
 from sim.p3dx import TICKS_PER_TURN, Ticks
 from slam.odometry import Twist2D, wheel_motion
 from slam.pose import Pose2D
-from slam.run.scenario.robot_config import WheelErrors
+from slam.scenario.robot_config import WheelErrors
 
 MILLIMETRE: Final = 1e-3
 """What ARCOS counts positions (m) and wheel speeds (m/s) in: DistConvFactor and VelConvFactor of p3dx-sh.p."""

@@ -10,12 +10,12 @@ from typing import Any, Final
 import numpy as np
 
 from sim.bullet import Bullet, pybullet
-from sim.lent import lent
 from sim.mesh import Mesh, extrude
+from sim.reused_lists import reused_lists
 from slam.closing import Closing
 from slam.pose import FloatArray
-from slam.run.scenario.clearance import SILL
-from slam.run.scenario.world_plan import Prism
+from slam.scenario.clearance import SILL
+from slam.scenario.world_plan import Prism
 
 GRAVITY: Final = 9.81
 """m/s^2."""
@@ -127,7 +127,7 @@ class World(Closing):
         return self.bullet.call(pybullet.rayTestBatch, origins, ends, collisionFilterMask=WALLS | SILLS)
 
     def _add_mesh(self, group: int, mesh: Mesh) -> int:
-        vertices, indices = lent(mesh)
+        vertices, indices = reused_lists(mesh)
         return self._add_static(
             group,
             lateral_friction=0.5,

@@ -1,1 +1,5 @@
-"""Line-based SLAM with a planar lidar: arrays and values, no engine and no port."""
+"""Line-based SLAM with a 2-D lidar, and what surrounds it: scenarios, runs, environments, sweeps, commands."""
+
+from slam.old_names import find_old_names
+
+find_old_names()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.errors import InputError
-from slam.own_code import kind_of
+from slam.named_code import kind_of
 
 
 def expect_array(what: str, value: Any, shape: tuple[int | None, ...], kind: type[float] = float) -> NDArray[Any]:

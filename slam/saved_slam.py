@@ -29,14 +29,14 @@ class SavedSlam:
     """The last estimate whose scan was matched."""
 
 
-def put_aside(slam: LineSlam) -> SavedSlam | None:
-    """What ``go_on`` needs; None where the map is not this project's own, and is not saved."""
+def save(slam: LineSlam) -> SavedSlam | None:
+    """What ``resume`` needs; None where the map is not this project's own, and is not saved."""
     if not isinstance(slam.mapper, SurfelMapper):
         return None
     return SavedSlam(slam.mapper.memory, slam.T_map_base, slam.last_odometry, slam.last_mapped)
 
 
-def go_on(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> LineSlam:
+def resume(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> LineSlam:
     """The method as if it had never stopped: the next scan and its odometry continue the same run."""
     slam = LineSlam(config, T_base_laser, saved.T_map_base)
     slam.mapper = _mapper(config, T_base_laser, saved.memory)
@@ -44,7 +44,7 @@ def go_on(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> LineSla
     return slam
 
 
-def set_down(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam, T_map_base: Pose2D) -> LineSlam:
+def relocate(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam, T_map_base: Pose2D) -> LineSlam:
     """The method in the saved map with a robot that begins anew there, its odometry too."""
     slam = LineSlam(config, T_base_laser, T_map_base)
     slam.mapper = _mapper(config, T_base_laser, saved.memory.standing(T_map_base, SET_DOWN))

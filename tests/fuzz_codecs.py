@@ -1,6 +1,6 @@
 """Random and mutated bytes into every decoder: ``python -m tests.fuzz_codecs [BYTES]`` from the top of the tree.
 
-Whatever comes in, only ``Damaged`` may come out, and what a decoder keeps stays below its bound.
+Whatever comes in, only ``DecodeError`` may come out, and what a decoder keeps stays below its bound.
 """
 
 import gc
@@ -20,7 +20,7 @@ from hardware.arcos.identity import Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import Sip
 from hardware.arcos.units import P3DX
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from hardware.scip.commands import Measure
 from hardware.scip.frames import CommandDecoder, FrameDecoder
 from hardware.scip.information import Parameters, State, VersionInfo, old_fan
@@ -80,14 +80,14 @@ def try_arcos(data: bytes) -> None:
         lambda: Identity.decode(b"\x02" + data),
     ]
     for read in readers:
-        with suppress(Damaged):
+        with suppress(DecodeError):
             read()
 
 
 def try_scip(lines: tuple[bytes, ...]) -> None:
     """Every reader of an answer."""
     replies = [find_reply(lines)]
-    with suppress(Damaged):
+    with suppress(DecodeError):
         replies.append(decode_old_reply(lines))
     for reply in filter(None, replies):
         for read in (
@@ -97,7 +97,7 @@ def try_scip(lines: tuple[bytes, ...]) -> None:
             State.decode,
             lambda r: old_fan(VersionInfo.decode(r)),
         ):
-            with suppress(Damaged):
+            with suppress(DecodeError):
                 read(reply)
 
 
@@ -135,7 +135,7 @@ def fuzz_scip(size: int, seed: int) -> int:
             found += 1
             try_scip(lines)
         for text in commands.feed(piece):
-            with suppress(Damaged):
+            with suppress(DecodeError):
                 Measure.decode(text)
         assert len(frames._buffer) <= 8192
         assert len(commands._buffer) <= 8192

@@ -16,7 +16,7 @@ from hardware.arcos.packet import MAX_DATA, PacketDecoder, checksum, encode_pack
 from hardware.arcos.sip import Sip
 from hardware.arcos.units import P3DX, P3DX_SH, units_of
 from hardware.arcos.wrapping import unwrapped_step
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from tests.fuzz_codecs import fuzz_arcos
 
 DATA = st.binary(min_size=1, max_size=MAX_DATA)
@@ -105,9 +105,9 @@ def test_forms_that_only_some_clients_send() -> None:
     assert Command.decode(bytes.fromhex("0F 2B 02 61 62 00")) == Command(CommandId.SAY, b"ab")
     (cut_off,) = PacketDecoder().feed(bytes.fromhex("FA FB 04 07 3B 07 3B"))  # Player's SETO
     assert Command.decode(cut_off) == Command(CommandId.SETO)
-    with pytest.raises(Damaged):
+    with pytest.raises(DecodeError):
         Command.decode(bytes.fromhex("0B 77 01 00"))
-    with pytest.raises(Damaged):
+    with pytest.raises(DecodeError):
         _ = Command(CommandId.PULSE).quantity
 
 
@@ -168,9 +168,9 @@ def test_what_a_sip_says() -> None:
     sip = Sip.decode(SIP.encode(P3DX_SH), P3DX_SH)
     assert (sip.stalled, sip.front_bumpers, sip.rear_bumpers) == (True, 1, 2)
     assert (sip.motors_enabled, sip.e_stop) == (True, True)
-    with pytest.raises(Damaged):
+    with pytest.raises(DecodeError):
         Sip.decode(SIP.encode(P3DX_SH)[:20], P3DX_SH)
-    with pytest.raises(Damaged):
+    with pytest.raises(DecodeError):
         Sip.decode(b"\x20" * 50, P3DX_SH)
 
 

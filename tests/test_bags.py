@@ -14,14 +14,14 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 
 from slam.errors import LogError
+from slam.files.logs import BagTopics, read_log
+from slam.files.logs.tracks import Track
+from slam.files.ros.encoder import Encoder, nanoseconds
+from slam.files.ros.mcap_writer import McapWriter
+from slam.files.ros.topics import LASER_SCAN, ODOMETRY, TRANSFORMS
+from slam.files.ros.typestores import ros1_types, ros2_types
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
-from slam.run.logs import BagTopics, read_log
-from slam.run.logs.tracks import Track
-from slam.run.ros.encoder import Encoder, nanoseconds
-from slam.run.ros.mcap_writer import McapWriter
-from slam.run.ros.topics import LASER_SCAN, ODOMETRY, TRANSFORMS
-from slam.run.ros.typestores import ros1_types, ros2_types
 from slam.scan import LaserScan
 
 ENCODER = Encoder()

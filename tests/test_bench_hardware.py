@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 
 from hardware.bench.env_runs import emulated_env_way, simulated_env_way
 from hardware.bench.way_difference import WayDifference
-from slam.run.cli import app
-from slam.run.scenario.file import load_scenario
+from slam.cli.main import app
+from slam.scenario.file import load_scenario
 
 
 def out_and_back(offset: float, late: int) -> np.ndarray:

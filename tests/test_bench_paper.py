@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slam.bench.paper import fig_7, fig_8, fig_10, table_2
+from slam.bench.paper.report import reproduce
+from slam.bench.paper.speed_up import hops, predicted_speed_up
+from slam.console.terminal import Terminal
 from slam.errors import InputError
-from slam.run.bench.paper import fig_7, fig_8, fig_10, table_2
-from slam.run.bench.paper.report import reproduce
-from slam.run.bench.paper.speed_up import hops, predicted_speed_up
-from slam.run.terminal import Terminal
 
 
 def test_hops_by_hand() -> None:
@@ -67,8 +67,8 @@ def test_the_force_is_largest_at_its_peak() -> None:
 
 def test_the_report_and_its_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("skimage")
-    monkeypatch.setattr("slam.run.bench.paper.report.QUICK_POINTS", 60)
-    monkeypatch.setattr("slam.run.bench.paper.report.QUICK_TRIALS", 3)
+    monkeypatch.setattr("slam.bench.paper.report.QUICK_POINTS", 60)
+    monkeypatch.setattr("slam.bench.paper.report.QUICK_TRIALS", 3)
     report = reproduce(tmp_path / "paper", quick=True, console=Terminal(quiet=True))
     text = report.path.read_text()
     assert {path.name for path in (tmp_path / "paper").iterdir()} == {

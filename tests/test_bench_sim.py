@@ -5,7 +5,7 @@ import pytest
 from sim.bench import report, speed
 from sim.bench.long_life import memory_growth
 from sim.bench.scene import corridor
-from slam.run.terminal import Terminal
+from slam.console.terminal import Terminal
 
 
 @pytest.mark.parametrize("caster", ["bullet", "exact"])

@@ -9,21 +9,21 @@ import pytest
 from evo.core import metrics
 from evo.core.trajectory import PosePath3D
 
+from slam.bench.crispness import crispness
+from slam.bench.hour_report import hour_tables
+from slam.bench.loop_fit import loop_fit
+from slam.bench.open_report import open_tables
+from slam.bench.shape_report import off_axes
+from slam.bench.sim_report import tables as sim_tables
+from slam.bench.sim_runs import run_scenario
+from slam.bench.slam_report import tables
+from slam.bench.slam_runs import doubled_noise, run_log
 from slam.config import SlamConfig
+from slam.console.terminal import Terminal
 from slam.pose import FloatArray
-from slam.run.bench.crispness import crispness
-from slam.run.bench.hour_report import hour_tables
-from slam.run.bench.loop_fit import loop_fit
-from slam.run.bench.open_report import open_tables
-from slam.run.bench.shape_report import off_axes
-from slam.run.bench.sim_report import tables as sim_tables
-from slam.run.bench.sim_runs import run_scenario
-from slam.run.bench.slam_report import tables
-from slam.run.bench.slam_runs import doubled_noise, run_log
 from slam.run.scoring.pose_errors import absolute_error, relative_error
 from slam.run.scoring.poses_at import poses_at
 from slam.run.scoring.relations import read_relations, relation_errors
-from slam.run.terminal import Terminal
 
 
 def wander(seed: int, count: int = 60) -> FloatArray:

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hardware.wheel_scales import WheelScales
+from slam.cli.main import main
 from slam.errors import InputError
 from slam.odometry import Twist2D
 from slam.pose import FloatArray
@@ -17,8 +18,7 @@ from slam.run.calibration.calibrate import calibrate
 from slam.run.calibration.file import check_onto, write_wheels
 from slam.run.calibration.square import Square
 from slam.run.calibration.wheel_fit import Leg, WheelFit, corrected, fit_errors, fit_wheels, reckoned, wheel_ways
-from slam.run.cli import main
-from slam.run.scenario.file import load_scenario
+from slam.scenario.file import load_scenario
 
 TRACK = 0.33
 factors = st.floats(0.97, 1.03)

@@ -5,13 +5,13 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from slam.cli.main import main
 from slam.errors import ScenarioError
-from slam.run.cli import main
-from slam.run.scenario.cautions import cautions
-from slam.run.scenario.file import load_template
-from slam.run.scenario.json_schema import scenario_schema
-from slam.run.scenario.schema import Scenario
-from slam.run.scenario.shipped import shipped_scenarios
+from slam.scenario.cautions import cautions
+from slam.scenario.file import load_template
+from slam.scenario.json_schema import scenario_schema
+from slam.scenario.schema import Scenario
+from slam.scenario.shipped import shipped_scenarios
 
 ROOM = """world:
   walls:

@@ -6,6 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
+from slam.bench.floor_plans import FAMILIES
+from slam.bench.line_score import score_lines, total
+from slam.bench.scenes import TUNING_SEEDS, make_scene
 from slam.config import ChiSquareConfig, SlamConfig
 from slam.lidars import URG04LX
 from slam.line_slam import LineSlam
@@ -15,9 +18,6 @@ from slam.lines.segments import Segments
 from slam.lines.wall_runs import chi_square, prefix_sums, wall_runs
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
-from slam.run.bench.floor_plans import FAMILIES
-from slam.run.bench.line_score import score_lines, total
-from slam.run.bench.scenes import TUNING_SEEDS, make_scene
 from slam.scan import LaserScan
 
 LIDAR = URG04LX.lidar

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from sim.robot import SimRobot
+from slam.cli.main import main
 from slam.errors import RobotError
 from slam.robot import Observation
 from slam.run import experiment
-from slam.run.cli import main
 
 ALL_FILES = {
     "config.yaml",
@@ -31,7 +31,7 @@ ALL_FILES = {
 
 def hopslam(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-c", "from slam.run.cli import main; main()", *map(str, words)],
+        [sys.executable, "-c", "from slam.cli.main import main; main()", *map(str, words)],
         capture_output=True,
         text=True,
         cwd=cwd,
@@ -40,7 +40,7 @@ def hopslam(*words: str | Path, cwd: Path | None = None) -> subprocess.Completed
 
 
 def test_the_command_line_loads_no_numbers_before_a_command_needs_them() -> None:
-    code = "import slam.run.cli, sys; assert not {'numpy', 'numba', 'gymnasium', 'pydantic'} & set(sys.modules)"
+    code = "import slam.cli.main, sys; assert not {'numpy', 'numba', 'gymnasium', 'pydantic'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
@@ -164,7 +164,7 @@ def test_ctrl_c_leaves_a_complete_folder_and_exit_code_130(tmp_path: Path) -> No
     words = [
         sys.executable,
         "-c",
-        "from slam.run.cli import main; main()",
+        "from slam.cli.main import main; main()",
         "run",
         "corridor",
         "--out",

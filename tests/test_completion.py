@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from slam.run.cli import app
+from slam.cli.main import app
 
 HOPSLAM = Path(sys.executable).with_name("hopslam")
 

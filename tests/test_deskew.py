@@ -8,8 +8,8 @@ from slam.deskew import deskewed
 from slam.line_slam import LineSlam
 from slam.odometry import Twist2D
 from slam.robot import Observation
-from slam.run.scenario.file import load_scenario
-from slam.run.scenario.schema import Scenario
+from slam.scenario.file import load_scenario
+from slam.scenario.schema import Scenario
 
 HALF_X, HALF_Y = 1.6, 1.2  # of the room, inside
 

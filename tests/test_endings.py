@@ -14,7 +14,7 @@ from hardware.consent import Consent
 from hardware.emulator.emulator import Emulator
 from hardware.process_watch import Stop, process_watch
 from slam.errors import OutputLost, RobotError
-from slam.run.scenario.file import load_scenario
+from slam.scenario.file import load_scenario
 
 BY_NAME = {ending.name: ending for ending in ENDINGS}
 IN_TIME = 0.9

@@ -27,9 +27,9 @@ from slam.lidars import URG04LX
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
-from slam.run.scenario.file import load_scenario
-from slam.run.scenario.schema import Scenario
 from slam.scan import LaserScan
+from slam.scenario.file import load_scenario
+from slam.scenario.schema import Scenario
 
 ID = "hopslam/Corridor-v0"
 EXAMPLES = Path(__file__).parents[1] / "docs/examples"

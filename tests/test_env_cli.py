@@ -3,16 +3,16 @@
 import pytest
 from typer.testing import CliRunner
 
-from sim.ids import GENERAL_ID, SCENARIO_IDS
+from slam.cli.main import app
+from slam.env.ids import ENV_IDS
 from slam.errors import InputError
-from slam.run.cli import app
 
 runner = CliRunner(env={"COLUMNS": "200"})
 
 
 def test_the_list_has_every_id_and_what_it_is() -> None:
     out = runner.invoke(app, ["env"]).output
-    assert all(env_id in out for env_id in (GENERAL_ID, *SCENARIO_IDS))
+    assert all(env_id in out for env_id in ENV_IDS)
     assert "A 35 m corridor" in out
 
 

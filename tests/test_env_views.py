@@ -7,19 +7,19 @@ import gymnasium
 import numpy as np
 import pytest
 
+from slam.env import window
+from slam.env.config import EnvConfig
+from slam.env.p3dx_env import P3DXEnv
+from slam.env.seen_grid import Extent
+from slam.env.step_state import StepState
+from slam.env.top_view import TopView
+from slam.env.views import make_views
 from slam.errors import ScenarioError
 from slam.pose import Pose2D
 from slam.run.course import Course
-from slam.run.env import window
-from slam.run.env.config import EnvConfig
-from slam.run.env.moment import Moment
-from slam.run.env.p3dx_env import P3DXEnv
-from slam.run.env.seen_grid import Extent
-from slam.run.env.top_view import TopView
-from slam.run.env.views import make_views
-from slam.run.scenario.file import load_scenario
-from slam.run.scenario.schema import Scenario
 from slam.run.viewer.viewers import Viewers
+from slam.scenario.file import load_scenario
+from slam.scenario.schema import Scenario
 
 STRAIGHT = np.array([0.5, 0.0], np.float32)
 
@@ -51,11 +51,11 @@ def test_the_goal_is_told_from_where_the_robot_is(env: P3DXEnv, form: str) -> No
     scenario, config = env.scenario, EnvConfig(observe=("goal",), goal_as=form)
     view = make_views(config, scenario, Extent.of(scenario))["goal"]
     seen, pose = env.episode.moment.observation, Pose2D(1.0, 2.0, np.pi / 2)
-    moment = Moment(seen, pose, pose, Pose2D(-2.0, 6.0), False, 5.0, None)
+    moment = StepState(seen, pose, pose, Pose2D(-2.0, 6.0), False, 5.0, None)
     expected = [5.0, np.arctan2(3.0, 4.0)] if form == "polar" else [4.0, 3.0]
     np.testing.assert_allclose(view.of(moment), expected, rtol=1e-6)
     assert view.of(moment) in view.space()
-    arrived = Moment(seen, pose, pose, None, True, 0.0, None)
+    arrived = StepState(seen, pose, pose, None, True, 0.0, None)
     assert view.of(arrived).tolist() == [0.0, 0.0]
 
 

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from slam.files.tum import read_tum
 from slam.pose import FloatArray, Pose2D
 from slam.run import experiment
 from slam.run.experiment import Experiment, replay_experiment, scenario_experiment
-from slam.run.logs.tum import read_tum
-from slam.run.scenario.file import load_scenario
+from slam.scenario.file import load_scenario
 
 MOUNT = 0.3
 TURN = 0.06

@@ -13,14 +13,14 @@ from rosbags.highlevel import AnyReader
 from shapely.geometry import shape
 
 from slam.errors import InputError, StorageError
+from slam.files.logs import read_log
+from slam.files.tum import read_tum
 from slam.pose import FloatArray
 from slam.run.experiment import replay_experiment, scenario_experiment
 from slam.run.export.formats import export
 from slam.run.export.ray_counts import count_rays
-from slam.run.logs import read_log
-from slam.run.logs.tum import read_tum
 from slam.run.results.run_record import RunRecord
-from slam.run.scenario.file import load_scenario
+from slam.scenario.file import load_scenario
 
 SETTINGS = ["duration=8", "route.waypoints=[[2, 0], [2, 0.7], [0, 0]]"]
 

@@ -12,16 +12,16 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
+from slam.cli.main import app
 from slam.config import OwnMethod, SlamConfig
 from slam.errors import HopslamError, InputError, ScenarioError
 from slam.line_slam import LineSlam
 from slam.pose import Pose2D
-from slam.run.cli import app
 from slam.run.experiment import scenario_experiment
 from slam.run.results.keep import Keep
-from slam.run.scenario.file import load_scenario, read_scenario
-from slam.run.scenario.schema import Scenario
-from slam.run.sweep.options import make_plan
+from slam.scenario.file import load_scenario, read_scenario
+from slam.scenario.schema import Scenario
+from slam.sweep.options import make_plan
 
 GADGET = """
 from pathlib import Path

@@ -9,14 +9,14 @@ from sim.furniture import MovingOutlines
 from sim.plan_grid import cast_in_plan, plan_grid
 from sim.plant import SimPlant
 from sim.robot import SimRobot
+from slam.env.p3dx_env import P3DXEnv
 from slam.pose import Pose2D
-from slam.run.env.p3dx_env import P3DXEnv
 from slam.run.experiment import scenario_experiment
-from slam.run.scenario.clearance import clearance
-from slam.run.scenario.furniture import Box, Cylinder, Table, movable
-from slam.run.scenario.prism import Prism, disc, rectangle
-from slam.run.scenario.schema import Scenario
-from slam.run.scenario.world_plan import World
+from slam.scenario.clearance import clearance
+from slam.scenario.furniture import Box, Cylinder, Table, movable
+from slam.scenario.prism import Prism, disc, rectangle
+from slam.scenario.schema import Scenario
+from slam.scenario.world_plan import World
 
 PIECES = (
     Box(center=(1.0, 2.0), size=(0.5, 0.3, 0.6), yaw=0.4, mass=3.0),

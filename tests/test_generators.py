@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.errors import ScenarioError
-from slam.run.scenario.clearance import clearance, in_the_way, sampled
-from slam.run.scenario.file import dump_scenario, load_scenario
-from slam.run.scenario.generators.corridor import CorridorGenerator
-from slam.run.scenario.generators.loop import LoopGenerator
-from slam.run.scenario.generators.office import OfficeGenerator
-from slam.run.scenario.generators.site import Site
+from slam.scenario.clearance import clearance, in_the_way, sampled
+from slam.scenario.file import dump_scenario, load_scenario
+from slam.scenario.generators.corridor import CorridorGenerator
+from slam.scenario.generators.loop import LoopGenerator
+from slam.scenario.generators.office import OfficeGenerator
+from slam.scenario.generators.site import Site
 
 Generator = CorridorGenerator | LoopGenerator | OfficeGenerator
 SEEDS = st.integers(0, 2**31)

@@ -35,8 +35,8 @@ from slam.errors import RobotError, RobotTimeout, ScenarioError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
-from slam.run.scenario.file import load_scenario
-from slam.run.scenario.schema import Scenario
+from slam.scenario.file import load_scenario
+from slam.scenario.schema import Scenario
 
 ROOM = np.array([[-2.0, -2.0], [3.5, -2.0], [3.5, 2.0], [-2.0, 2.0]])
 FORWARD = Twist2D(0.3, 0.0)
@@ -140,7 +140,7 @@ def test_a_killed_program_leaves_the_robot_to_its_watchdog_and_the_next_one_find
 import sys
 from hardware.robot import HardwareRobot
 from slam.odometry import Twist2D
-from slam.run.scenario.file import load_scenario
+from slam.scenario.file import load_scenario
 with HardwareRobot(load_scenario("corridor", sys.argv[1:]), yes=True) as robot:
     while True:
         robot.observe()

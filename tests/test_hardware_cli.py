@@ -17,16 +17,16 @@ from hardware.emulator.emulator import Emulator
 from hardware.emulator.faults import Fault
 from hardware.emulator.kinematic_plant import scenario_plant
 from hardware.emulator.ports import TcpPort
+from slam.cli.main import main
 from slam.errors import InputError
-from slam.late import late
+from slam.files.tum import read_tum
+from slam.named_code import import_by_name
 from slam.run.backends import make_plant
-from slam.run.cli import main
-from slam.run.logs.tum import read_tum
-from slam.run.scenario.file import load_scenario
+from slam.scenario.file import load_scenario
 
 
 def command(*words: str) -> list[str]:
-    return [sys.executable, "-c", "from slam.run.cli import main; main()", *words]
+    return [sys.executable, "-c", "from slam.cli.main import main; main()", *words]
 
 
 @pytest.fixture
@@ -124,7 +124,7 @@ def test_planned_faults_happen() -> None:
         Fault.parse(text).plan(emulator)
     with emulator:
         while not (emulator.p3dx.motion.e_stop and emulator.urg04lx.dead):
-            late("time:sleep")(0.01)
+            import_by_name("time:sleep")(0.01)
         assert emulator.lidar.port.filenos()
 
 

@@ -16,8 +16,8 @@ from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.run.experiment import scenario_experiment
 from slam.run.results.run_record import RunRecord
-from slam.run.scenario.file import load_scenario
 from slam.scan import LaserScan
+from slam.scenario.file import load_scenario
 
 OUT, STOP, END = 12, 24, 32
 """Scans after which the cable is pulled, the robot stops, and the run ends."""

@@ -11,7 +11,7 @@ import pytest
 
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.kinematic_plant import scenario_plant
-from slam.run.scenario.file import load_scenario
+from slam.scenario.file import load_scenario
 
 pytestmark = pytest.mark.skipif(
     not (os.environ.get("HOPSLAM_MRPT") and shutil.which("rawlog-grabber")),

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from hardware.bench.noise import HEARERS, Hail, hear_scans
 from hardware.scip.commands import Measure
-from hardware.scip.salvage import salvage_scans
+from hardware.scip.partial_scans import partial_scans
 from hardware.scip.scan_data import ScanData, encode_scan
 
 REQUEST = Measure("MD", 44, 725)
@@ -33,7 +33,7 @@ def test_runs_of_damage_cost_the_beams_around_them_only() -> None:
 
 def lost(*lines: bytes) -> np.ndarray:
     """Which beams are missing of a scan that came in so; the others are right."""
-    (scan,) = salvage_scans((*WIRE[:FIRST], *lines))
+    (scan,) = partial_scans((*WIRE[:FIRST], *lines))
     beams = np.isnan(scan.ranges)
     assert np.array_equal(scan.ranges[~beams], RANGES[~beams])
     return np.flatnonzero(beams)
@@ -68,14 +68,14 @@ def test_lost_and_doubled_bytes_and_line_ends_cost_no_more(line: int, at: int) -
 
 def test_too_much_damage_leaves_nothing() -> None:
     lines = [b"x" * 65 if at < 5 else line for at, line in enumerate(WIRE[FIRST:])]
-    assert salvage_scans((*WIRE[:FIRST], *lines)) == []
+    assert partial_scans((*WIRE[:FIRST], *lines)) == []
     for at in range(FIRST):
-        assert salvage_scans((*WIRE[:at], WIRE[at][:-1] + b"~", *WIRE[at + 1 :])) == []
+        assert partial_scans((*WIRE[:at], WIRE[at][:-1] + b"~", *WIRE[at + 1 :])) == []
 
 
 def test_a_range_beyond_any_reach_is_damage() -> None:
     far = RANGES.copy()
     far[100] = 200.0
     wire = encode_scan(ScanData(REQUEST, far, 1.0), "99").encode()[:-2].split(b"\n")
-    (scan,) = salvage_scans(tuple(wire), reach=5.6)
+    (scan,) = partial_scans(tuple(wire), reach=5.6)
     assert np.array_equal(np.flatnonzero(np.isnan(scan.ranges)), beams_of(3, 5))

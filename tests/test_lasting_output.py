@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from slam.run.lasting_output import LastingFile
+from slam.console.lasting_output import LastingFile
 
-MAIN = [sys.executable, "-c", "from slam.run.cli import main; main()"]
+MAIN = [sys.executable, "-c", "from slam.cli.main import main; main()"]
 SHORT = ["run", "corridor", "--set", "duration=1"]
 CLOSE = "import os, sys; os.close(1); os.execv(sys.executable, [sys.executable, *sys.argv[1:]])"
 """Python source that closes standard output and becomes another program."""

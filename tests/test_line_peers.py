@@ -8,15 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slam.bench.hough_peer import ProbabilisticHough
+from slam.bench.log_score import distances
+from slam.bench.ransac_peer import Ransac
+from slam.bench.split_and_merge import SplitAndMerge, fitted_line
 from slam.errors import InputError
 from slam.lidars import URG04LX
 from slam.lines.hough_line import hough_line
 from slam.lines.segments import Segments
 from slam.pose import FloatArray
-from slam.run.bench.hough_peer import ProbabilisticHough
-from slam.run.bench.log_score import distances
-from slam.run.bench.ransac_peer import Ransac
-from slam.run.bench.split_and_merge import SplitAndMerge, fitted_line
 from slam.scan import LaserScan
 
 PEERS = [SplitAndMerge(), Ransac(), ProbabilisticHough()]

@@ -10,8 +10,8 @@ from slam.line_slam import Estimate, LineSlam
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
-from slam.run.scenario.file import load_scenario
 from slam.scan import LaserScan
+from slam.scenario.file import load_scenario
 
 PAPER = load_scenario("paper_simulation", ["robot.odometry.travel_noise=0.01"])
 ALL_POINTS = PAPER.slam.model_copy(update={"map": PointMapConfig(draw=1.0)})

@@ -9,19 +9,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from slam.cli.main import app
 from slam.config import SlamConfig
 from slam.errors import InputError
-from slam.line_continuation import LineContinuation
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import LineSlam
+from slam.localize_then_map import LocalizeThenMap
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.global_search import _bounds, _pooled
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
-from slam.run.cli import app
 from slam.run.wanderer import Wanderer
-from slam.saved_slam import SavedSlam, put_aside
+from slam.saved_slam import SavedSlam, save
 from slam.scan import LaserScan
 
 MOUNT = Pose2D(0.1, 0.0, 0.0)
@@ -40,7 +40,7 @@ def saved(look: Look) -> SavedSlam:
     slam = LineSlam(SlamConfig(), MOUNT)
     for k, pose in enumerate(loop(Pose2D(), 63)):
         slam.update(look(pose, k), Odometry(0.1 * k, pose))
-    made = put_aside(slam)
+    made = save(slam)
     assert made is not None
     return made
 
@@ -50,7 +50,7 @@ def loop(start: Pose2D, steps: int) -> list[Pose2D]:
     return [start @ Pose2D(0.5 * np.sin(0.1 * k), 0.5 - 0.5 * np.cos(0.1 * k), 0.1 * k) for k in range(steps)]
 
 
-def drive(look: Look, localizer: LineLocalizer | LineContinuation, path: list[Pose2D], begun: Pose2D) -> Pose2D:
+def drive(look: Look, localizer: LineLocalizer | LocalizeThenMap, path: list[Pose2D], begun: Pose2D) -> Pose2D:
     """Along a path, the odometry going on from ``begun``; returns the odometry at the end."""
     for k, pose in enumerate(path):
         odometry = begun @ path[0].between(pose)
@@ -113,7 +113,7 @@ def test_an_empty_map_and_an_empty_scan_are_borne(look: Look) -> None:
 
 
 def test_mapping_goes_on_once_the_place_is_found(saved: SavedSlam, look: Look) -> None:
-    continuation = LineContinuation(SlamConfig(), MOUNT, saved)
+    continuation = LocalizeThenMap(SlamConfig(), MOUNT, saved)
     path = loop(Pose2D(1.0, 0.5, 1.0), 40)
     drive(look, continuation, path, Pose2D())
     assert continuation.slam is not None

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 
 from slam.errors import InputError
+from slam.files.logs import read_log
 from slam.lines.extraction import extract_segments
 from slam.run.log_lines import METHODS, Outputs, chosen_scans, line_config, write_lines
-from slam.run.logs import read_log
 from slam.run.results.segment_files import CSV_COLUMNS, CSV_HEADER, csv_lines, geojson_features
 
 
 def hopslam(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-c", "from slam.run.cli import main; main()", *map(str, words)],
+        [sys.executable, "-c", "from slam.cli.main import main; main()", *map(str, words)],
         capture_output=True,
         text=True,
         cwd=cwd,

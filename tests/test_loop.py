@@ -13,11 +13,11 @@ from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.interruption import Interruption
 from slam.run.loop import run_loop
-from slam.run.pilot import Passenger, WaypointPilot
+from slam.run.pilot import ReplayPilot, WaypointPilot
 from slam.run.robot_env import RobotEnv
-from slam.run.scenario.schema import Route
 from slam.run.step import Step
 from slam.scan import LaserScan, Lidar
+from slam.scenario.schema import Route
 
 LIDAR = Lidar(-0.5, 0.5, 3, 0.1, 9.0, 0.1)
 ROUTE = Route(waypoints=((2.0, 0.0),))
@@ -102,13 +102,13 @@ def test_it_arrives_where_it_believes_to_be(truth: Pose2D, belief: Pose2D, endin
 @pytest.mark.parametrize(("duration", "ending"), [(0.45, "duration over"), (9.0, "no more scans")])
 def test_the_end_of_the_duration_is_told_from_the_end_of_the_scans(duration: float, ending: str) -> None:
     robot = Scripted([TRUTH] * 4)
-    assert run_loop(env_of(robot), Oracle([WRONG] * 4), Passenger(4), [], 0, duration=duration) == ending
+    assert run_loop(env_of(robot), Oracle([WRONG] * 4), ReplayPilot(4), [], 0, duration=duration) == ending
 
 
 @pytest.mark.parametrize("at", [0, 2])
 def test_a_collision_ends_it_once_it_was_seen(at: int) -> None:
     robot, notes = Scripted([TRUTH] * 6, collides_at=at), Notes()
-    assert run_loop(env_of(robot), Oracle([WRONG] * 6), Passenger(6), [notes], 0) == "collided"
+    assert run_loop(env_of(robot), Oracle([WRONG] * 6), ReplayPilot(6), [notes], 0) == "collided"
     assert [step.observation.collided for step in notes.steps] == [False] * at + [True]
     assert len(robot.commands) == at
 
@@ -139,7 +139,7 @@ def test_ctrl_c_ends_the_run_after_the_step_in_which_it_was_pressed() -> None:
     before = signal.getsignal(signal.SIGINT)
     notes = Notes()
     with Interruption() as interruption, pytest.raises(KeyboardInterrupt):
-        run_loop(env_of(Pressed([TRUTH] * 9)), Oracle([TRUTH] * 9), Passenger(9), [notes, interruption], 0)
+        run_loop(env_of(Pressed([TRUTH] * 9)), Oracle([TRUTH] * 9), ReplayPilot(9), [notes, interruption], 0)
     assert [step.index for step in notes.steps] == [0, 1, 2]
     assert signal.getsignal(signal.SIGINT) == before
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.mesh import Mesh, extrude
-from slam.run.scenario.world_plan import Box, Prism, Table, Wall, rectangle
+from slam.scenario.world_plan import Box, Prism, Table, Wall, rectangle
 
 
 def polygon(corners: int, radius: float = 1.0) -> Prism:

@@ -14,20 +14,20 @@ from hardware.emulator.plant import Plant
 from slam.config import ChiSquareConfig, ForceFieldConfig, OwnMethod, PointMapConfig, SlamConfig
 from slam.config.own import ALLOWED
 from slam.errors import InputError, RobotError
-from slam.late import late
+from slam.files.maps.file import read_map
 from slam.line_slam import LineSlam
 from slam.lines.chi_square import segments_by_chi_square
 from slam.lines.extraction import extract_segments
 from slam.lines.segments import Segments
 from slam.matching.paper_mapper import PaperMapper
+from slam.named_code import import_by_name
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 from slam.run.backends import PLANT_PARTS, make_robot
 from slam.run.experiment import scenario_experiment
-from slam.run.maps.file import read_map
 from slam.run.results.keep import Keep
-from slam.run.scenario.file import load_scenario
 from slam.scan import LaserScan
+from slam.scenario.file import load_scenario
 
 Scanner = Callable[[FloatArray, Pose2D, int], LaserScan]
 
@@ -80,7 +80,7 @@ def test_a_matcher_named_is_the_one_called(here: str, scan_of: Scanner, room: Fl
 )
 def test_what_is_not_there_is_said(place: str, says: str) -> None:
     with pytest.raises(InputError, match=says):
-        late(place)
+        import_by_name(place)
 
 
 def test_a_saved_map_needs_the_matcher_that_made_it(here: str, tmp_path: Path) -> None:

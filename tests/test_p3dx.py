@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from sim.p3dx import TICKS_PER_TURN, WHEEL_RADIUS, P3dx, Ticks
 from sim.ramp import ramped
 from sim.resources import asset
-from sim.traction import TRACK, Grip
+from sim.traction import TRACK, TractionModel
 from sim.wheel_odometry import ANGLE_UNIT, MILLIMETRE, WheelOdometry
 from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Twist2D, wheel_motion
 from slam.pose import Pose2D, wrap_angle
-from slam.run.scenario.robot_config import Limits, RobotConfig, Traction, WheelErrors
+from slam.scenario.robot_config import Limits, RobotConfig, Traction, WheelErrors
 
 RATE = 240
 ORIGIN = Pose2D()
@@ -176,7 +176,7 @@ def test_a_firmware_that_knows_the_effective_track_turns_right():
 
 @given(st.floats(0.0, 0.9), st.floats(0.2, 0.6), st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
 def test_what_rolls_and_what_turns_are_inverse(slip, effective_track, left, right):
-    grip = Grip(Traction(slip=slip, effective_track=effective_track))
+    grip = TractionModel(Traction(slip=slip, effective_track=effective_track))
     assert grip.turned(*grip.rolled(left, right)) == pytest.approx((left, right), abs=1e-9)
 
 

@@ -12,32 +12,32 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
+from slam.bench.match_report import Comparison, draw_comparison
+from slam.bench.match_score import BEAMS, Runs
+from slam.bench.paper import fig_7, fig_8, fig_10
 from slam.config import ChiSquareConfig
+from slam.env import top_view
+from slam.files.figure_file import save_figure
+from slam.files.palette import PAPER
 from slam.lines.extraction import extract_segments
 from slam.pose import FloatArray, Pose2D
-from slam.run.bench.match_report import Comparison, draw_comparison
-from slam.run.bench.match_score import BEAMS, Runs
-from slam.run.bench.paper import fig_7, fig_8, fig_10
 from slam.run.calibration.calibrate import Calibration
 from slam.run.calibration.picture import draw_squares
 from slam.run.calibration.wheel_fit import Leg, WheelFit
-from slam.run.env import top_view
 from slam.run.experiment import scenario_experiment
 from slam.run.report.animation import write_animation
 from slam.run.report.figure_files import write_figures
 from slam.run.report.run_plots import distance_figure, iterations_figure, timing_figure
-from slam.run.results.figure_file import save_figure
 from slam.run.results.map_picture import map_figure
-from slam.run.results.palette import PAPER
 from slam.run.results.plan import Plan
 from slam.run.results.run_record import RunRecord
 from slam.run.results.scan_picture import draw_scan
 from slam.run.results.world_picture import draw_world
-from slam.run.scenario.file import load_scenario
-from slam.run.sweep.report.groups import Group
-from slam.run.sweep.report.pictures import draw_bands, draw_boxes, draw_samples
 from slam.run.viewer import palette
 from slam.scan import LaserScan
+from slam.scenario.file import load_scenario
+from slam.sweep.report.groups import Group
+from slam.sweep.report.pictures import draw_bands, draw_boxes, draw_samples
 
 Scanner = Callable[[FloatArray, Pose2D, int], LaserScan]
 

@@ -7,8 +7,8 @@ import pytest
 
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
-from slam.run.pilot import Passenger, WaypointPilot
-from slam.run.scenario.schema import Route
+from slam.run.pilot import ReplayPilot, WaypointPilot
+from slam.scenario.schema import Route
 
 ROUTE = Route(waypoints=((2.0, 0.0), (2.0, 2.0)), speed=0.5, turn_speed=0.8, arrival=0.1)
 
@@ -44,6 +44,6 @@ def test_without_waypoints_it_stands() -> None:
 
 
 def test_a_passenger_counts_scans() -> None:
-    passenger = Passenger(4)
+    passenger = ReplayPilot(4)
     assert [passenger.command(Pose2D()) for _ in range(2)] == [Twist2D()] * 2
     assert passenger.progress == pytest.approx(0.5)

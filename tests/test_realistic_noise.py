@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from sim.range_noise import measure
+from sim.lidar_noise import measure
 from sim.realistic_noise import BEAM_HALF_WIDTH, WARM_UP, WARM_UP_TIME, incidence, mixed_pixels
 from slam.lidars import URG04LX
-from slam.run.scenario.lidar_config import LidarConfig
+from slam.scenario.lidar_config import LidarConfig
 
 ANGLES = URG04LX.lidar.angles
 STEP = URG04LX.lidar.angle_increment

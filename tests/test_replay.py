@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slam.errors import LogError, RobotError
+from slam.files.logs import Log, read_log
 from slam.odometry import Twist2D, wheel_motion
 from slam.pose import FloatArray, Pose2D
-from slam.run.logs import Log, read_log
-from slam.run.logs.replay import ReplayRobot
+from slam.run.replay_robot import ReplayRobot
 from slam.scan import Lidar
 
 DATA = Path(__file__).parents[1] / "../shared/data"

@@ -12,8 +12,8 @@ import yaml
 from PIL import Image
 from typer.testing import CliRunner
 
+from slam.cli.main import app
 from slam.errors import InputError
-from slam.run.cli import app
 from slam.run.experiment import scenario_experiment
 from slam.run.report.animation import write_animation
 from slam.run.report.chapter import command
@@ -25,8 +25,8 @@ from slam.run.report.page import write_report
 from slam.run.report.settings import changes
 from slam.run.results.run_names import run_names
 from slam.run.results.run_record import RunRecord
-from slam.run.scenario.file import load_scenario
-from slam.run.scenario.schema import Scenario
+from slam.scenario.file import load_scenario
+from slam.scenario.schema import Scenario
 
 VOID = {"meta", "br", "img", "link", "hr", "input"}
 

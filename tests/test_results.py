@@ -12,20 +12,20 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from slam.console.terminal import Terminal
 from slam.errors import InputError
+from slam.files.tum import format_tum
+from slam.files.whole_files import GrowingGeoJson, whole_file, write_whole
 from slam.line_slam import Estimate
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
-from slam.run.logs.tum import format_tum
-from slam.run.results.files import GrowingGeoJson, whole_file, write_whole
 from slam.run.results.map_picture import draw_map
 from slam.run.results.metrics import measure
 from slam.run.results.progress import RunProgress
 from slam.run.results.recorder import STEP_COLUMNS
 from slam.run.results.run_folder import make_run_folder
 from slam.run.step import Step
-from slam.run.terminal import Terminal
 from slam.scan import LaserScan
 
 
@@ -167,7 +167,7 @@ def test_the_true_walls_are_drawn(tmp_path: Path) -> None:
 KILLED = """
     import os, sys
     from slam.run import experiment
-    from slam.run.scenario.file import load_scenario
+    from slam.scenario.file import load_scenario
     from pathlib import Path
 
     class Assassin:

@@ -14,7 +14,7 @@ from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.robot import Robot
 from slam.run.backends import BACKENDS, make_robot
-from slam.run.scenario.file import load_scenario
+from slam.scenario.file import load_scenario
 
 SCANS = 12
 

@@ -11,10 +11,10 @@ from hypothesis.extra.numpy import arrays
 from PIL import Image
 
 from slam.errors import ScenarioError
-from slam.run.scenario.cell_rectangles import merge_cells
-from slam.run.scenario.clearance import clearance
-from slam.run.scenario.file import dump_scenario, load_scenario
-from slam.run.scenario.ros_map import RosMap
+from slam.scenario.cell_rectangles import merge_cells
+from slam.scenario.clearance import clearance
+from slam.scenario.file import dump_scenario, load_scenario
+from slam.scenario.ros_map import RosMap
 
 HEADER = """\
 image: {image}

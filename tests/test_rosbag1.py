@@ -14,9 +14,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from slam.errors import LogError
+from slam.files.logs import BagTopics, read_log
+from slam.files.logs.rosbag1 import MAGIC
 from slam.pose import Pose2D
-from slam.run.logs import BagTopics, read_log
-from slam.run.logs.rosbag1 import MAGIC
 
 BAG = Path(__file__).parents[1] / "../shared/data/urgdemo.bag"
 SCAN = b"sensor_msgs/LaserScan"

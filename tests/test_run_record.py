@@ -16,9 +16,9 @@ from slam.run.results.log_reader import logged_mount, logged_observations
 from slam.run.results.recorder import Recorder
 from slam.run.results.run_log import RunLog
 from slam.run.results.run_record import RunRecord
-from slam.run.scenario.file import load_scenario
 from slam.run.step import Step
 from slam.scan import LaserScan
+from slam.scenario.file import load_scenario
 
 MOUNT = Pose2D(0.16, 0.01, 0.1)
 COVARIANCE = np.array([[4.0, 0.5, 0.25], [0.5, 3.0, 0.125], [0.25, 0.125, 2.0]])

@@ -11,11 +11,11 @@ import pytest
 
 from slam.config import SlamConfig
 from slam.errors import InputError
+from slam.files.maps.file import read_map, write_map
 from slam.line_slam import Estimate, LineSlam
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
-from slam.run.maps.file import read_map, write_map
-from slam.saved_slam import go_on, put_aside, set_down
+from slam.saved_slam import relocate, resume, save
 from slam.scan import LaserScan
 
 PATH = [Pose2D(0.05 * k, 0.3 * sin(0.1 * k), 0.02 * k) for k in range(60)]
@@ -34,8 +34,8 @@ def update(scan_of: Callable[..., LaserScan], room: FloatArray) -> Update:
     return updated
 
 
-def save(slam: LineSlam, path: Path) -> Path:
-    saved = put_aside(slam)
+def save_to(slam: LineSlam, path: Path) -> Path:
+    saved = save(slam)
     assert saved is not None
     write_map(path, saved)
     return path
@@ -47,17 +47,17 @@ def half(update: Update, tmp_path: Path) -> tuple[LineSlam, Path]:
     slam = LineSlam(SlamConfig(), MOUNT)
     for k in range(30):
         update(slam, k)
-    return slam, save(slam, tmp_path / "map.json")
+    return slam, save_to(slam, tmp_path / "map.json")
 
 
 def test_a_run_goes_on_to_the_last_bit(half: tuple[LineSlam, Path], update: Update) -> None:
     slam, path = half
-    again = go_on(SlamConfig(), MOUNT, read_map(path, SlamConfig()))
+    again = resume(SlamConfig(), MOUNT, read_map(path, SlamConfig()))
     for k in range(30, 60):
         one, other = update(slam, k), update(again, k)
         assert one.T_map_base == other.T_map_base
         assert np.array_equal(one.covariance, other.covariance)  # type: ignore[arg-type]
-    assert save(slam, path.with_name("a")).read_text() == save(again, path.with_name("b")).read_text()
+    assert save_to(slam, path.with_name("a")).read_text() == save_to(again, path.with_name("b")).read_text()
     assert np.array_equal(slam.lines.ends, again.lines.ends)
 
 
@@ -69,7 +69,7 @@ def test_what_is_read_is_what_was_written(half: tuple[LineSlam, Path]) -> None:
 
 def test_mapping_goes_on_from_another_place(half: tuple[LineSlam, Path], update: Update) -> None:
     _, path = half
-    slam = set_down(SlamConfig(), MOUNT, read_map(path, SlamConfig()), PATH[40] @ Pose2D(0.05, 0.05, 0.03))
+    slam = relocate(SlamConfig(), MOUNT, read_map(path, SlamConfig()), PATH[40] @ Pose2D(0.05, 0.05, 0.03))
     before = len(slam.points)
     estimates = [update(slam, k) for k in range(40, 60)]
     assert estimates[-1].T_map_base.distance(PATH[59]) < 0.03
@@ -77,7 +77,7 @@ def test_mapping_goes_on_from_another_place(half: tuple[LineSlam, Path], update:
 
 
 def test_the_papers_map_is_not_saved() -> None:
-    assert put_aside(LineSlam(SlamConfig(mode="paper"), Pose2D())) is None
+    assert save(LineSlam(SlamConfig(mode="paper"), Pose2D())) is None
 
 
 @pytest.mark.parametrize(

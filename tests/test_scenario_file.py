@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.errors import ScenarioError
-from slam.run.scenario.clearance import clearance, in_the_way, sampled
-from slam.run.scenario.file import dump_scenario, load_scenario
-from slam.run.scenario.shipped import shipped_scenarios
+from slam.scenario.clearance import clearance, in_the_way, sampled
+from slam.scenario.file import dump_scenario, load_scenario
+from slam.scenario.shipped import shipped_scenarios
 
 GOOD = """\
 name: small

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from slam.run.scenario.json_schema import scenario_schema, schema_text
-from slam.run.scenario.reference import scenario_reference
-from slam.run.scenario.schema import Scenario
-from slam.run.scenario.shipped import SHIPPED, shipped_scenarios
+from slam.scenario.json_schema import scenario_schema, schema_text
+from slam.scenario.reference import scenario_reference
+from slam.scenario.schema import Scenario
+from slam.scenario.shipped import SHIPPED, shipped_scenarios
 
 SCHEMA = scenario_schema()
 VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)

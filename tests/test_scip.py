@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from hardware.scip.commands import Measure, echo_at_end, is_command, set_baud
 from hardware.scip.frames import CommandDecoder, FrameDecoder
 from hardware.scip.information import Parameters, State, VersionInfo, old_fan
@@ -48,7 +48,7 @@ def test_values_of_the_specification() -> None:
     assert decode_values(b"1Dh", 3).tolist() == [5432]
     assert decode_values(b"m2@0", 4).tolist() == [16_000_000]
     for text, width in ((b"abc", 2), (b"\x2f0", 2), (b"p0", 2)):
-        with pytest.raises(Damaged):
+        with pytest.raises(DecodeError):
             decode_values(text, width)
     with pytest.raises(ValueError, match="2 characters hold 0 to 4095"):
         encode_values(np.array([4096]), 2)
@@ -94,7 +94,7 @@ def test_commands_that_clients_send() -> None:
         assert is_command(text)
         assert echo_at_end(b"noise" + text.encode()) == text.encode()
     assert not is_command("V")
-    with pytest.raises(Damaged):
+    with pytest.raises(DecodeError):
         Measure.decode("VV")
 
 
@@ -148,7 +148,7 @@ def test_every_single_damaged_byte_of_a_scan_is_noticed_or_harmless() -> None:
                 reply = find_reply(lines)
                 try:
                     scan = decode_scan(reply) if reply else None
-                except Damaged:
+                except DecodeError:
                     scan = None
                 if scan is not None and scan.request.first == 300 and scan.request.cluster == 1:
                     assert np.array_equal(scan.ranges, sent.ranges)

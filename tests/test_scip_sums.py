@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.emulator.urg04lx import EmulatedUrg04lx
 from hardware.scip.line_sum import unseal, unseal_entry
@@ -84,7 +84,7 @@ def test_the_reader_of_data_takes_no_other_sum() -> None:
     with_all = {text: text + bytes([(sum(text) & 63) + 48]) for text in (data, entry)}
     without = {text: text + bytes([(sum(text[:-1]) & 63) + 48]) for text in (data, entry)}
     assert unseal(with_all[data]) == data
-    with pytest.raises(Damaged):
+    with pytest.raises(DecodeError):
         unseal(without[data])
     assert unseal_entry(with_all[entry]) == unseal_entry(without[entry]) == entry
     assert decode_reply((b"PP", b"00P", with_all[entry])).lines == (entry,)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from slam.cli.main import app
 from slam.errors import InputError, LogError
+from slam.files.tum import format_tum
 from slam.pose import FloatArray, Pose2D
-from slam.run.cli import app
-from slam.run.logs.tum import format_tum
 from slam.run.scoring.evaluate import Delta, Trajectory, against_reference, against_relations, statistics
 from slam.run.scoring.pose_errors import absolute_errors, errors_by_frames
 from slam.run.scoring.relations import read_relations

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slam.env.ray_marching import FREE, UNKNOWN, WALL, mark_rays
+from slam.env.seen_grid import Extent, SeenGrid, sight
 from slam.pose import Pose2D
-from slam.run.env.ray_marching import FREE, UNKNOWN, WALL, mark_rays
-from slam.run.env.seen_grid import Extent, SeenGrid, sight
 from slam.scan import LaserScan
 
 SIZE = 12

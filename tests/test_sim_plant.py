@@ -14,8 +14,8 @@ from hardware.emulator.p3dx import EmulatedP3dx
 from sim.plant import SimPlant
 from slam.errors import ScenarioError
 from slam.odometry import Twist2D
-from slam.run.scenario.file import load_scenario
-from slam.run.scenario.schema import Scenario
+from slam.scenario.file import load_scenario
+from slam.scenario.schema import Scenario
 
 WALL_AHEAD = {"walls": [{"points": [[1.0, -2.0], [1.0, 2.0]]}]}
 

@@ -18,8 +18,8 @@ from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
-from slam.run.scenario.schema import Scenario
 from slam.scan import LaserScan
+from slam.scenario.schema import Scenario
 
 CORRIDOR = {"points": [[-1.0, -1.25], [9.0, -1.25], [9.0, 1.25], [-1.0, 1.25]], "closed": True}
 

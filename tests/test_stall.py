@@ -13,8 +13,8 @@ from sim.resources import asset
 from sim.robot import SimRobot
 from sim.stall_guard import RECOVERY_TIME, STALL_TIME, StallGuard
 from sim.world import GRAVITY
+from slam.env.p3dx_env import P3DXEnv
 from slam.odometry import Twist2D
-from slam.run.env.p3dx_env import P3DXEnv
 
 CASTER = 0.211
 """From the axle back to where the caster touches the floor, metres."""

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from slam.run.sweep.folder import Folder
-from slam.run.sweep.options import make_plan
-from slam.run.sweep.store import SweepStore
+from slam.sweep.folder import Folder
+from slam.sweep.options import make_plan
+from slam.sweep.store import SweepStore
 
 pytestmark = pytest.mark.skipif(
     "HOPSLAM_CLUSTER_TESTS" not in os.environ, reason="takes minutes; set HOPSLAM_CLUSTER_TESTS=1 to run them"
@@ -107,7 +107,7 @@ def cluster() -> Iterator[TwoNodes]:
 
 
 def start_driver(out: Path) -> subprocess.Popen[bytes]:
-    command = "from slam.run.cli import main; main()"
+    command = "from slam.cli.main import main; main()"
     words = ["sweep", *WORDS, "--ray", f"127.0.0.1:{PORT}", "--retry", "5", "--out", str(out)]
     with (out.parent / "driver.txt").open("ab") as said:
         return subprocess.Popen([sys.executable, "-c", command, *words], env=ENVIRONMENT, stdout=said, stderr=said)

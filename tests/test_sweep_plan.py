@@ -7,11 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slam.errors import HopslamError
-from slam.run.scenario.file import load_scenario
-from slam.run.sweep.config import SweepConfig
-from slam.run.sweep.job import setting
-from slam.run.sweep.options import make_plan, parse_grid, parse_sample
-from slam.run.sweep.plan import Plan
+from slam.scenario.file import load_scenario
+from slam.sweep.config import SweepConfig
+from slam.sweep.job import setting
+from slam.sweep.options import make_plan, parse_grid, parse_sample
+from slam.sweep.plan import Plan
 
 PSI, FLOOR = "slam.lines.psi", "slam.matching.floor"
 
@@ -27,7 +27,7 @@ def ids(**changes: object) -> list[str]:
 @given(st.one_of(st.floats(allow_nan=False, allow_infinity=False), st.integers(), st.booleans(), st.text("ab:{}, #")))
 def test_a_setting_is_read_back_as_the_value_that_it_was(value: object) -> None:
     """As --set reads it: with all digits, in spite of YAML."""
-    from slam.run.scenario.settings import parse_setting
+    from slam.scenario.settings import parse_setting
 
     assert parse_setting(setting("route.speed", value)) == (("route", "speed"), value)
 

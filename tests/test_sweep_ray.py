@@ -8,10 +8,10 @@ import pytest
 
 from slam.errors import InputError
 from slam.run.results.keep import Keep
-from slam.run.sweep.options import make_plan
-from slam.run.sweep.ray_cluster import LOCAL, RayCluster, run_on_cluster
-from slam.run.sweep.shipment import Shipment
-from slam.run.sweep.versions import difference, versions
+from slam.sweep.code_bundle import CodeBundle
+from slam.sweep.options import make_plan
+from slam.sweep.ray_cluster import LOCAL, RayCluster, run_on_cluster
+from slam.sweep.versions import difference, versions
 
 
 def test_a_machine_with_other_versions_runs_nothing_and_says_what_it_has(tmp_path: Path) -> None:
@@ -33,10 +33,10 @@ def test_a_shipment_has_code_scenarios_and_the_files_of_the_jobs(tmp_path: Path)
     (tmp_path / "base.yaml").write_text("extends: paper_simulation\n")
     mine = tmp_path / "mine.yaml"
     mine.write_text("extends: base.yaml\n")
-    shipment = Shipment(make_plan([str(mine)], {}).files())
+    shipment = CodeBundle(make_plan([str(mine)], {}).files())
     sent = shipment.folder / "sent" / tmp_path.relative_to("/")
     assert {path.name for path in sent.iterdir()} == {"base.yaml", "mine.yaml"}
-    for name in ("slam/run/cli.py", "sim/robot.py", "scenarios/corridor.yaml", "assets"):
+    for name in ("slam/cli/main.py", "sim/robot.py", "scenarios/corridor.yaml", "assets"):
         assert (shipment.folder / name).exists()
     assert not list(shipment.folder.rglob("__pycache__"))
     shipment.close()

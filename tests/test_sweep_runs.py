@@ -10,17 +10,17 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from slam.run.cli import app
+from slam.cli.main import app
 from slam.run.results.keep import Keep
-from slam.run.sweep.driver import Driver
-from slam.run.sweep.executor import Finished, Lost
-from slam.run.sweep.folder import Folder
-from slam.run.sweep.job import Job
-from slam.run.sweep.options import make_plan
-from slam.run.sweep.pool import Pool
-from slam.run.sweep.row import job_columns
-from slam.run.sweep.run_job import run_job
-from slam.run.sweep.store import SweepStore
+from slam.sweep.driver import Driver
+from slam.sweep.executor import Finished, Lost
+from slam.sweep.folder import Folder
+from slam.sweep.job import Job
+from slam.sweep.options import make_plan
+from slam.sweep.pool import Pool
+from slam.sweep.row import job_columns
+from slam.sweep.run_job import run_job
+from slam.sweep.store import SweepStore
 
 
 class Unsteady:

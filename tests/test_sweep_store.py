@@ -12,10 +12,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from slam.errors import InputError
-from slam.run.sweep import table
-from slam.run.sweep.folder import Folder
-from slam.run.sweep.lock import Lock
-from slam.run.sweep.store import RESULTS, SweepStore
+from slam.sweep import table
+from slam.sweep.folder import Folder
+from slam.sweep.lock import Lock
+from slam.sweep.store import RESULTS, SweepStore
 
 numbers = st.one_of(st.none(), st.integers(-100, 100), st.just(0.5), st.text("ab"), st.booleans())
 rows = st.lists(st.tuples(st.sampled_from("abcdefg"), st.dictionaries(st.sampled_from(["x", "y", "set.z"]), numbers)))

@@ -11,9 +11,9 @@ import pytest
 from pydantic import BaseModel
 
 from slam.errors import ScenarioError
-from slam.run.scenario.file import dump_scenario, load_scenario, load_template
-from slam.run.scenario.random_value import KINDS
-from slam.run.scenario.schema import Scenario
+from slam.scenario.file import dump_scenario, load_scenario, load_template
+from slam.scenario.random_value import KINDS
+from slam.scenario.schema import Scenario
 
 TEXT = """\
 world:
@@ -57,7 +57,7 @@ def test_a_draw_is_the_same_for_a_seed_and_within_its_bounds(tmp_path: Path) -> 
 
 def test_another_process_draws_the_same(tmp_path: Path) -> None:
     program = (
-        "import sys; from slam.run.scenario.file import *; "
+        "import sys; from slam.scenario.file import *; "
         "print(dump_scenario(load_template(sys.argv[1]).draw(77)), end='')"
     )
     done = subprocess.run(

@@ -14,16 +14,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
+from slam.cli.compare import _cells
+from slam.cli.main import app
+from slam.console.result_table import ResultTable
+from slam.console.terminal import Terminal
+from slam.console.terminal_table import TerminalTable
 from slam.errors import InputError
-from slam.run.bench.tables import ResultTable
-from slam.run.cli import app
-from slam.run.commands.compare import _cells
 from slam.run.results.progress import RunProgress
 from slam.run.results.summary import summary_tables
-from slam.run.sweep.report import write_report
-from slam.run.sweep.sweep import SweepOutcome
-from slam.run.terminal import Terminal
-from slam.run.terminal_table import TerminalTable
+from slam.sweep.report import write_report
+from slam.sweep.sweep import SweepOutcome
 
 ROOT = Path(__file__).parents[1]
 WILD = "[/x] [m] [bold]b[/bold] :smile: [link=a]"
@@ -145,6 +145,6 @@ def test_a_printed_command_can_be_pasted(tmp_path: Path, monkeypatch: pytest.Mon
     with pytest.raises(InputError) as raised:
         write_report(out)
     assert command_in(str(raised.value)) == ["hopslam", "sweep", "SCENARIO", "--out", out]
-    monkeypatch.setattr("slam.run.sweep.sweep.run_sweep", lambda *_: SweepOutcome(1, 0, 0, False))
+    monkeypatch.setattr("slam.sweep.sweep.run_sweep", lambda *_: SweepOutcome(1, 0, 0, False))
     done = CliRunner().invoke(app, ["sweep", "paper_simulation", "--out", out])
     assert command_in(done.output) == ["hopslam", "sweep", "report", out]

@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from slam.errors import LogError
+from slam.files.tum import format_tum, read_tum
 from slam.pose import Pose2D, wrap_angle
-from slam.run.logs.tum import format_tum, read_tum
 
 DATA = Path(__file__).parents[1] / "../shared/data"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no recorded logs in {DATA}")

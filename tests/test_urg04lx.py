@@ -5,16 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.range_noise import measure, quantised
+from sim.lidar_noise import measure, quantised
 from sim.rays import Sweep
 from sim.urg04lx import Urg04lx
 from sim.world import World
 from slam.lidars import LIDARS, TABLE1, URG04LX
 from slam.pose import Pose2D
-from slam.run.scenario.lidar_config import LidarConfig
-from slam.run.scenario.values import Place
-from slam.run.scenario.world_plan import Table, Wall
-from slam.run.scenario.world_plan import World as Plan
+from slam.scenario.lidar_config import LidarConfig
+from slam.scenario.values import Place
+from slam.scenario.world_plan import Table, Wall
+from slam.scenario.world_plan import World as Plan
 
 ROOM = Plan(walls=(Wall(points=((-2.05, -2.05), (2.05, -2.05), (2.05, 2.05), (-2.05, 2.05)), closed=True),))
 """Four metres square inside."""

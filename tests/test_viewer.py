@@ -17,28 +17,28 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from typer.testing import CliRunner
 
+from slam.cli.main import app
+from slam.console.terminal import Terminal
 from slam.errors import InputError
 from slam.line_slam import Estimate
 from slam.lines.segments import Segments
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
-from slam.run.cli import app
 from slam.run.step import Step
-from slam.run.terminal import Terminal
 from slam.run.viewer.broadcast import Broadcast
 from slam.run.viewer.curves import PLOTS
 from slam.run.viewer.events import EventWatch
 from slam.run.viewer.frame import coloured, frame_of
 from slam.run.viewer.palette import NO_SEGMENT, wall_colours
 from slam.run.viewer.run_viewer import RunViewer
-from slam.run.viewer.setting import Setting
+from slam.run.viewer.scene import Scene
 from slam.run.viewer.targets import Target, parse_target, parse_targets
 from slam.run.viewer.viewers import NO_DISPLAY, Viewers
 from slam.scan import LaserScan
 
 RERUN = [sys.executable, "-m", "rerun_cli"]
-SETTING = Setting(Pose2D(0.1, 0.0, 0.0), outlines=(np.array([[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0]]),))
+SETTING = Scene(Pose2D(0.1, 0.0, 0.0), outlines=(np.array([[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0]]),))
 ENTITIES = {
     "/map/walls", "/map/robot", "/map/robot/body", "/map/scan", "/map/segments", "/map/points", "/map/lines",
     "/map/trajectory/slam", "/map/trajectory/odometry", "/map/trajectory/truth", "/events",

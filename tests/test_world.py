@@ -9,9 +9,9 @@ from sim.resources import asset
 from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Twist2D
-from slam.run.scenario.robot_config import RobotConfig
-from slam.run.scenario.world_plan import Box, Prism, rectangle
-from slam.run.scenario.world_plan import World as Plan
+from slam.scenario.robot_config import RobotConfig
+from slam.scenario.world_plan import Box, Prism, rectangle
+from slam.scenario.world_plan import World as Plan
 
 
 def prisms(*boxes: Box):

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from slam.run.cli import main
-from slam.run.scenario.shipped import shipped_scenarios
+from slam.cli.main import main
+from slam.scenario.shipped import shipped_scenarios
 
 PAGE = Path(__file__).parents[1] / "docs" / "scenarios.md"
 
@@ -53,9 +53,9 @@ def test_a_picture_that_cannot_be_written_is_refused(
 
 
 def test_the_page_names_every_parameter_of_the_generators() -> None:
-    from slam.run.scenario.generators.corridor import CorridorGenerator
-    from slam.run.scenario.generators.loop import LoopGenerator
-    from slam.run.scenario.generators.office import OfficeGenerator
+    from slam.scenario.generators.corridor import CorridorGenerator
+    from slam.scenario.generators.loop import LoopGenerator
+    from slam.scenario.generators.office import OfficeGenerator
 
     page = PAGE.read_text()
     for generator in (CorridorGenerator, LoopGenerator, OfficeGenerator):

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from slam.run.scenario.clearance import clearance, in_the_way, sampled
-from slam.run.scenario.world_plan import Box, Cylinder, Door, Table, Wall, World
+from slam.scenario.clearance import clearance, in_the_way, sampled
+from slam.scenario.world_plan import Box, Cylinder, Door, Table, Wall, World
 
 CORNERED = ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0))
 

@@ -7,7 +7,7 @@ from enum import IntEnum
 from math import radians
 from typing import Final
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 
 
 class CommandId(IntEnum):
@@ -82,7 +82,7 @@ class Command:
         """The argument in SI units; Damaged for a command that has none."""
         scale = SI_PER_UNIT.get(self.id)
         if scale is None or not isinstance(self.argument, int):
-            raise Damaged(f"command {self.id} with {self.argument!r} has no quantity")
+            raise DecodeError(f"command {self.id} with {self.argument!r} has no quantity")
         return self.argument * scale
 
     def encode(self) -> bytes:
@@ -108,7 +108,7 @@ class Command:
         if kind in (_INT, _NEGATIVE) and len(rest) >= 2:
             value = int.from_bytes(rest[:2], "little")
             return cls(data[0], value if kind == _INT else -value)
-        raise Damaged(f"argument of kind {kind:#04x} with {len(rest)} bytes")
+        raise DecodeError(f"argument of kind {kind:#04x} with {len(rest)} bytes")
 
 
 def encode_vel2(left: float, right: float) -> Command:

@@ -10,7 +10,7 @@ from math import radians
 from typing import Any, Final
 
 from hardware.arcos.fields import Field, FieldReader
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 
 CONFIG_PACKET: Final = 0x20
 AUTOBAUD_SWITCH: Final = 2
@@ -147,7 +147,7 @@ class ArcosConfig:
     def decode(cls, data: bytes) -> ArcosConfig:
         """From the data of a packet, which may end anywhere; Damaged when it is another one."""
         if data[0] != CONFIG_PACKET:
-            raise Damaged(f"packet {data[0]:#04x} has no configuration")
+            raise DecodeError(f"packet {data[0]:#04x} has no configuration")
         reader = FieldReader(data[1:])
         values: dict[str, Any] = {}
         for item in _LAYOUT:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from hardware.arcos.fields import Field, FieldReader
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 
 ENCODER_PACKET: Final = 0x90
 _TICKS: Final = Field("ticks", "i")
@@ -29,7 +29,7 @@ class WheelTravel:
     def decode(cls, data: bytes, ticks_per_metre: float) -> WheelTravel:
         """From the data of a packet; Damaged when it is another one."""
         if data[0] != ENCODER_PACKET:
-            raise Damaged(f"packet {data[0]:#04x} has no encoders")
+            raise DecodeError(f"packet {data[0]:#04x} has no encoders")
         reader = FieldReader(data[1:])
         return cls(reader.take(_TICKS) / ticks_per_metre, reader.take(_TICKS) / ticks_per_metre)
 

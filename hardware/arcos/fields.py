@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ class FieldReader:
     def take_bytes(self, size: int) -> bytes:
         """The next ``size`` bytes; Damaged when there are fewer."""
         if len(self._data) < size:
-            raise Damaged(f"{size} bytes expected where {len(self._data)} are left")
+            raise DecodeError(f"{size} bytes expected where {len(self._data)} are left")
         head, self._data = self._data[:size], self._data[size:]
         return head
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 
 SYNC2: Final = 2
 
@@ -28,5 +28,5 @@ class Identity:
         """From the data of a packet; Damaged when it is another one."""
         strings = data[1:].split(b"\0")
         if data[0] != SYNC2 or len(strings) < 3 or not data.isascii():
-            raise Damaged("not the three strings that answer SYNC2")
+            raise DecodeError("not the three strings that answer SYNC2")
         return cls(*(text.decode("ascii") for text in strings[:3]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 
 HEADER: Final = b"\xfa\xfb"
 MAX_DATA: Final = 195
@@ -69,7 +69,7 @@ class PacketDecoder:
             try:
                 packets.append(_open(bytes(self._buffer[:size])))
                 del self._buffer[:size]
-            except Damaged:
+            except DecodeError:
                 self.damaged += 1
                 del self._buffer[:1]
         return packets
@@ -92,5 +92,5 @@ class PacketDecoder:
 def _open(packet: bytes) -> bytes:
     data, tail = packet[3:-2], packet[-2:]
     if checksum(data) != int.from_bytes(tail, "big"):
-        raise Damaged("checksum")
+        raise DecodeError("checksum")
     return data

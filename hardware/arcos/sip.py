@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from hardware.arcos.fields import Field, FieldReader
 from hardware.arcos.units import ArcosUnits
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 
 _STOPPED, _MOVING = 0x32, 0x33
 _IDS: Final = range(0x30, 0x35)
@@ -138,7 +138,7 @@ class Sip:
     def decode(cls, data: bytes, units: ArcosUnits) -> Sip:
         """From the data of a packet; Damaged when it is another one, or ends too early."""
         if data[0] not in _IDS:
-            raise Damaged(f"packet {data[0]:#04x} is no SIP")
+            raise DecodeError(f"packet {data[0]:#04x} is no SIP")
         reader = FieldReader(data[1:])
         values: dict[str, Any] = {field.name: reader.take(field) for field in _head(units)}
         values["x"] %= units.wrap

@@ -18,8 +18,8 @@ from slam.errors import RobotTimeout
 from slam.odometry import Twist2D
 from slam.robot import Observation
 from slam.run.backends import make_plant
-from slam.run.scenario.file import load_scenario
-from slam.run.scenario.schema import Scenario
+from slam.scenario.file import load_scenario
+from slam.scenario.schema import Scenario
 
 FORWARD: Final = Twist2D(0.3, 0.0)
 

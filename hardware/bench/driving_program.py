@@ -17,7 +17,7 @@ OWN_PROGRAM: Final = """
 import sys, threading
 from hardware.robot import HardwareRobot
 from slam.odometry import Twist2D
-from slam.run.scenario.file import load_scenario
+from slam.scenario.file import load_scenario
 
 def fail():
     sys.stdin.readline()
@@ -30,7 +30,7 @@ while True:
     robot.drive(Twist2D(0.3, 0.0))
 """
 """Source of a user's own program. Its arguments are settings, and its second thread fails once a line comes in."""
-_HOPSLAM: Final = "from slam.run.cli import main; main()"
+_HOPSLAM: Final = "from slam.cli.main import main; main()"
 _TAKE_TERMINAL: Final = "import os; os.close(os.open(os.ttyname(0), os.O_RDWR))\n"
 """Source that opens the terminal: the leader of a session is given the first one that it opens."""
 _GRACE: Final = 20.0

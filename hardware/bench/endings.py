@@ -16,7 +16,7 @@ from hardware.bench.bench import FORWARD, emulated, port_settings
 from hardware.bench.driving_program import OWN_PROGRAM, DrivingProgram
 from hardware.emulator.emulator import Emulator
 from slam.errors import RobotError
-from slam.run.scenario.file import load_scenario
+from slam.scenario.file import load_scenario
 
 _STANDING: Final = 0.01
 """Speed below which a robot stands, m/s."""

@@ -13,12 +13,12 @@ from hardware.bench.bench import emulated, port_settings
 from hardware.bench.twin_runs import DrivenWay, Load, WayNotes
 from hardware.emulator.emulator import Emulator
 from hardware.robot import HardwareRobot
+from slam.env.p3dx_env import P3DXEnv
 from slam.line_slam import Estimate
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
-from slam.run.env.p3dx_env import P3DXEnv
-from slam.run.scenario.values import Point
 from slam.run.step import Step
+from slam.scenario.values import Point
 
 _SPEED, _TURN_SPEED = 0.5, 0.8
 """Largest speeds that the policy asks for, m/s and rad/s."""

@@ -14,8 +14,8 @@ from hardware.bench.bench import FORWARD, Bench, bench, emulated, port_settings
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.motion import Motion
 from hardware.robot import HardwareRobot
-from slam.run.scenario.file import load_scenario
-from slam.run.scenario.schema import Scenario
+from slam.scenario.file import load_scenario
+from slam.scenario.schema import Scenario
 
 Act = Callable[[Emulator], object]
 

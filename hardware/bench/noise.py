@@ -15,11 +15,11 @@ from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import Sip, is_sip
 from hardware.arcos.units import P3DX_SH
 from hardware.base_odometry import PositionOdometry
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from hardware.odometry_track import OdometryTrack
 from hardware.scip.commands import Measure
 from hardware.scip.frames import FrameDecoder
-from hardware.scip.salvage import salvage_scans
+from hardware.scip.partial_scans import partial_scans
 from hardware.scip.scan_data import ScanData, encode_scan
 from hardware.wheel_scales import WheelScales
 
@@ -70,7 +70,7 @@ def hear_sips(count: int, hail: Hail, seed: int = 0) -> Score:
         arrived, unharmed = _sent(score, encode_packet(sip.encode(P3DX_SH)), hail, rng)
         right = 0
         for data in [*decoder.feed(arrived), *decoder.flush()]:
-            with suppress(Damaged):
+            with suppress(DecodeError):
                 if is_sip(data) and odometry.add(0.1 * k, Sip.decode(data, P3DX_SH)):
                     assert track.last is not None
                     off = hypot(track.last[1].x - x, track.last[1].y - y)
@@ -87,7 +87,7 @@ def hear_commands(count: int, hail: Hail, seed: int = 0) -> Score:
         arrived, unharmed = _sent(score, encode_packet(command.encode()), hail, rng)
         heard = []
         for data in [*decoder.feed(arrived), *decoder.flush()]:
-            with suppress(Damaged):
+            with suppress(DecodeError):
                 heard.append(Command.decode(data))
         score.survived += unharmed and command in heard
         score.wrong += sum(other != command and other.id == CommandId.VEL for other in heard)
@@ -102,7 +102,7 @@ def hear_scans(count: int, hail: Hail, seed: int = 0) -> Score:
         arrived, unharmed = _sent(score, encode_scan(ScanData(_REQUEST, ranges, k / 10.0), "99").encode(), hail, rng)
         frames = decoder.feed(arrived)
         decoder.flush()
-        for scan in [scan for lines in frames for scan in salvage_scans(lines, _REACH) if scan.request == _REQUEST]:
+        for scan in [scan for lines in frames for scan in partial_scans(lines, _REACH) if scan.request == _REQUEST]:
             right = (scan.ranges == ranges) & (scan.time == k / 10.0)
             score.survived += unharmed and bool(right.all())
             score.wrong += int(np.count_nonzero(~right & ~np.isnan(scan.ranges)))

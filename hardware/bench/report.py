@@ -17,10 +17,10 @@ from hardware.bench.load import measure_load
 from hardware.bench.noise import HEARERS, Hail, Score
 from hardware.bench.twin_runs import DrivenWay, emulated_way, simulated_way
 from hardware.bench.way_difference import WayDifference
+from slam.console.result_table import ResultTable
+from slam.console.terminal import Terminal
 from slam.run.backends import PLANTS
-from slam.run.bench.tables import ResultTable
-from slam.run.scenario.file import load_scenario
-from slam.run.terminal import Terminal
+from slam.scenario.file import load_scenario
 
 _HAIL: Final = {
     "1 % of bytes, anywhere": Hail(0.01),

@@ -11,15 +11,15 @@ import numpy as np
 from hardware.bench.bench import emulated, port_settings
 from hardware.emulator.emulator import Emulator
 from hardware.robot import HardwareRobot
+from slam.console.terminal import Terminal
 from slam.pose import FloatArray, Pose2D
 from slam.run.experiment import Experiment, scenario_experiment
 from slam.run.interruption import Interruption
 from slam.run.loop import run_loop
 from slam.run.results.progress import RunProgress
-from slam.run.scenario.schema import Scenario
 from slam.run.step import Step, Watcher
-from slam.run.terminal import Terminal
 from slam.run.warm_up import warm_up
+from slam.scenario.schema import Scenario
 
 Load = Callable[[Sequence[str]], Scenario]
 """The scenario with these settings."""

@@ -13,7 +13,7 @@ from typing import Final, Self
 import numpy as np
 
 from hardware.arcos.config_packet import ArcosConfig
-from hardware.emulator.glimpse import Glimpse
+from hardware.emulator.emulator_state import EmulatorState
 from hardware.emulator.motion import FACTORY
 from hardware.emulator.p3dx import EmulatedP3dx
 from hardware.emulator.plant import Plant
@@ -83,9 +83,9 @@ class Emulator(Closing):
         self.do(lambda: told.append((self.p3dx.moved_until + self._lag, self._plant.T_map_base)))
         return told[0]
 
-    def look(self) -> Glimpse:
+    def look(self) -> EmulatorState:
         """What a viewer shows of it now."""
-        seen: list[Glimpse] = []
+        seen: list[EmulatorState] = []
         self.do(lambda: seen.append(self._glimpse()))
         return seen[0]
 
@@ -115,12 +115,12 @@ class Emulator(Closing):
             os.close(self._wake_read)
             os.close(self._wake_write)
 
-    def _glimpse(self) -> Glimpse:
+    def _glimpse(self) -> EmulatorState:
         bearings, ranges = self.urg04lx.sweep
         echoes = np.isfinite(ranges) & self.urg04lx.laser
         near = ranges[echoes, None] * np.column_stack([np.cos(bearings[echoes]), np.sin(bearings[echoes])])
         plant = self._plant
-        return Glimpse(self.p3dx.moved_until - self._began, plant.T_map_base, plant.odometry, near, plant.stalled)
+        return EmulatorState(self.p3dx.moved_until - self._began, plant.T_map_base, plant.odometry, near, plant.stalled)
 
     def _serve(self) -> None:
         while not self._stopping:

@@ -9,7 +9,7 @@ import numpy as np
 from slam.errors import ScenarioError
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
-from slam.run.scenario.schema import Scenario
+from slam.scenario.schema import Scenario
 
 _HALF_TRACK = 0.165
 

@@ -9,7 +9,7 @@ from hardware.arcos.commands import BAUDS, Command, CommandId
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.identity import Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from hardware.emulator.motion import FACTORY, Motion
 from hardware.emulator.p3dx_orders import P3dxOrders
 from hardware.emulator.p3dx_reports import P3dxReports
@@ -72,7 +72,7 @@ class EmulatedP3dx:
         self._heard_at = now
         answers = b""
         for packet in self._decoder.feed(data):
-            with suppress(Damaged):
+            with suppress(DecodeError):
                 command = Command.decode(packet)
                 answers += self._obey(command, now) if self.open else self._handshake(command, packet, now)
         return answers

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from hardware.scip.commands import BAUDS, TO_SCIP2, Measure, note_of, without_note
 from hardware.scip.information import Parameters, State, VersionInfo
 from hardware.scip.reply import Reply
@@ -78,7 +78,7 @@ def answer_old(settings: Settings, text: str) -> Reply:
         return Reply(text, "0")
     try:
         request = Measure.decode(text)
-    except Damaged:
+    except DecodeError:
         return Reply(text, "E")
     if request.letters != "G" or not request.first <= request.last <= _LAST_STEP:
         return Reply(text, "E")
@@ -89,7 +89,7 @@ def answer_old(settings: Settings, text: str) -> Reply:
 def _measure(settings: Settings, command: str, text: str) -> Reply:
     try:
         request = Measure.decode(command)
-    except Damaged:
+    except DecodeError:
         return Reply(text, _wrong_number(command))
     if request.last > _LAST_STEP:
         return Reply(text, "04")

@@ -12,14 +12,14 @@ from time import sleep
 from typing import Final, TextIO
 
 from hardware.emulator.emulator import Emulator
+from hardware.emulator.emulator_state import EmulatorState
 from hardware.emulator.faults import Fault
-from hardware.emulator.glimpse import Glimpse
 from hardware.emulator.motion import FACTORY
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort, TcpPort
 from hardware.emulator.wire import Noise
 from slam.errors import InputError
-from slam.run.logs.tum import format_tum
+from slam.files.tum import format_tum
 
 _TRUTH_PERIOD: Final = 0.05
 """Seconds."""
@@ -38,7 +38,7 @@ def serve(
     seed: int,
     truth: Path | None,
     watchdog: float,
-    show: Callable[[Glimpse], object] | None = None,
+    show: Callable[[EmulatorState], object] | None = None,
 ) -> None:
     """Print one line of JSON with the addresses of both ports when they are ready, and serve until interrupted.
 

@@ -4,30 +4,30 @@ from __future__ import annotations
 
 import numpy as np
 
-from hardware.emulator.glimpse import Glimpse
+from hardware.emulator.emulator_state import EmulatorState
 from slam.pose import Pose2D
-from slam.run.scenario.schema import Scenario
 from slam.run.viewer.broadcast import Broadcast
 from slam.run.viewer.events import Event
 from slam.run.viewer.frame import Frame
 from slam.run.viewer.palette import NO_SEGMENT
-from slam.run.viewer.setting import Setting
+from slam.run.viewer.scene import Scene
+from slam.scenario.schema import Scenario
 
 
-def setting_of(scenario: Scenario) -> Setting:
+def setting_of(scenario: Scenario) -> Scene:
     """The true walls, no map, and no curves: nothing is estimated."""
     start, mount = scenario.robot.start.pose, scenario.lidar.mount.pose
-    return Setting(mount, start, outlines=tuple(scenario.world.outlines(scenario.lidar.height)), plots=())
+    return Scene(mount, start, outlines=tuple(scenario.world.outlines(scenario.lidar.height)), plots=())
 
 
 class Show:
     """Sends one look after another."""
 
-    def __init__(self, broadcast: Broadcast, setting: Setting) -> None:
+    def __init__(self, broadcast: Broadcast, setting: Scene) -> None:
         self._broadcast, self._setting = broadcast, setting
         self._index, self._stalled = 0, False
 
-    def look(self, seen: Glimpse) -> None:
+    def look(self, seen: EmulatorState) -> None:
         """Send one."""
         events = []
         if seen.stalled is not self._stalled:
@@ -37,7 +37,7 @@ class Show:
         self._broadcast.show(self._frame(seen), events)
         self._index += 1
 
-    def _frame(self, seen: Glimpse) -> Frame:
+    def _frame(self, seen: EmulatorState) -> Frame:
         odometry: Pose2D = self._setting.T_map_odom @ seen.T_odom_base
         points = (seen.T_map_base @ self._setting.T_base_laser).transform(seen.points)
         grey = np.full(len(points), NO_SEGMENT, np.uint32)

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 
 BAUDS: Final = (19200, 38400, 57600, 115200, 250000, 500000, 750000)
 """The bit rates of SS."""
@@ -71,7 +71,7 @@ class Measure:
             return cls(found[1], *map(int, found.groups()[1:]))
         if found := _OLD.fullmatch(text):
             return cls("G", *map(int, found.groups()))
-        raise Damaged(f"{text!r} asks for no ranges")
+        raise DecodeError(f"{text!r} asks for no ranges")
 
 
 def without_note(text: str) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import pi
 from typing import Final, Self
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from hardware.scip.reply import Reply
 from slam.scan import Lidar
 
@@ -19,7 +19,7 @@ def entries(reply: Reply) -> dict[str, str]:
     """The values by their keys; Damaged for a line of another form. SCIP 1.1 has them without semicolons."""
     pairs = [line.decode("latin-1").removesuffix(";").partition(":") for line in reply.lines]
     if not all(colon for _, colon, _ in pairs):
-        raise Damaged("a line that is no KEY:value")
+        raise DecodeError("a line that is no KEY:value")
     return {key: value for key, _, value in pairs}
 
 
@@ -31,14 +31,14 @@ def _whole(values: dict[str, str], key: str, base: int = 10) -> int:
     try:
         return int(values[key], base)
     except (KeyError, ValueError):
-        raise Damaged(f"no number {key}") from None
+        raise DecodeError(f"no number {key}") from None
 
 
 def _words(values: dict[str, str], *keys: str) -> list[str]:
     try:
         return [values[key] for key in keys]
     except KeyError as missing:
-        raise Damaged(f"no {missing}") from None
+        raise DecodeError(f"no {missing}") from None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +103,7 @@ class Parameters:
             _whole(values, key) for key in ("DMIN", "DMAX", "ARES", "AMIN", "AMAX", "AFRT", "SCAN")
         )
         if not (0 < turn and 0 < rpm and 0 <= first < last <= turn and 0 <= near < far):
-            raise Damaged("parameters that cannot be")
+            raise DecodeError("parameters that cannot be")
         return cls(_words(values, "MODL")[0], near / 1000.0, far / 1000.0, turn, first, last, front, 60.0 / rpm)
 
     def encode(self) -> Reply:
@@ -159,8 +159,8 @@ def old_fan(version: VersionInfo) -> tuple[float, float, int, int, float]:
     """Of SCIP 1.1, where the firmware's name has what PP says in 2.0: reach (metres), steps, seconds a turn."""
     found = _OLD_FIRMWARE.search(version.firmware)
     if found is None:
-        raise Damaged(f"firmware {version.firmware!r} names no fan")
+        raise DecodeError(f"firmware {version.firmware!r} names no fan")
     near, far, first, last, rpm = map(int, found.groups())
     if rpm == 0:
-        raise Damaged("a motor that stands")
+        raise DecodeError("a motor that stands")
     return near / 1000.0, far / 1000.0, first, last, 60.0 / rpm

@@ -6,7 +6,7 @@ Every character of a line counts: in lines of data the semicolon is the digit 11
 
 from __future__ import annotations
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 
 
 def line_sum(text: bytes) -> int:
@@ -28,7 +28,7 @@ def unseal(line: bytes) -> bytes:
     """The line without its sum; Damaged when the sum is another one."""
     text = _without_sum(line)
     if line[-1] != line_sum(text):
-        raise Damaged("sum")
+        raise DecodeError("sum")
     return text
 
 
@@ -39,11 +39,11 @@ def unseal_entry(line: bytes) -> bytes:
     """
     text = _without_sum(line)
     if line[-1] not in (line_sum(text), line_sum(text.removesuffix(b";"))):
-        raise Damaged("sum")
+        raise DecodeError("sum")
     return text
 
 
 def _without_sum(line: bytes) -> bytes:
     if not line:
-        raise Damaged("an empty line has no sum")
+        raise DecodeError("an empty line has no sum")
     return line[:-1]

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from hardware.scip.commands import TO_SCIP2, echo_at_end, without_note
 from hardware.scip.line_sum import seal, seal_entry, unseal, unseal_entry
 
@@ -46,19 +46,19 @@ def data_lines(data: bytes) -> tuple[bytes, ...]:
 def decode_reply(lines: tuple[bytes, ...]) -> Reply:
     """The answer of SCIP 2.0 in these lines; Damaged when it is none."""
     if len(lines) < 2:
-        raise Damaged("no status")
+        raise DecodeError("no status")
     echo = _text(lines[0])
     if echo == TO_SCIP2 and len(lines) == 2 and len(lines[1]) == 1:
         return Reply(echo, _text(lines[1]))
     if len(lines[1]) != 3:
-        raise Damaged(f"status of {len(lines[1])} characters")
+        raise DecodeError(f"status of {len(lines[1])} characters")
     return Reply(echo, _text(unseal(lines[1])), tuple(map(unseal_entry if _informs(echo) else unseal, lines[2:])))
 
 
 def decode_old_reply(lines: tuple[bytes, ...]) -> Reply:
     """The answer of SCIP 1.1 in these lines, which have no sums; Damaged when it is none."""
     if len(lines) < 2 or len(lines[1]) != 1:
-        raise Damaged("no status of one character")
+        raise DecodeError("no status of one character")
     return Reply(_text(lines[0]), _text(lines[1]), lines[2:])
 
 
@@ -75,7 +75,7 @@ def answers(lines: tuple[bytes, ...]) -> Iterator[tuple[bytes, ...]]:
 def find_reply(lines: tuple[bytes, ...]) -> Reply | None:
     """The answer of SCIP 2.0 in what stands between two empty lines; None when there is none."""
     for answer in answers(lines):
-        with suppress(Damaged):
+        with suppress(DecodeError):
             return decode_reply(answer)
     return None
 
@@ -86,5 +86,5 @@ def _informs(echo: str) -> bool:
 
 def _text(line: bytes) -> str:
     if not (line.isascii() and line.decode("ascii").isprintable()):
-        raise Damaged("characters that are no text")
+        raise DecodeError("characters that are no text")
     return line.decode("ascii")

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 from hardware.scip.commands import Measure
 from hardware.scip.reply import Reply, data_lines
 from hardware.scip.values import IntArray, decode_values, encode_values
@@ -41,7 +41,7 @@ def encode_time(seconds: float) -> bytes:
 def decode_time(text: bytes) -> float:
     """Seconds; Damaged unless there are four characters."""
     if len(text) != 4:
-        raise Damaged(f"a time of {len(text)} characters")
+        raise DecodeError(f"a time of {len(text)} characters")
     return int(decode_values(text, 4)[0]) / 1000.0
 
 
@@ -57,13 +57,13 @@ def decode_scan(reply: Reply) -> ScanData:
     request = Measure.decode(reply.echo)
     stamped = request.letters != "G"
     if len(reply.lines) < 1 + stamped:
-        raise Damaged("no ranges")
+        raise DecodeError("no ranges")
     data = b"".join(reply.lines[stamped:])
     if reply.lines[stamped:] != data_lines(data):
-        raise Damaged("a line of ranges is not as long as it should be")
+        raise DecodeError("a line of ranges is not as long as it should be")
     values = decode_values(data, request.width)
     if len(values) != request.values:
-        raise Damaged(f"{len(values)} ranges where {request.values} were asked for")
+        raise DecodeError(f"{len(values)} ranges where {request.values} were asked for")
     return ScanData(request, to_metres(values), decode_time(reply.lines[0]) if stamped else None)
 
 

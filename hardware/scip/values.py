@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.damaged import Damaged
+from hardware.decode_error import DecodeError
 
 IntArray = NDArray[np.int64]
 _ZERO: Final = 0x30
@@ -24,9 +24,9 @@ def encode_values(values: IntArray, width: int) -> bytes:
 def decode_values(text: bytes, width: int) -> IntArray:
     """The values, shape (N,); Damaged for a character outside 0x30 to 0x6F or a number cut off."""
     if len(text) % width:
-        raise Damaged(f"{len(text)} characters are no whole values of {width}")
+        raise DecodeError(f"{len(text)} characters are no whole values of {width}")
     digits = np.frombuffer(text, np.uint8).reshape(-1, width).astype(np.int64) - _ZERO
     if ((digits < 0) | (digits > 0x3F)).any():
-        raise Damaged("a character that is no digit")
+        raise DecodeError("a character that is no digit")
     place_values: IntArray = 64 ** np.arange(width - 1, -1, -1)
     return digits @ place_values

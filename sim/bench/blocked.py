@@ -11,7 +11,7 @@ import numpy as np
 from sim.robot import SimRobot
 from slam.odometry import Twist2D
 from slam.pose import FloatArray
-from slam.run.scenario.schema import Scenario
+from slam.scenario.schema import Scenario
 
 FORWARD: Final = Twist2D(0.3)
 AT_REST: Final = 2e-3

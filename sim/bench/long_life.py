@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from sim.robot import SimRobot
 from slam.odometry import Twist2D
-from slam.run.scenario.schema import Scenario
+from slam.scenario.schema import Scenario
 
 
 @dataclass(frozen=True, slots=True)

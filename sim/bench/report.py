@@ -10,8 +10,8 @@ from sim.bench.blocked import CASES, drive, scene, sill, sill_outcome
 from sim.bench.long_life import memory_growth, peak_memory
 from sim.bench.scene import corridor
 from sim.bench.speed import env_steps_per_second, reset_times, speed_of
-from slam.run.bench.tables import ResultTable
-from slam.run.terminal import Terminal
+from slam.console.result_table import ResultTable
+from slam.console.terminal import Terminal
 
 SILLS: Final = range(5, 41)
 """Heights of the sills, millimetres."""

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from slam.run.scenario.schema import Scenario
+from slam.scenario.schema import Scenario
 
 SEED = 0
 

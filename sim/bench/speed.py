@@ -15,11 +15,11 @@ import gymnasium
 import numpy as np
 
 from sim.bullet import Bullet
-from sim.casters import ExactCaster
+from sim.ray_casters import ExactCaster
 from sim.robot import SimRobot
+from slam.env.p3dx_env import P3DXEnv
 from slam.odometry import Twist2D
-from slam.run.env.p3dx_env import P3DXEnv
-from slam.run.scenario.schema import Scenario
+from slam.scenario.schema import Scenario
 
 SCANS = 60
 ROUNDS = 15

@@ -8,7 +8,7 @@ from typing import Any, Final, Self
 from pydantic import Field, PrivateAttr, ValidationInfo, field_validator
 
 from slam.config.section import Section
-from slam.own_code import PLACE, call, find_code, is_allowed, refusal
+from slam.named_code import PLACE, call, find_code, is_allowed, refusal
 
 ALLOWED: Final = "allow_modules"
 """Key of pydantic's validation context: the modules and ``module:name`` places whose code the user allows.

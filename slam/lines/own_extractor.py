@@ -12,8 +12,8 @@ from slam.config import OwnMethod
 from slam.errors import InputError
 from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import IntArray, Segments
+from slam.named_code import expect
 from slam.own_array import expect_array, expect_numbers
-from slam.own_code import expect
 from slam.scan import LaserScan
 
 _COLUMNS: Final[dict[str, tuple[type[float], tuple[int, ...]]]] = {

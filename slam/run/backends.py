@@ -7,14 +7,13 @@ from difflib import get_close_matches
 from typing import Any, Final, cast
 
 from slam.errors import ScenarioError
-from slam.late import late
-from slam.own_code import PLACE, call, expect_parts, find_code
+from slam.named_code import PLACE, call, expect_parts, find_code, import_by_name
 from slam.robot import Restartable, Robot
 from slam.run.own_robot import OwnRobot, RestartableOwnRobot
 
 BACKENDS: Final = {
     "sim": "sim.robot:SimRobot",
-    "replay": "slam.run.logs.replay:ReplayRobot",
+    "replay": "slam.run.replay_robot:ReplayRobot",
     "hardware": "hardware.robot:HardwareRobot",
 }
 """slam knows of sim and hardware by name only."""
@@ -31,7 +30,7 @@ def make_plant(name: str, *args: Any) -> Any:
     """The plant of this name; ScenarioError lists the known ones."""
     place = _place(name, PLANTS, "plant")
     if name in PLANTS:
-        return late(place)(*args)
+        return import_by_name(place)(*args)
     plant = call(place, find_code(place, (place,)), *args)
     expect_parts(place, plant, PLANT_PARTS, "plant")
     return plant
@@ -55,7 +54,7 @@ def is_restartable(backend: str) -> bool:
 def _robot_code(backend: str) -> Any:
     """The class or function that makes the robots of the named back end."""
     place = _place(backend, BACKENDS, "robot back end")
-    return late(place) if backend in BACKENDS else find_code(place, (place,))
+    return import_by_name(place) if backend in BACKENDS else find_code(place, (place,))
 
 
 def _can_restart(code: Any) -> bool:

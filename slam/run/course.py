@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from slam.pose import Pose2D
-from slam.run.scenario.values import Point
+from slam.scenario.values import Point
 
 
 class Course:

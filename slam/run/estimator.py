@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Protocol
 
 from slam.config import SlamConfig
-from slam.line_continuation import LineContinuation
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import Estimate, LineSlam
+from slam.localize_then_map import LocalizeThenMap
 from slam.matching.mapper import Lines, Points
 from slam.odometry import Odometry
 from slam.pose import Pose2D
 from slam.run.dead_reckoning import DeadReckoning
-from slam.saved_slam import SavedSlam, put_aside
+from slam.saved_slam import SavedSlam, save
 from slam.scan import LaserScan
 
 
@@ -42,8 +42,8 @@ def make_estimator(config: SlamConfig, T_base_laser: Pose2D, T_map_base: Pose2D,
 
 def map_made_by(estimator: Estimator) -> SavedSlam | None:
     """What is worth saving after a run: None where the map was not changed, or is the paper's."""
-    slam = estimator.slam if isinstance(estimator, LineContinuation) else estimator
-    return put_aside(slam) if isinstance(slam, LineSlam) else None
+    slam = estimator.slam if isinstance(estimator, LocalizeThenMap) else estimator
+    return save(slam) if isinstance(slam, LineSlam) else None
 
 
-_: tuple[type[Estimator], ...] = (LineLocalizer, LineContinuation, DeadReckoning)
+_: tuple[type[Estimator], ...] = (LineLocalizer, LocalizeThenMap, DeadReckoning)

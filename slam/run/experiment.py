@@ -17,7 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from slam.console.terminal import Terminal
 from slam.errors import HopslamError, InputError, RobotError, ScenarioError, StorageError
+from slam.files.logs import BagTopics, read_log
+from slam.files.maps.file import write_map
+from slam.files.whole_files import write_whole
 from slam.line_slam import LineSlam
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
@@ -25,11 +29,8 @@ from slam.run.backends import make_robot
 from slam.run.dead_reckoning import DeadReckoning
 from slam.run.estimator import Estimator, make_estimator, map_made_by
 from slam.run.interruption import Interruption
-from slam.run.logs import BagTopics, read_log
 from slam.run.loop import Ending, run_loop
-from slam.run.maps.file import write_map
-from slam.run.pilot import Passenger, Pilot, WaypointPilot
-from slam.run.results.files import write_whole
+from slam.run.pilot import Pilot, ReplayPilot, WaypointPilot
 from slam.run.results.keep import Keep
 from slam.run.results.metrics import measure
 from slam.run.results.progress import RunProgress
@@ -37,14 +38,13 @@ from slam.run.results.recorder import Recorder
 from slam.run.results.run_folder import make_run_folder
 from slam.run.results.run_log import RunLog
 from slam.run.robot_env import RobotEnv
-from slam.run.scenario.file import dump_scenario
-from slam.run.scenario.schema import Scenario
 from slam.run.step import Watcher
-from slam.run.terminal import Terminal
 from slam.run.viewer.run_viewer import RunViewer
-from slam.run.viewer.setting import Setting
+from slam.run.viewer.scene import Scene
 from slam.run.viewer.viewers import Viewers
 from slam.run.warm_up import warm_up
+from slam.scenario.file import dump_scenario
+from slam.scenario.schema import Scenario
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,13 +160,13 @@ class Experiment:
             self.env.close()
 
     @property
-    def setting(self) -> Setting:
+    def setting(self) -> Scene:
         """What a viewer is told before the first scan."""
         start, waypoints = self.scenario.robot.start.pose, self.scenario.route.waypoints
         route = np.array([(start.x, start.y), *waypoints]) if waypoints else None
         odom = self.T_map_odom or self.slam.T_map_base
         deskew, outlines = self.scenario.slam.deskew, tuple(self.outlines)
-        return Setting(self.slam.T_base_laser, odom, self.slam, deskew, outlines, route)
+        return Scene(self.slam.T_base_laser, odom, self.slam, deskew, outlines, route)
 
     def _measure(self, folder: Path, ending: Ending, wall_time: float) -> dict[str, Any]:
         metrics = self.measures(folder) | self.notes
@@ -216,7 +216,7 @@ def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None =
         scenario=scenario,
         env=RobotEnv(lambda seed: make_robot("replay", log), log.lidar, Twist2D(10.0, 10.0)),
         slam=make_estimator(scenario.slam, log.T_base_laser, log.start, scenario.seed),
-        pilot=Passenger(len(log)),
+        pilot=ReplayPilot(len(log)),
         seed=scenario.seed,
         notes={"log": str(path), "log_report": log.report},
     )

@@ -7,7 +7,7 @@ from signal import SIGINT
 from types import FrameType
 from typing import Self
 
-from slam.run.ending_signals import ENDING_SIGNALS, handled
+from slam.console.ending_signals import ENDING_SIGNALS, handled
 from slam.run.step import Step
 
 

@@ -7,14 +7,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-from slam.line_continuation import LineContinuation
+from slam.files.maps.file import read_map
 from slam.line_localizer import LineLocalizer
+from slam.localize_then_map import LocalizeThenMap
 from slam.run.experiment import Experiment
-from slam.run.maps.file import read_map
-from slam.run.pilot import Passenger
+from slam.run.pilot import ReplayPilot
 from slam.run.results.localization_metrics import measure_localization
 from slam.run.wanderer import FindThenDrive, Wanderer
-from slam.saved_slam import set_down
+from slam.saved_slam import relocate
 
 
 def continued(experiment: Experiment, path: Path, start: Literal["given", "saved", "search"]) -> Experiment:
@@ -27,10 +27,10 @@ def continued(experiment: Experiment, path: Path, start: Literal["given", "saved
     saved = read_map(path, config)
     experiment = replace(experiment, notes=experiment.notes | {"map": str(path), "start": start})
     if start == "search":
-        continuation = LineContinuation(config, mount, saved)
+        continuation = LocalizeThenMap(config, mount, saved)
         return _searching(replace(experiment, slam=continuation), lambda: continuation.slam is not None)
     place = saved.T_map_base if start == "saved" else experiment.slam.T_map_base
-    return replace(experiment, slam=set_down(config, mount, saved, place))
+    return replace(experiment, slam=relocate(config, mount, saved, place))
 
 
 def localized(experiment: Experiment, path: Path) -> Experiment:
@@ -48,7 +48,7 @@ def localized(experiment: Experiment, path: Path) -> Experiment:
 
 def _searching(experiment: Experiment, known: Callable[[], bool]) -> Experiment:
     """A robot that can be driven wanders while its place is not known."""
-    if isinstance(experiment.pilot, Passenger):
+    if isinstance(experiment.pilot, ReplayPilot):
         return experiment
     then = experiment.pilot if experiment.scenario.route.waypoints else Wanderer()
     start = experiment.scenario.robot.start.pose

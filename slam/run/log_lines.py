@@ -11,11 +11,11 @@ from typing import Final
 
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.errors import InputError
+from slam.files.logs import Log
+from slam.files.whole_files import GrowingGeoJson, GrowingText
 from slam.lidars import LIDARS
 from slam.lines.extraction import extract_segments
 from slam.lines.segments import Segments
-from slam.run.logs import Log
-from slam.run.results.files import GrowingGeoJson, GrowingText
 from slam.run.results.scan_picture import draw_scan
 from slam.run.results.segment_files import CSV_HEADER, csv_lines, geojson_features
 

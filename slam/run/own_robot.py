@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, Self
 
 from slam.errors import RobotError
+from slam.named_code import call, expect, expect_parts, find_code
 from slam.odometry import Odometry, Twist2D
-from slam.own_code import call, expect, expect_parts, find_code
 from slam.pose import Pose2D
 from slam.robot import Observation, Restartable, Robot
 from slam.scan import LaserScan

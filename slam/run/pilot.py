@@ -8,8 +8,8 @@ from typing import Protocol
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.run.course import Course
-from slam.run.scenario.schema import Route
 from slam.scan import LaserScan
+from slam.scenario.schema import Route
 
 _TURN_GAIN = 1.5
 """Turning speed for each radian that the way-point lies off the heading, 1/s."""
@@ -58,7 +58,7 @@ class WaypointPilot:
         return Twist2D(linear, angular)
 
 
-class Passenger:
+class ReplayPilot:
     """Commands nothing: for a recorded log, which drives as it once did."""
 
     def __init__(self, scans: int) -> None:

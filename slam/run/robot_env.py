@@ -13,9 +13,7 @@ from numpy.typing import NDArray
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.robot import Observation, Robot
-from slam.run.env.actions import twist_action
-from slam.run.env.views.odometry import OdometryView, odometry_array
-from slam.run.env.views.scan import ScanView, scan_array
+from slam.run.arrays import odometry_array, odometry_space, scan_array, scan_space, twist_action
 from slam.scan import Lidar
 
 Float32Array = NDArray[np.float32]
@@ -38,7 +36,7 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
         self._prepared: Robot | None = None
         self._last: ObservationDict = {}
         self.observation_space = Dict(  # type: ignore[assignment]  # gymnasium types its Dict by Any
-            scan=ScanView(lidar).space(), odometry=OdometryView().space()
+            scan=scan_space(lidar), odometry=odometry_space()
         )
         high = np.minimum(np.array([limits.linear, limits.angular], np.float32), np.float32(1.0))
         self.action_space = Box(-high, high, dtype=np.float32)

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import typer
 
+from slam.console.terminal import Terminal
 from slam.run.experiment import Experiment
 from slam.run.results.summary import summary_tables
-from slam.run.terminal import Terminal
 from slam.run.viewer.viewers import Viewers
 
 

@@ -8,13 +8,13 @@ from typing import Final
 import numpy as np
 
 from slam.config import SlamConfig
+from slam.console.terminal import Terminal
 from slam.lidars import TABLE1
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import LineSlam
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
-from slam.run.terminal import Terminal
 from slam.scan import LaserScan
 
 _PLACES: Final = (*(0.06 * k for k in range(8)), 2.0)

@@ -14,8 +14,8 @@ from slam.robot import Observation
 from slam.run.backends import make_robot
 from slam.run.calibration.square import Square, SquareDrive
 from slam.run.calibration.wheel_fit import Leg, WheelFit, corrected, fit_errors, fit_wheels, way
-from slam.run.scenario.hardware_config import FIRMWARE_TRACK
-from slam.run.scenario.schema import Scenario
+from slam.scenario.hardware_config import FIRMWARE_TRACK
+from slam.scenario.schema import Scenario
 
 _LONG_ENOUGH = 1e5
 """Seconds: the squares end the drive, and not the scenario's duration."""

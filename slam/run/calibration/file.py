@@ -7,10 +7,10 @@ from pathlib import Path
 import yaml
 
 from slam.errors import InputError
+from slam.files.whole_files import write_whole
 from slam.run.calibration.calibrate import Calibration, settings
-from slam.run.results.files import write_whole
-from slam.run.scenario.schema import Scenario
-from slam.run.scenario.shipped import find_scenario, shipped_scenarios
+from slam.scenario.schema import Scenario
+from slam.scenario.shipped import find_scenario, shipped_scenarios
 
 
 def check_onto(name: str) -> str:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from slam.console.terminal_table import TerminalTable
 from slam.run.calibration.calibrate import Calibration
 from slam.run.calibration.wheel_fit import WheelFit
-from slam.run.terminal_table import TerminalTable
 
 
 def summary(found: Calibration) -> TerminalTable:

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from slam.files.whole_files import write_whole
 from slam.pose import FloatArray
-from slam.run.results.files import write_whole
 from slam.run.results.run_record import RunRecord
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from slam.run.optional import optional
-from slam.run.results.files import whole_file
+from slam.files.whole_files import whole_file
+from slam.optional import optional
 from slam.run.results.run_record import RunRecord
 
 

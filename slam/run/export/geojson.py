@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from slam.run.results.files import write_whole
+from slam.files.whole_files import write_whole
 from slam.run.results.run_record import RunRecord
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from slam.run.results.files import whole_file
+from slam.files.ros.encoder import Encoder
+from slam.files.ros.mcap_writer import McapWriter
+from slam.files.whole_files import whole_file
 from slam.run.results.log_reader import logged_messages
 from slam.run.results.run_log import LOG
 from slam.run.results.run_record import RunRecord
-from slam.run.ros.encoder import Encoder
-from slam.run.ros.mcap_writer import McapWriter
 
 _CHUNK: Final = 1 << 20
 """Bytes, as recorders have it."""

@@ -10,8 +10,8 @@ import yaml
 from numpy.typing import NDArray
 from PIL import Image
 
+from slam.files.whole_files import whole_folder
 from slam.run.export.occupancy import Occupancy, occupancy
-from slam.run.results.files import whole_folder
 from slam.run.results.run_record import RunRecord
 
 _CELL: Final = 0.05

@@ -8,12 +8,12 @@ from typing import Final
 from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import Writer
 
-from slam.run.results.files import whole_folder
+from slam.files.ros.topics import TF_STATIC
+from slam.files.ros.typestores import ros2_types
+from slam.files.whole_files import whole_folder
 from slam.run.results.log_reader import logged_messages
 from slam.run.results.run_log import LOG
 from slam.run.results.run_record import RunRecord
-from slam.run.ros.topics import TF_STATIC
-from slam.run.ros.typestores import ros2_types
 
 _VERSION: Final = 8
 _NEVER: Final = QosTime(2147483647, 4294967295)

@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
+from slam.files.whole_files import write_whole
 from slam.pose import FloatArray
-from slam.run.results.files import write_whole
 from slam.run.results.run_record import RunRecord
 
 _MARGIN: Final = 0.5

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from slam.files.tum import format_tum
+from slam.files.whole_files import write_whole
 from slam.pose import Pose2D
-from slam.run.logs.tum import format_tum
-from slam.run.results.files import write_whole
 from slam.run.results.run_record import RunRecord
 
 

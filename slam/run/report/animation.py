@@ -10,10 +10,10 @@ import numpy as np
 from PIL import Image
 
 from slam.errors import InputError
+from slam.files.whole_files import whole_file
 from slam.pose import Pose2D
 from slam.run.report.growing_lines import growing_lines
 from slam.run.report.map_canvas import MapCanvas
-from slam.run.results.files import whole_file
 from slam.run.results.run_record import RunRecord
 
 _RATE: Final = 10.0

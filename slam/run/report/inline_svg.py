@@ -12,8 +12,8 @@ from markupsafe import Markup
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from slam.run.results.figure_file import save_figure
-from slam.run.results.palette import Palette
+from slam.files.figure_file import save_figure
+from slam.files.palette import Palette
 
 _NAMES: Final = tuple(field.name for field in fields(Palette))
 _STAND_INS: Final = {name: f"#0101{number:02x}" for number, name in enumerate(_NAMES, 1)}

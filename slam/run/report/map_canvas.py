@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from slam.files.palette import PAPER
 from slam.pose import FloatArray, Pose2D
-from slam.run.results.palette import PAPER
 from slam.run.results.plan import ROBOT, Plan
 from slam.run.results.run_record import RunRecord
 

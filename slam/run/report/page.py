@@ -8,11 +8,11 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from slam.files.whole_files import write_whole
 from slam.run.report.chapter import PERCENTILES, Chapter, chapter
 from slam.run.report.inline_svg import THEMED, inline_svg
 from slam.run.report.metric_rows import competes, rows
 from slam.run.report.run_plots import distance_figure, iterations_figure, timing_figure
-from slam.run.results.files import write_whole
 from slam.run.results.run_names import run_names
 from slam.run.results.run_record import RunRecord
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from slam.config import SlamConfig
-from slam.run.scenario.schema import Scenario
+from slam.scenario.schema import Scenario
 
 _LONGEST: Final = 60
 """Characters of a value; a longer list is counted."""

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from slam.run.results.figure_file import save_figure
-from slam.run.results.files import whole_file
-from slam.run.results.palette import PAPER
+from slam.files.figure_file import save_figure
+from slam.files.palette import PAPER
+from slam.files.whole_files import whole_file
 from slam.run.results.plan import plain_axes
 from slam.run.results.traces import Traces, pose_errors
 

@@ -7,14 +7,14 @@ from contextlib import suppress
 from pathlib import Path
 
 from slam.errors import InputError
+from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_scan, decode_transforms
+from slam.files.ros.mcap_messages import mcap_messages
+from slam.files.ros.raw_message import RawMessage
+from slam.files.ros.topics import GROUND_TRUTH, ODOM, SCAN, TF, TF_STATIC
+from slam.files.text_lines import CutShort
 from slam.odometry import Odometry
 from slam.pose import Pose2D
 from slam.robot import Observation
-from slam.run.logs.text import CutShort
-from slam.run.ros.decoder import Transform, decode_odometry, decode_pose, decode_scan, decode_transforms
-from slam.run.ros.mcap_messages import mcap_messages
-from slam.run.ros.raw_message import RawMessage
-from slam.run.ros.topics import GROUND_TRUTH, ODOM, SCAN, TF, TF_STATIC
 
 
 def logged_observations(path: Path) -> Iterator[Observation]:

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from slam.files.figure_file import save_figure
+from slam.files.palette import PAPER, Palette
+from slam.files.tum import read_tum
+from slam.files.whole_files import whole_file
 from slam.pose import FloatArray
-from slam.run.logs.tum import read_tum
-from slam.run.results.figure_file import save_figure
-from slam.run.results.files import whole_file
-from slam.run.results.palette import PAPER, Palette
 from slam.run.results.plan import Plan, draw_plan, plain_axes
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 
+from slam.files.palette import Palette
 from slam.pose import FloatArray, Pose2D
-from slam.run.results.palette import Palette
-from slam.run.scenario.prism import rectangle
+from slam.scenario.prism import rectangle
 
 _MAX_POINTS: Final = 200_000
 """More map points than this are thinned evenly for the picture: it shows no more."""

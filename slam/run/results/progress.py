@@ -5,9 +5,9 @@ from __future__ import annotations
 from time import perf_counter
 from typing import Self
 
+from slam.console.terminal import Terminal
 from slam.pose import Pose2D
 from slam.run.step import Step
-from slam.run.terminal import Terminal
 
 
 class RunProgress:

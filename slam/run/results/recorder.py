@@ -7,9 +7,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from slam.files.tum import format_tum
+from slam.files.whole_files import GrowingGeoJson, GrowingText
 from slam.pose import FloatArray, Pose2D
-from slam.run.logs.tum import format_tum
-from slam.run.results.files import GrowingGeoJson, GrowingText
 from slam.run.step import Step
 
 STEP_COLUMNS: Final = (

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
+from slam.files.ros.encoder import Encoder, nanoseconds
+from slam.files.ros.mcap_writer import McapWriter
+from slam.files.ros.topics import GROUND_TRUTH, ODOM, SCAN, TF, TF_STATIC
 from slam.pose import Pose2D
-from slam.run.ros.encoder import Encoder, nanoseconds
-from slam.run.ros.mcap_writer import McapWriter
-from slam.run.ros.topics import GROUND_TRUTH, ODOM, SCAN, TF, TF_STATIC
 from slam.run.step import Step
 
 LOG: Final = "log.mcap"

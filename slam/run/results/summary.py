@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from slam.run.terminal_table import TerminalTable
+from slam.console.terminal_table import TerminalTable
 
 _ERRORS = (
     ("ATE (rmse)", "ate_rmse_m", "m"),

@@ -9,8 +9,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from slam.files.tum import read_tum
 from slam.pose import FloatArray
-from slam.run.logs.tum import read_tum
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,13 +15,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from slam.errors import InputError
+from slam.files.figure_file import save_figure
+from slam.files.palette import PAPER
+from slam.files.whole_files import whole_file
 from slam.pose import FloatArray
-from slam.run.results.figure_file import save_figure
-from slam.run.results.files import whole_file
-from slam.run.results.palette import PAPER
-from slam.run.scenario.people import Person
-from slam.run.scenario.prism import Prism, rectangle
-from slam.run.scenario.schema import Scenario
+from slam.scenario.people import Person
+from slam.scenario.prism import Prism, rectangle
+from slam.scenario.schema import Scenario
 
 _ROBOT = rectangle((-0.045, 0.0), 0.51, 0.38, 0.0)
 """The P3-DX, base frame, metres."""

@@ -8,8 +8,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from slam.errors import InputError
+from slam.files.tum import read_tum
 from slam.pose import FloatArray
-from slam.run.logs.tum import read_tum
 from slam.run.results.run_record import RunRecord
 from slam.run.scoring.pose_errors import PoseErrors, absolute_errors, errors_by_frames, errors_by_path
 from slam.run.scoring.poses_at import poses_at

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from slam.files.logs.log import relative_poses
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
-from slam.run.logs.log import relative_poses
 
 
 class PoseErrors(NamedTuple):

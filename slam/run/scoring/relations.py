@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from slam.errors import LogError
+from slam.files.fields import BadLine, bounded
+from slam.files.logs.log import relative_poses
+from slam.files.text_lines import read_lines
 from slam.pose import FloatArray
-from slam.run.logs.fields import BadLine, bounded
-from slam.run.logs.log import relative_poses
-from slam.run.logs.text import read_lines
 from slam.run.scoring.pose_errors import PoseErrors
 from slam.run.scoring.poses_at import MAX_GAP, poses_at
 

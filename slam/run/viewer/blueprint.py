@@ -12,7 +12,7 @@ import rerun.blueprint as rrb
 from slam.pose import FloatArray
 from slam.run.viewer import palette
 from slam.run.viewer.curves import PLOTS
-from slam.run.viewer.setting import Setting
+from slam.run.viewer.scene import Scene
 
 Extent = tuple[FloatArray, FloatArray]
 """Lower and upper corner (2,), metres, map frame."""
@@ -44,7 +44,7 @@ def blueprint(extent: Extent, plots: Sequence[str]) -> rrb.Blueprint:
     )
 
 
-def extent_of(setting: Setting) -> Extent:
+def extent_of(setting: Scene) -> Extent:
     """Of all that is known of the world before the first scan."""
     grown = None if setting.slam is None else setting.slam.points.points
     more = [points for points in (setting.route, setting.around, grown) if points is not None]

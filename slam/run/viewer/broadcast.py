@@ -13,8 +13,8 @@ from slam.run.viewer.chunks import Chunk
 from slam.run.viewer.events import Event
 from slam.run.viewer.feed import FILE_PACE, LIVE_PACE, Feed, Pace
 from slam.run.viewer.frame import Frame
-from slam.run.viewer.outlets import FileOutlet, LiveOutlet, Outlet
-from slam.run.viewer.setting import Setting
+from slam.run.viewer.scene import Scene
+from slam.run.viewer.sinks import FileOutlet, LiveOutlet, Sink
 
 
 class Broadcast:
@@ -23,10 +23,8 @@ class Broadcast:
     ``say`` tells the user, in one line, of viewers that are not there.
     """
 
-    def __init__(
-        self, files: Sequence[Path], urls: Sequence[str], setting: Setting, say: Callable[[str], None]
-    ) -> None:
-        self._outlets: list[Outlet] = []
+    def __init__(self, files: Sequence[Path], urls: Sequence[str], setting: Scene, say: Callable[[str], None]) -> None:
+        self._outlets: list[Sink] = []
         self._feeds: list[Feed] = []
         self._file = FileOutlet(sorted(set(files)), setting) if files else None
         self._unknown = extent_of(setting) is UNKNOWN
@@ -53,7 +51,7 @@ class Broadcast:
         for feed in self._feeds:
             feed.put(chunks)
 
-    def _add(self, pace: Pace, setting: Setting, *outlets: Outlet) -> None:
+    def _add(self, pace: Pace, setting: Scene, *outlets: Sink) -> None:
         self._outlets += outlets
         self._feeds.append(Feed([outlet.send for outlet in outlets], pace, setting))
 

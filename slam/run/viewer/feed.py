@@ -12,7 +12,7 @@ from slam.run.viewer.events import Event
 from slam.run.viewer.frame import Frame
 from slam.run.viewer.map_layer import MapAt, MapLayer
 from slam.run.viewer.plots import plot_chunks
-from slam.run.viewer.setting import Setting
+from slam.run.viewer.scene import Scene
 
 Send = Callable[[Sequence[Chunk]], None]
 
@@ -61,7 +61,7 @@ class Feed:
     """Frames in, chunks out. A thread beside the loop makes the chunks, one batch at a time; what goes wrong there is
     raised at the next batch."""
 
-    def __init__(self, sends: Sequence[Send], pace: Pace, setting: Setting) -> None:
+    def __init__(self, sends: Sequence[Send], pace: Pace, setting: Scene) -> None:
         self._sends, self._pace, self._plots = sends, pace, setting.plots
         self._layer = None if setting.slam is None else MapLayer(setting.slam)
         self._frames: list[Frame] = []

@@ -15,19 +15,19 @@ from slam.run.viewer.chunks import map_chunks
 from slam.run.viewer.events import Event
 from slam.run.viewer.frame import Frame
 from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
-from slam.run.viewer.setting import Setting
+from slam.run.viewer.scene import Scene
 
 _NEAR: Final = 0.06
 """Metres: a point so near to a segment is drawn as its own; the folder does not say which points made it."""
 
 
-def setting_of(record: RunRecord) -> Setting:
+def setting_of(record: RunRecord) -> Scene:
     """What the viewer is told of it."""
     traces, config = record.traces, record.config
     start, waypoints = config.robot.start.pose, config.route.waypoints
     route = np.array([(start.x, start.y), *waypoints]) if waypoints else None
     around = np.concatenate([traces.estimate[:, :2], record.walls.reshape(-1, 2)])
-    return Setting(record.T_base_laser, outlines=tuple(record.outlines), route=route, around=around)
+    return Scene(record.T_base_laser, outlines=tuple(record.outlines), route=route, around=around)
 
 
 def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:

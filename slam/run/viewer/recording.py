@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from slam.errors import InputError
-from slam.run.results.files import whole_file
+from slam.files.whole_files import whole_file
 from slam.run.results.run_record import RunRecord
 
 Track = Callable[[Iterable[int], int], Iterable[int]]

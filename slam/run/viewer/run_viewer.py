@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from slam.run.step import Step
 from slam.run.viewer.events import Event, EventWatch
 from slam.run.viewer.frame import frame_of
-from slam.run.viewer.setting import Setting
+from slam.run.viewer.scene import Scene
 
 if TYPE_CHECKING:  # it imports rerun
     from slam.run.viewer.broadcast import Broadcast
@@ -16,7 +16,7 @@ if TYPE_CHECKING:  # it imports rerun
 class RunViewer:
     """Turns steps into frames and events."""
 
-    def __init__(self, broadcast: Broadcast, setting: Setting) -> None:
+    def __init__(self, broadcast: Broadcast, setting: Scene) -> None:
         self._broadcast, self._setting, self._watch = broadcast, setting, EventWatch()
         self._scan, self._stamp = 0, 0.0
 

@@ -11,14 +11,14 @@ import rerun as rr
 from slam.run.viewer import palette
 from slam.run.viewer.chunks import raised
 from slam.run.viewer.plots import plot_styles
-from slam.run.viewer.setting import Setting
+from slam.run.viewer.scene import Scene
 
 _BODY: Final = np.array([[0.21, -0.10], [0.21, 0.10], [0.13, 0.19], [-0.30, 0.19], [-0.30, -0.19], [0.13, -0.19]])
 """Of the P3-DX, base frame, metres."""
 _NOSE: Final = np.array([[0.0, -0.09], [0.17, 0.0], [0.0, 0.09]])
 
 
-def scenery(setting: Setting) -> Iterator[tuple[str, rr.AsComponents]]:
+def scenery(setting: Scene) -> Iterator[tuple[str, rr.AsComponents]]:
     """Entities that are logged once, and the looks of those that are logged scan by scan."""
     walls = [raised(np.vstack([outline, outline[:1]]), -0.01) for outline in setting.outlines]
     yield "map/walls", rr.LineStrips3D(walls, colors=palette.TRUE_WALLS, radii=rr.Radius.ui_points(0.75))

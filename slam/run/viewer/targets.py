@@ -9,7 +9,7 @@ from typing import Final, Literal
 from urllib.parse import urlsplit
 
 from slam.errors import InputError
-from slam.run.scenario.texts import texts
+from slam.scenario.texts import texts
 
 GRPC_PORT: Final = 9876
 WEB_PORT: Final = 9090

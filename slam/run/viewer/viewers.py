@@ -10,14 +10,14 @@ from pathlib import Path
 from shutil import copyfile
 from typing import TYPE_CHECKING, Final, Self
 
+from slam.console.terminal import Terminal
 from slam.errors import InputError
-from slam.run.terminal import Terminal
 from slam.run.viewer.address import listens
 from slam.run.viewer.targets import GRPC_PORT, Target, parse_targets
 
 if TYPE_CHECKING:
     from slam.run.viewer.broadcast import Broadcast
-    from slam.run.viewer.setting import Setting
+    from slam.run.viewer.scene import Scene
 
 NO_DISPLAY: Final = (
     "--rerun spawn: there is no screen here; use --rerun serve and a browser, --rerun connect=HOST to a viewer "
@@ -36,7 +36,7 @@ class Viewers:
         self._console = console or Terminal(quiet=True)
         self._servers: list[tuple[str, subprocess.Popen[bytes]]] = []
 
-    def open(self, setting: Setting, folder: Path | None = None) -> Broadcast | None:
+    def open(self, setting: Scene, folder: Path | None = None) -> Broadcast | None:
         """Start them; None without a target. With a file, one is also made in the folder of the run."""
         if not self._targets:
             return None
@@ -105,7 +105,7 @@ class Viewers:
         self.say(f"recording in {path}")
 
     def _sent(self, recording: Path, url: str) -> None:
-        from slam.run.viewer.outlets import send_file
+        from slam.run.viewer.sinks import send_file
 
         if not listens(url):
             raise InputError(f"--rerun connect: no viewer at {url}; start one there with: rerun")

@@ -1,0 +1,78 @@
+"""``hopslam bench hardware``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from slam.console.options import AllowModules
+
+if TYPE_CHECKING:
+    from slam.console.result_table import ResultTable
+
+
+class Part(StrEnum):
+    """What is measured."""
+
+    LOAD = "load"
+    FAULTS = "faults"
+    ENDINGS = "endings"
+    NOISE = "noise"
+    SIM = "sim"
+    ENV = "env"
+
+
+def bench_hardware(
+    parts: Annotated[list[Part] | None, typer.Argument(help="What to measure; all without one.")] = None,
+    seconds: Annotated[float, typer.Option(min=2.0, metavar="S", help="load: to drive.")] = 20.0,
+    packets: Annotated[int, typer.Option(min=1, help="noise: messages of each kind.")] = 10_000,
+    scenario: Annotated[str, typer.Option(metavar="NAME", help="sim, env: what is driven twice.")] = "corridor",
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="sim, env: change one setting of it.")
+    ] = None,
+    allow_modules: AllowModules = None,
+) -> None:
+    """Measure the drivers on emulated devices.
+
+    load: processor time, and how old scans are. faults: how soon the robot stands, and whether a cure brings it back.
+    endings: how soon it stands when its program is ended, suspended, or loses its terminal or its disk. noise: what
+    damaged bytes let through. sim: the same scenario driven by the simulated robot and by the drivers, in real time,
+    with noise and without. env: one policy in the learning environment, simulated and on devices, to x = 10 m. All of
+    it takes about fifteen minutes; quiet machines give better numbers.
+
+    [bold]Examples[/bold]
+
+    hopslam bench hardware
+
+    hopslam bench hardware load faults --seconds 60
+
+    hopslam bench hardware endings
+
+    hopslam bench hardware sim --set seed=3
+
+    hopslam bench hardware sim --scenario office_loop
+
+    hopslam bench hardware env --set seed=3
+    """
+    import os
+
+    from slam.console.terminal import Terminal
+
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    console = Terminal()
+    from hardware.bench import report
+
+    tables: dict[Part, Callable[[], ResultTable]] = {
+        Part.FAULTS: lambda: report.fault_table(console),
+        Part.ENDINGS: lambda: report.ending_table(console),
+        Part.LOAD: lambda: report.load_table(seconds, console),
+        Part.NOISE: lambda: report.noise_table(packets, console),
+        Part.SIM: lambda: report.twin_table(scenario, settings or [], console, allow_modules or []),
+        Part.ENV: lambda: report.env_table(scenario, settings or [], allow_modules or []),
+    }
+    for part, table in tables.items():
+        if not parts or part in parts:
+            console.print(table().for_terminal())

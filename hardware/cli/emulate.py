@@ -1,0 +1,73 @@
+"""``hopslam emulate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from slam.console.options import Rerun, ScenarioName, Settings
+
+Share = Annotated[float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="Of the bytes, in both directions.")]
+
+
+def emulate(
+    scenario: ScenarioName = "corridor",
+    link_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="Links p3dx and urg04lx are made there.")] = None,
+    tcp: Annotated[bool, typer.Option("--tcp", help="TCP ports on the loopback interface instead.")] = False,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(metavar="DEVICE:KIND@AT+SECONDS", help="robot or lidar: unplug, stall, e-stop, motors-off, dead."),
+    ] = None,
+    bit_errors: Share = 0.0,
+    dropped: Share = 0.0,
+    duplicated: Share = 0.0,
+    drift: Annotated[float, typer.Option(metavar="SHARE", help="How much faster the lidar's clock runs.")] = 0.0,
+    rs232: Annotated[bool, typer.Option("--rs232", help="The lidar on RS-232: its bit rate limits it.")] = False,
+    watchdog: Annotated[float, typer.Option(min=0.0, max=60.0, metavar="S", help="Of the robot; 0 is none.")] = 2.0,
+    plant: Annotated[str, typer.Option(metavar="NAME", help="What moves it: sim, or plan: no physics.")] = "sim",
+    seed: Annotated[int, typer.Option(min=0, help="Of the damage to bytes.")] = 0,
+    truth: Annotated[Path | None, typer.Option(metavar="FILE", help="Where the robot really is, as TUM text.")] = None,
+    settings: Settings = None,
+    rerun: Rerun = None,
+) -> None:
+    """A P3-DX and a URG-04LX that are not there, for any ARCOS or SCIP software.
+
+    The scenario's world moves them in real time. One line of JSON says where they are once they are ready; they run
+    until Ctrl-C.
+
+    [bold]Examples[/bold]
+
+    hopslam emulate corridor --link-dir /tmp/bench
+
+    hopslam emulate crowded_corridor --truth truth.tum --set lidar.noise=realistic --set robot.sonar=true
+
+    hopslam emulate office_loop --link-dir /tmp/bench --rerun serve
+
+    hopslam emulate corridor --tcp --fault lidar:unplug@10+5 --fault robot:e-stop@20+3
+
+    hopslam run corridor --backend hardware --yes --set hardware.robot_port=/tmp/bench/p3dx --set
+    hardware.lidar_port=/tmp/bench/urg04lx
+    """
+    from contextlib import ExitStack
+
+    from hardware.emulator.serve import serve
+    from hardware.emulator.show import Show, setting_of
+    from hardware.emulator.wire import Noise
+    from slam.console.terminal import Terminal
+    from slam.run.backends import make_plant
+    from slam.run.viewer.viewers import Viewers
+    from slam.scenario.file import read_scenario
+
+    noise = Noise(bit_errors, dropped, duplicated)
+    loaded = read_scenario(scenario, settings or [])
+    moved = make_plant(plant, loaded)
+    with ExitStack() as stack:
+        show, viewers = None, stack.enter_context(Viewers(rerun or (), Terminal(stderr=True)))
+        if rerun:
+            setting = setting_of(loaded)
+            broadcast = viewers.open(setting)
+            assert broadcast is not None  # there are targets
+            show = Show(stack.enter_context(broadcast), setting).look
+        serve(moved, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog, show)

@@ -1,0 +1,104 @@
+"""Scans of which some lines came in damaged: the others are kept.
+
+The sum of a line has six bits. One damaged byte always changes it, or is no digit. Two are missed once in a thousand
+where any byte may become any other, and once in thirty where one bit turns over. So how many lines may be believed
+depends on how noisy the wire is, which the damage that is seen tells: where it hit more than an eighth of the lines,
+nothing is kept. Damage also comes in runs, whose ends reach into the next line by a byte or two: beside a damaged line
+none is believed. What gets through is measured by ``hopslam bench hardware noise``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from itertools import takewhile
+from math import inf
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hardware.decode_error import DecodeError
+from hardware.scip.commands import Measure
+from hardware.scip.frames import Lines
+from hardware.scip.line_sum import unseal
+from hardware.scip.reply import DATA_LINE, answers, data_lines, decode_reply
+from hardware.scip.scan_data import ScanData, decode_time, to_metres
+from hardware.scip.values import decode_values
+
+_MOST_DAMAGED: Final = 1 / 8
+"""Of the lines."""
+_TOO_FAR: Final = 2.0
+"""Times the sensor's reach, beyond which there are no ranges: it tells some damage that the sum does not."""
+_NOTHING: Final = b"0"
+
+Mask = NDArray[np.bool_]
+
+
+def partial_scans(lines: Lines, reach: float = inf) -> list[ScanData]:
+    """The scans of MD or MS in what stands between two empty lines, nan where their lines are lost.
+
+    Mostly one; none where too little is left; two where the empty line between them was lost. Echo, status and time
+    must be right. ``reach`` is the sensor's, metres.
+    """
+    scans = []
+    for answer in answers(lines):
+        with suppress(DecodeError):
+            scans.append(_salvaged(answer, reach))
+    return scans
+
+
+def _salvaged(lines: Lines, reach: float) -> ScanData:
+    head = decode_reply(lines[:3])
+    request = Measure.decode(head.echo)
+    if head.status != "99" or not head.lines or request.values < 1:
+        raise DecodeError("no scan that came by itself")
+    blank = data_lines(_NOTHING * (request.values * request.width))
+    texts = [_text(line) for line in _in_place(lines[3:], blank)]
+    data = b"".join(empty if text is None else text for text, empty in zip(texts, blank, strict=True))
+    values = decode_values(data, request.width)
+    good = np.array([text is not None for text in texts])
+    good[_line_of(np.flatnonzero(values > _TOO_FAR * reach * 1000.0), request.width)] = False
+    if np.count_nonzero(~good) > _MOST_DAMAGED * len(good):
+        raise DecodeError(f"{np.count_nonzero(~good)} of {len(good)} lines")
+    believed = np.repeat(_without_neighbours(good), DATA_LINE)[: len(data)].reshape(-1, request.width).all(axis=1)
+    return ScanData(request, np.where(believed, to_metres(values), np.nan), decode_time(head.lines[0]))
+
+
+def _in_place(lines: Sequence[bytes], blank: Sequence[bytes]) -> list[bytes | None]:
+    """Each line where it belongs: counted from the front, and from the end, as far as all are as long as they should
+    be; None for those between, where a line end was lost or made, or a byte."""
+    sizes = [len(line) + 1 for line in blank]
+    front = _run(lines, sizes)
+    if front == len(lines) == len(sizes):
+        return list(lines)
+    back = min(_run(lines[::-1], sizes[::-1]), len(lines) - front, len(sizes) - front)
+    lost = len(sizes) - front - back
+    return [*lines[:front], *[None] * lost, *lines[len(lines) - back :]]
+
+
+def _run(lines: Sequence[bytes], sizes: Sequence[int]) -> int:
+    """How many lines, from the first on, have these sizes."""
+    return sum(1 for _ in takewhile(lambda pair: len(pair[0]) == pair[1], zip(lines, sizes, strict=False)))
+
+
+def _text(line: bytes | None) -> bytes | None:
+    """The digits of a line; None where it is damaged."""
+    with suppress(DecodeError):
+        if line is not None:
+            text = unseal(line)
+            decode_values(text, 1)
+            return text
+    return None
+
+
+def _line_of(values: NDArray[np.intp], width: int) -> NDArray[np.intp]:
+    """The lines in which these values begin, and those in which they end."""
+    return np.unique([values * width // DATA_LINE, (values * width + width - 1) // DATA_LINE])
+
+
+def _without_neighbours(good: Mask) -> Mask:
+    """Those that stand beside good ones only; the ends of a scan are good."""
+    fenced = np.concatenate([[True], good, [True]])
+    believed: Mask = fenced[:-2] & fenced[1:-1] & fenced[2:]
+    return believed

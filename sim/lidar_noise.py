@@ -1,0 +1,70 @@
+"""From the true ranges to those a lidar reports: noise by name, drop-outs, limits and steps."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from sim.realistic_noise import disturbed
+from slam.compiled import compiled
+from slam.lidars import LidarModel
+from slam.pose import FloatArray
+from slam.scenario.lidar_config import LidarConfig
+
+DATASHEET: Final = (0.010, 1.0, 0.01)
+"""Hokuyo's bound for the URG-04LX: 10 mm up to 1 m, 1 % of the range beyond."""
+
+
+def measure(ranges: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator) -> FloatArray:
+    """What the lidar makes of these true ranges (N,), metres, inf where nothing stands, ``time`` seconds on.
+
+    Any call with the same number of beams and the same ``noise`` draws as many random numbers.
+    """
+    normal, uniform = rng.standard_normal(len(ranges)), rng.random(len(ranges))
+    model = config.description
+    if config.noise == "realistic":
+        ranges = disturbed(
+            ranges, model.lidar.angle_increment, time, config.reflectivity, normal, rng.random(len(ranges)),
+            rng.random(len(ranges)),
+        )  # fmt: skip
+    elif config.noise != "none":
+        table_1 = (model.near_accuracy, model.near_range, model.far_accuracy)
+        near, near_range, far = table_1 if config.noise == "paper" else DATASHEET
+        ranges = _bounded_noise(ranges, near / config.bound_sigmas, near_range, far / config.bound_sigmas, normal)
+    if config.dropout:
+        ranges = np.where(uniform < config.dropout, np.inf, ranges)
+    return quantised(ranges, model)
+
+
+def quantised(ranges: FloatArray, model: LidarModel) -> FloatArray:
+    """Ranges (N,) to the nearest step from ``range_min``, in whole micrometres, which logs keep to the bit; beyond the
+    reach inf, closer than that -inf (REP-117)."""
+    return np.round(_quantised(ranges, model.lidar.range_min, model.lidar.range_max, model.resolution), 6)
+
+
+@compiled
+def _bounded_noise(ranges: FloatArray, near: float, near_range: float, far: float, normal: FloatArray) -> FloatArray:
+    """Gaussian: ``near`` metres of standard deviation up to ``near_range``, ``far`` times the range beyond."""
+    noisy = np.empty(len(ranges))
+    for j in range(len(ranges)):
+        sigma = near if ranges[j] <= near_range else far * ranges[j]
+        noisy[j] = ranges[j] + sigma * normal[j] if ranges[j] < np.inf else np.inf
+    return noisy
+
+
+@compiled
+def _quantised(ranges: FloatArray, range_min: float, range_max: float, resolution: float) -> FloatArray:
+    last = np.rint((range_max - range_min) / resolution)
+    rounded = np.empty(len(ranges))
+    for j in range(len(ranges)):
+        steps = np.rint((ranges[j] - range_min) / resolution)
+        if np.isnan(steps):
+            rounded[j] = np.nan
+        elif steps < 0.0:
+            rounded[j] = -np.inf
+        elif steps > last:
+            rounded[j] = np.inf
+        else:
+            rounded[j] = min(range_min + steps * resolution, range_max)
+    return rounded

@@ -1,0 +1,93 @@
+"""Floor plans of four families for the line bench: corridor, clutter, office, room; each an array of walls.
+
+A wall is a row [[x0, y0], [x1, y1]] in metres; all of a plan has shape (W, 2, 2). The sensor stands at the origin, and
+two walls that touch are never parts of one straight line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from slam.pose import FloatArray, Pose2D
+from slam.scenario.world_plan import rectangle
+
+Interval = tuple[float, float]
+CLEARANCE: Final = 0.45  # nothing stands nearer to the sensor than this, metres
+
+
+def corridor(random: np.random.Generator) -> FloatArray:
+    """A straight corridor, longer than the sensor sees, with door recesses on both sides."""
+    width = random.uniform(1.4, 2.6)
+    place = Pose2D(0.0, random.uniform(-0.3, 0.3) * width)
+    left, right = _recessed(random), _recessed(random)
+    sides = [left + np.array([0.0, width / 2]), right * [1.0, -1.0] - np.array([0.0, width / 2])]
+    return place.transform(np.concatenate(sides).reshape(-1, 2)).reshape(-1, 2, 2)
+
+
+def room(random: np.random.Generator) -> FloatArray:
+    """A plain room: four walls, one of them aslant in every other room, and a corner cut off in every third."""
+    length, width = random.uniform(3.0, 6.5), random.uniform(3.0, 5.0)
+    corners = rectangle((0.0, 0.0), length, width, 0.0)
+    corners[2, 0] -= random.choice([0.0, random.uniform(0.2, 0.5)])
+    if random.random() < 1 / 3:
+        cut = random.uniform(0.4, 0.9)
+        corners = np.concatenate([[corners[0] + [cut, 0.0]], corners[1:], [corners[0] + [0.0, cut]]])
+    return _outline(corners + random.uniform(-0.25, 0.25, 2) * [length, width])
+
+
+def clutter(random: np.random.Generator) -> FloatArray:
+    """A room with boxes at all angles and thin square posts."""
+    boxes = [_box(random, (0.2, 0.9), (0.2, 0.9), random.uniform(0, np.pi)) for _ in range(random.integers(4, 9))]
+    posts = [_box(random, (0.04, 0.12), (0.04, 0.12), random.uniform(0, np.pi)) for _ in range(random.integers(3, 7))]
+    return np.concatenate([room(random), *boxes, *posts])
+
+
+def office(random: np.random.Generator) -> FloatArray:
+    """A room with desks, cupboards and thin partitions, nearly square to its walls."""
+    desks = [_box(random, (0.9, 1.7), (0.5, 0.8), _nearly_square(random)) for _ in range(random.integers(1, 4))]
+    cupboards = [_box(random, (0.4, 0.9), (0.3, 0.5), _nearly_square(random)) for _ in range(random.integers(1, 4))]
+    partitions = [_box(random, (0.8, 1.8), (0.04, 0.06), _nearly_square(random)) for _ in range(random.integers(1, 4))]
+    return np.concatenate([room(random), *desks, *cupboards, *partitions])
+
+
+FAMILIES: Final[dict[str, Callable[[np.random.Generator], FloatArray]]] = {
+    "corridor": corridor,
+    "clutter": clutter,
+    "office": office,
+    "room": room,
+}
+
+
+def _recessed(random: np.random.Generator) -> FloatArray:
+    """One side of the corridor along y = 0: walls with recesses towards positive y."""
+    x = -6.0 + random.uniform(0.0, 1.5)
+    corners = [(-6.0, 0.0)]
+    while x < 5.0:
+        door, depth = random.uniform(0.8, 1.3), random.uniform(0.12, 0.5)
+        corners += [(x, 0.0), (x, depth), (x + door, depth), (x + door, 0.0)]
+        x += door + random.uniform(0.8, 2.5)
+    return np.array(list(pairwise([*corners, (x, 0.0)])))
+
+
+def _nearly_square(random: np.random.Generator) -> float:
+    return float(random.integers(2) * np.pi / 2 + random.normal(0.0, 0.03))
+
+
+def _box(
+    random: np.random.Generator, lengths: tuple[float, float], widths: tuple[float, float], yaw: float
+) -> FloatArray:
+    """A box somewhere around the sensor, at least CLEARANCE away, its sides drawn from these intervals."""
+    length, width = random.uniform(*lengths), random.uniform(*widths)
+    nearest = CLEARANCE + np.hypot(length, width) / 2
+    bearing, distance = random.uniform(-np.pi, np.pi), random.uniform(nearest, nearest + 2.0)
+    center = (float(distance * np.cos(bearing)), float(distance * np.sin(bearing)))
+    return _outline(rectangle(center, length, width, yaw))
+
+
+def _outline(corners: FloatArray) -> FloatArray:
+    """The walls of the closed polygon with these corners (N, 2)."""
+    return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)

@@ -1,0 +1,78 @@
+"""What line extraction costs beside the least that it could: one pass that fills prefix sums."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Final
+
+import numpy as np
+
+from slam.bench.scenes import HELD_OUT_SEEDS, scenes
+from slam.bench.stopwatch import median_seconds, seconds
+from slam.config import ChiSquareConfig, HoppingConfig
+from slam.console.result_table import ResultTable
+from slam.lines.chi_square import segments_by_chi_square, segments_of_scans
+from slam.lines.hopping import segments_by_hopping
+from slam.lines.range_noise import noise_of_sensor
+from slam.lines.wall_runs import prefix_sums
+from slam.pose import FloatArray
+from slam.scan import LaserScan
+
+MANY: Final = 2000
+ROUNDS: Final = 7
+
+
+def time_table(seeds: int) -> ResultTable:
+    """One call a scan, in turn with the pass of prefix sums; and many scans at once on one thread and on all."""
+    found = [scene.scan for scene in scenes(HELD_OUT_SEEDS[:seeds], "spec/3")]
+    points = [scan.points() for scan in found]
+    ours, unnamed, paper = ChiSquareConfig(sensor="urg04lx"), ChiSquareConfig(), HoppingConfig(psi=0, L_Th=8)
+    calls: dict[str, Sequence[Callable[[], object]]] = {
+        "prefix sums alone": [_sums_of(scan) for scan in found],
+        "paper mode, psi = 0": [partial(segments_by_hopping, p, paper) for p in points],
+        "ours": [partial(segments_by_chi_square, scan, ours) for scan in found],
+        "ours, no sensor named": [partial(segments_by_chi_square, scan, unnamed) for scan in found],
+    }
+    times = _times(calls)
+    least = float(np.median(times["prefix sums alone"]))
+    rows = [(name, *_cells(taken, least)) for name, taken in times.items()]
+    many = (found * (MANY // len(found) + 1))[:MANY]
+    threads = os.cpu_count() or 1
+    one, every = _batch(many, ours, 1), _batch(many, ours, threads)
+    notes = (
+        f"One call from Python, 682 beams, spec/3, arrays ready; {ROUNDS} rounds in one process. {MANY} scans at once: "
+        f"{1e6 * one / MANY:.1f} us a scan on one thread, {1e6 * every / MANY:.1f} on {threads}: "
+        f"{one / every:.2f} times as fast."
+    )
+    return ResultTable("Time of one scan", ("", "median\nus", "p99\nus", "x\nsums"), rows, notes)
+
+
+def _sums_of(scan: LaserScan) -> Callable[[], object]:
+    N, angles = len(scan.ranges), scan.lidar.angles
+    fan = np.stack([angles, np.cos(angles), np.sin(angles)])
+    sums, beam, new = np.empty((N + 1, 6)), np.empty(N, np.int64), np.empty(N + 1, np.bool_)
+    reach, noise = (scan.range_min, scan.range_max), noise_of_sensor("urg04lx", 3.0)
+    return lambda: prefix_sums(scan.ranges, fan, reach, noise, sums, beam, new)
+
+
+def _times(calls: dict[str, Sequence[Callable[[], object]]]) -> dict[str, FloatArray]:
+    """Seconds of every call; the names in turn in every round, so that the machine's pace meets them alike."""
+    for ready in calls.values():
+        ready[0]()
+    taken: dict[str, list[float]] = {name: [] for name in calls}
+    for _ in range(ROUNDS):
+        for name, ready in calls.items():
+            taken[name] += [seconds(call) for call in ready]
+    return {name: np.array(values) for name, values in taken.items()}
+
+
+def _batch(scans: Sequence[LaserScan], config: ChiSquareConfig, threads: int) -> float:
+    """Seconds for all of the scans at once."""
+    return median_seconds(partial(segments_of_scans, scans, config, threads), 2 * ROUNDS)
+
+
+def _cells(taken: FloatArray, least: float) -> tuple[str, str, str]:
+    median = float(np.median(taken))
+    return f"{1e6 * median:.1f}", f"{1e6 * float(np.percentile(taken, 99)):.1f}", f"{median / least:.1f}"

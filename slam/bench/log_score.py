@@ -1,0 +1,99 @@
+"""The line extractors side by side on a recorded log, where no truth is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Final
+
+import numpy as np
+
+from slam.bench.compare import warm_up
+from slam.bench.methods import OURS, Method
+from slam.console.result_table import ResultTable
+from slam.files.logs import Log
+from slam.lines.segments import Segments
+from slam.pose import FloatArray
+
+NEAR: Final = 0.10
+"""A beam is explained when it ends nearer than this, metres, to a segment."""
+MAX_SCANS: Final = 200
+COLUMNS: Final = ("method", "explained\n%", "rmse\nmm", "segments\na scan", "time\nus", "p99\nus", "x\nours")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LogScore:
+    """One method on a log."""
+
+    method: str
+    explained: float
+    """Share of the beams with an echo."""
+    rmse: float
+    """Of the explained beams to their segments, metres."""
+    segments: float
+    """A scan, on average."""
+    times: FloatArray
+    """Seconds a scan."""
+
+
+def scans_of(log: Log) -> list[int]:
+    """The scans that are used: all, or MAX_SCANS evenly drawn."""
+    return [round(place) for place in np.linspace(0, len(log) - 1, min(len(log), MAX_SCANS)).tolist()]
+
+
+def score_log(log: Log, methods: Sequence[Method], advance: Callable[[], object]) -> list[LogScore]:
+    """The methods on these scans of the log; ``advance`` is called after every scan."""
+    scans = [log.scan(index) for index in scans_of(log)]
+    warm_up(scans[0], methods)
+    found: list[list[tuple[FloatArray, int, float]]] = [[] for _ in methods]
+    for scan in scans:
+        points = scan.points()
+        for m, method in enumerate(methods):
+            began = perf_counter()
+            segments = method.extract(scan)
+            taken = perf_counter() - began
+            found[m].append((distances(points, segments), len(segments), taken))
+        advance()
+    return [_score(method.name, rows) for method, rows in zip(methods, found, strict=True)]
+
+
+def distances(points: FloatArray, segments: Segments) -> FloatArray:
+    """Metres from each point (N, 2) to the nearest segment, shape (N,); ``inf`` where there is none."""
+    start, along = segments.start, segments.end - segments.start
+    squared = np.maximum(np.sum(along**2, axis=1), 1e-12)
+    offset = points[:, None] - start
+    share = np.clip(np.sum(offset * along, axis=2) / squared, 0.0, 1.0)
+    return np.asarray(np.linalg.norm(offset - share[..., None] * along, axis=2).min(axis=1, initial=np.inf))
+
+
+def table(name: str, log: Log, scores: list[LogScore]) -> ResultTable:
+    """The table of a log."""
+    ours = next(float(np.median(row.times)) for row in scores if row.method == OURS)
+    rows = [
+        (
+            row.method, f"{100 * row.explained:.1f}", f"{1e3 * row.rmse:.1f}", f"{row.segments:.1f}",
+            f"{1e6 * np.median(row.times):.0f}", f"{1e6 * np.percentile(row.times, 99):.0f}",
+            f"{np.median(row.times) / ours:.1f}",
+        )
+        for row in scores
+    ]  # fmt: skip
+    used = f"{len(scores[0].times)} of {len(log)} scans, {log.lidar.beams} beams each"
+    return ResultTable(
+        f"{name}: {used}",
+        COLUMNS,
+        rows,
+        "Explained: share of the beams that end within 10 cm of a segment; rmse: of those. Time: median.",
+    )
+
+
+def _score(name: str, rows: list[tuple[FloatArray, int, float]]) -> LogScore:
+    distance = np.concatenate([row[0] for row in rows])
+    near = distance[distance < NEAR]
+    return LogScore(
+        method=name,
+        explained=len(near) / max(len(distance), 1),
+        rmse=float(np.sqrt(np.mean(near**2))) if len(near) else np.nan,
+        segments=float(np.mean([row[1] for row in rows])),
+        times=np.array([row[2] for row in rows]),
+    )

@@ -1,0 +1,137 @@
+"""The tables and the picture of ``hopslam bench match``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from slam.bench.match_scenes import ScannedWorld
+from slam.bench.match_score import BEAMS, NEAR, SHIFTS, TURNS, Runs, basin, race, starts
+from slam.bench.matchers import Icp, Matcher, Ours, Paper
+from slam.console.result_table import ResultTable
+from slam.console.terminal import Terminal
+from slam.files.figure_file import save_figure
+from slam.files.palette import PAPER
+from slam.files.whole_files import whole_file
+from slam.optional import optional
+from slam.pose import FloatArray
+from slam.scenario.schema import Scenario
+
+FEW: Final = 5
+"""Of so many places one, for the basin of the paper's matcher, which is slow."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparison:
+    """Of each matcher, by its name."""
+
+    near: Mapping[str, Mapping[int, Runs]]
+    """From starts nearby, by the number of beams."""
+    basins: Mapping[str, FloatArray]
+    """Share that converged, (turns, shifts), at 682 beams."""
+    places: int
+
+
+def compare(scenario: Scenario, places: int, seed: int, console: Terminal) -> Comparison:
+    """All matchers on the same scans; InputError where small_gicp is not installed."""
+    small_gicp = optional("small_gicp", "bench")
+    world = ScannedWorld(scenario, seed)
+    with console.waiting("scanning"):
+        made_from = world.map_scans()
+        poses = world.places(places)
+        scans = {beams: [world.scan(pose, beams) for pose in poses] for beams in BEAMS}
+    kinds = "PLANE_ICP", "GICP", "ICP"
+    matchers: list[Matcher] = [Ours(made_from), Ours(made_from, search=False), Paper(made_from)]
+    matchers += [Icp(made_from, small_gicp, kind) for kind in kinds]
+    with console.waiting("timing"):
+        races = {beams: race(matchers, scans[beams], starts(*NEAR)) for beams in BEAMS}
+    near = {matcher.name: {beams: of[matcher.name] for beams, of in races.items()} for matcher in matchers}
+    basins = {}
+    with console.progress() as bar:
+        for matcher in bar.track(matchers, description="basins"):
+            few = scans[682][::FEW] if isinstance(matcher, Paper) else scans[682]
+            basins[matcher.name] = basin(matcher, few)
+    return Comparison(near, basins, places)
+
+
+def match_tables(found: Comparison) -> list[ResultTable]:
+    """Time, accuracy, basin."""
+    return [_times(found), _accuracy(found), _basin(found)]
+
+
+def _times(found: Comparison) -> ResultTable:
+    base = {beams: _milliseconds(of) for beams, of in found.near["ours"].items()}
+    rows = [
+        [name, *(f"{_milliseconds(of):.2f} ({_milliseconds(of) / base[beams]:.1f})" for beams, of in by_beams.items())]
+        for name, by_beams in found.near.items()
+    ]
+    return ResultTable(
+        f"Time of one match, median in ms (and over ours), {found.places} places",
+        ["points"] + [str(beams) for beams in BEAMS], rows,
+        "All that is done for one scan: ours and the paper's with the extraction of lines, small_gicp with its cloud, "
+        "and GICP with the covariances of that; maps, trees and normals are made before. One thread each.",
+    )  # fmt: skip
+
+
+def _accuracy(found: Comparison) -> ResultTable:
+    rows = []
+    for name, by_beams in found.near.items():
+        errors = by_beams[682].errors
+        rows.append([
+            name,
+            f"{1e3 * np.median(errors[:, 0]):.1f}", f"{1e3 * np.percentile(errors[:, 0], 90):.1f}",
+            f"{np.degrees(np.median(errors[:, 1])):.3f}", f"{np.degrees(np.percentile(errors[:, 1], 90)):.3f}",
+            f"{100 * by_beams[682].converged:.0f} %",
+        ])  # fmt: skip
+    return ResultTable(
+        f"Accuracy at 682 points, from starts {NEAR[0]:g} m and {NEAR[1]:g} rad off",
+        ["", "median,\nmm", "90 %,\nmm", "median,\ndeg", "90 %,\ndeg", "converged"], rows,
+        "Converged: within 3 cm and 1 deg of the truth.",
+    )  # fmt: skip
+
+
+def _basin(found: Comparison) -> ResultTable:
+    rows = [
+        [f"{name}, {turn:g} rad", *(f"{100 * share:.0f}" for share in shares)]
+        for name, table in found.basins.items()
+        for turn, shares in zip(TURNS, table, strict=True)
+        if turn in (0.0, 0.2, 0.5)
+    ]
+    return ResultTable(
+        "Basin at 682 points: converged, %, by how far the start is off",
+        ["metres"] + [f"{shift:g}" for shift in SHIFTS], rows,
+        f"Four directions at each of the {found.places} places; the paper's at every fifth.",
+    )  # fmt: skip
+
+
+def _milliseconds(of: Runs) -> float:
+    return 1e3 * float(np.median(of.seconds))
+
+
+def draw_comparison(path: Path, found: Comparison) -> None:
+    """Time over points, and a basin for each matcher, as a picture."""
+    figure = Figure(figsize=(13, 6.5), dpi=130, layout="constrained")
+    panels = figure.subplots(2, 4)
+    times = panels[0, 0]
+    for k, (name, by_beams) in enumerate(found.near.items()):
+        colour, dash = PAPER.curve(k)
+        milliseconds = [_milliseconds(of) for of in by_beams.values()]
+        times.loglog(BEAMS, milliseconds, dash, marker="o", color=colour, label=name, markersize=3)
+    times.set(xlabel="points", ylabel="time [ms]", title="time of one match")
+    times.legend(fontsize=6)
+    places = [*panels[0, 1:], *panels[1]]
+    for axes, (name, shares) in zip(places, found.basins.items(), strict=False):
+        image = axes.imshow(100 * shares, origin="lower", vmin=0, vmax=100, aspect="auto", cmap="viridis")
+        axes.set_xticks(range(len(SHIFTS)), [f"{shift:g}" for shift in SHIFTS])
+        axes.set_yticks(range(len(TURNS)), [f"{turn:g}" for turn in TURNS])
+        axes.set(title=name, xlabel="start off [m]", ylabel="[rad]")
+    figure.colorbar(image, ax=panels, label="converged [%]")
+    for axes in places[len(found.basins) :]:
+        axes.set_visible(False)
+    with whole_file(path) as draft:
+        save_figure(figure, draft, format="png")

@@ -1,0 +1,78 @@
+"""How fast, how far and how well a matcher finds the pose of a scan."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from time import perf_counter
+from typing import Final
+
+import numpy as np
+
+from slam.bench.match_scenes import PlacedScan
+from slam.bench.matchers import Matcher
+from slam.pose import FloatArray, Pose2D
+
+BEAMS: Final = (85, 170, 341, 682, 1364, 2728)
+SHIFTS: Final = (0.0, 0.1, 0.2, 0.3, 0.5, 0.75, 1.0)
+"""Metres between the start and the truth, in four directions ..."""
+TURNS: Final = (0.0, 0.1, 0.2, 0.35, 0.5)
+"""... and radians, to both sides."""
+CONVERGED: Final = 0.03, float(np.radians(1.0))
+"""Metres and radians from the truth, at most."""
+BLOCK: Final = 10
+"""Scans that a matcher has in one turn."""
+NEAR: Final = 0.05, 0.03
+"""Start of the runs that are timed: metres and radians off."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Runs:
+    """One matcher on many scans: K runs."""
+
+    seconds: FloatArray
+    """(K,) wall time."""
+    errors: FloatArray
+    """(K, 2): metres and radians from the truth."""
+
+    @property
+    def converged(self) -> float:
+        """Share of the runs."""
+        return float(np.mean((self.errors[:, 0] < CONVERGED[0]) & (self.errors[:, 1] < CONVERGED[1])))
+
+
+def race(matchers: Sequence[Matcher], scans: Sequence[PlacedScan], starts: Sequence[Pose2D]) -> dict[str, Runs]:
+    """Every scan from every start, which is given as seen from the truth; by the matchers' names.
+
+    They take turns with blocks of scans: a machine that is slower for a while is so for all, and each finds its own
+    code and map in the caches, as in a loop that does nothing else.
+    """
+    for matcher in matchers:
+        matcher.match(scans[0].scan, scans[0].T_map_laser)  # compiles
+    rows: dict[str, list[tuple[float, float, float]]] = {matcher.name: [] for matcher in matchers}
+    blocks = [scans[k : k + BLOCK] for k in range(0, len(scans), BLOCK)]
+    for block, matcher in product(blocks, matchers):
+        for placed, start in product(block, starts):
+            begun = perf_counter()
+            found = matcher.match(placed.scan, placed.T_map_laser @ start)
+            taken, error = perf_counter() - begun, placed.T_map_laser.between(found)
+            rows[matcher.name].append((taken, error.distance(Pose2D()), abs(error.theta)))
+    tables = {name: np.array(of) for name, of in rows.items()}
+    return {name: Runs(table[:, 0], table[:, 1:]) for name, table in tables.items()}
+
+
+def starts(shift: float, turn: float) -> list[Pose2D]:
+    """Four directions, each with a turn to one side."""
+    bearings = 0.4 + 0.5 * np.pi * np.arange(4)
+    return [
+        Pose2D(float(shift * np.cos(bearing)), float(shift * np.sin(bearing)), turn * (-1.0) ** k)
+        for k, bearing in enumerate(bearings)
+    ]
+
+
+def basin(matcher: Matcher, scans: Sequence[PlacedScan]) -> FloatArray:
+    """Share that converged, (turns, shifts)."""
+    return np.array(
+        [[race([matcher], scans, starts(shift, turn))[matcher.name].converged for shift in SHIFTS] for turn in TURNS]
+    )

@@ -1,0 +1,116 @@
+"""The matchers that are compared: each made from the scans of the map, then asked where a scan was taken."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Final, Protocol
+
+import numpy as np
+
+from slam.bench.match_scenes import PlacedScan
+from slam.config import ForceFieldConfig, HoppingConfig, LeastSquaresConfig, SearchConfig, SlamConfig, SurfelMapConfig
+from slam.lines.extraction import extract_segments
+from slam.lines.facets import facets_of
+from slam.mapping.drift import Drift
+from slam.mapping.surfel_map import SurfelMap
+from slam.matching.force_field import match_points_to_segments
+from slam.matching.surfel_mapper import SurfelMapper
+from slam.matching.surfel_memory import SurfelMemory
+from slam.pose import FloatArray, Pose2D
+from slam.scan import LaserScan
+
+VOXEL: Final = 0.05
+"""Metres: point maps have one point, the mean, in each square of this side."""
+PRIOR: Final = np.diag([0.5**2, 0.5**2, 0.3**2])
+"""Covariance of the start that ours is told: next to nothing is known."""
+
+
+class Matcher(Protocol):
+    """Finds the pose of the laser in its map, from one that is near."""
+
+    name: str
+
+    def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
+        """All that must be done for one scan."""
+        ...
+
+
+class Ours:
+    """Facets to surfels by least squares, with the coarse search where the first match is bad, or without."""
+
+    def __init__(self, scans: Sequence[PlacedScan], search: bool = True) -> None:
+        self.name = "ours" if search else "ours, no search"
+        self._config, map_config = SlamConfig(), SurfelMapConfig()
+        assert isinstance(self._config.matching, LeastSquaresConfig)
+        never = SearchConfig(below=0.0, distance=1e6, angle=1e6)
+        self._matching = self._config.matching.model_copy(update={} if search else {"search": never})
+        self._map = SurfelMap(map_config)
+        for placed in scans:
+            segments = extract_segments(placed.scan, self._config.lines)
+            facets = facets_of(placed.scan, segments, self._matching.facet_length)
+            self._map.add(facets, placed.scan, placed.T_map_laser)
+
+    def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
+        """Extraction, facets, match."""
+        memory = SurfelMemory(self._map, Drift(), start, None, PRIOR)
+        segments = extract_segments(scan, self._config.lines)
+        match = SurfelMapper(memory, self._matching, Pose2D()).locate(scan, segments, start)
+        return start @ match.T_prior_laser
+
+
+class Paper:
+    """Map points to the segments of the scan by the force field, section 4.2, with the settings of the corridor."""
+
+    name = "paper"
+
+    def __init__(self, scans: Sequence[PlacedScan]) -> None:
+        self._points = mean_points(scans)
+        self._matching = ForceFieldConfig(gamma_M=0.3, max_iterations=300)
+
+    def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
+        """Extraction, and the pull on the points that the lidar could see from the start."""
+        lines = HoppingConfig(psi=1, L_Th=min(8, max(4, len(scan.ranges) // 42)), split_gap=0.3)
+        near = self._points[np.abs(self._points - start.translation).max(axis=1) <= scan.range_max]
+        local = start.inverse().transform(near)
+        bearing = np.arctan2(local[:, 1], local[:, 0])
+        seen = (np.abs(bearing) <= scan.angle_max) & (np.hypot(*local.T) <= scan.range_max)
+        return (
+            start @ match_points_to_segments(local[seen], extract_segments(scan, lines), self._matching).T_prior_laser
+        )
+
+
+class Icp:
+    """small_gicp on one thread. Its clouds are 3-D: a flat one has normals that point up, so the map is there three
+    times, one layer above the other, which turns them level; roll, pitch and height then stay where they are."""
+
+    def __init__(self, scans: Sequence[PlacedScan], small_gicp: Any, kind: str = "PLANE_ICP", reach: float = 1.0):
+        self.name = {"PLANE_ICP": "ICP, point to plane", "ICP": "ICP, point to point", "GICP": "GICP"}[kind]
+        self._library, self._kind, self._reach = small_gicp, kind, reach
+        points = mean_points(scans)
+        layers = [np.column_stack([points, np.full(len(points), z)]) for z in (-VOXEL, 0.0, VOXEL)]
+        self._target = small_gicp.PointCloud(np.concatenate(layers))
+        self._tree = small_gicp.KdTree(self._target)
+        small_gicp.estimate_normals_covariances(self._target, self._tree, num_neighbors=20)
+
+    def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
+        """All points, and for GICP their covariances."""
+        points = scan.points()
+        source = self._library.PointCloud(np.column_stack([points, np.zeros(len(points))]))
+        if self._kind == "GICP":
+            self._library.estimate_covariances(source)
+        T = np.eye(4)
+        T[:2, :2], T[:2, 3] = start.rotation, start.translation
+        found = self._library.align(
+            self._target, source, self._tree, T, registration_type=self._kind,
+            max_correspondence_distance=self._reach, num_threads=1, max_iterations=50, rotation_epsilon=1e-4,
+            translation_epsilon=1e-4,
+        ).T_target_source  # fmt: skip
+        return Pose2D(float(found[0, 3]), float(found[1, 3]), float(np.arctan2(found[1, 0], found[0, 0])))
+
+
+def mean_points(scans: Sequence[PlacedScan]) -> FloatArray:
+    """Of all points of the scans, the mean (N, 2) of those in each square; of squares that were met once, nothing."""
+    points = np.concatenate([placed.T_map_laser.transform(placed.scan.points()) for placed in scans])
+    _, place, count = np.unique(np.floor(points / VOXEL), axis=0, return_inverse=True, return_counts=True)
+    sums = np.column_stack([np.bincount(place, column) for column in points.T])
+    return np.asarray((sums / count[:, np.newaxis])[count > 1])

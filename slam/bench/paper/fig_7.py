@@ -1,0 +1,97 @@
+"""Fig. 7: over-hopping, which does not happen. sigma_3 cannot fall when a point is added, so a hop that leaps over the
+end of a segment and over the next one too is still refused where it lands, and the reverse hop finds the end.
+
+Counted here: how often the segments with hops differ from those without, and how many values of sigma_3 they take.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from slam.bench.paper.table_2 import SIGMA_TH, count_tests
+from slam.files.figure_file import save_figure
+from slam.files.palette import PAPER
+from slam.lines.hopping import hop_by_svd, sigma_3
+from slam.pose import FloatArray
+
+PSI: Final = (0, 1, 2, 3, 5, 7, 10, 15, 25, 40)
+NOISE: Final = 0.002
+MEAN_TH: Final = 0.003
+"""Metres: for the threshold on sigma_3 / sqrt(l) that the counts are compared with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fig7Row:
+    """One hopping factor over all trials."""
+
+    psi: int
+    different: int
+    """Trials in which the segments differ from those without hopping."""
+    tests: float
+    """Tests a trial, on average."""
+    different_mean: int
+    """The same count for a threshold on sigma_3 / sqrt(l), which a point may lower."""
+
+
+def step_wall(seed: int) -> FloatArray:
+    """Fig. 7's scene: a long S1, a short S2 of 4 to 11 points and a long S3; points 2 cm apart, (N, 2), metres."""
+    random = np.random.default_rng(seed)
+    counts = np.array([40, random.integers(4, 12), 40])
+    headings = np.cumsum([0.0, *(random.uniform(0.4, 1.5, 2) * random.choice([-1.0, 1.0], 2))])
+    steps = np.repeat(np.column_stack([np.cos(headings), np.sin(headings)]), counts, axis=0)
+    points = np.array([-0.8, 1.0]) + 0.02 * np.cumsum(steps, axis=0)
+    return np.asarray(points + random.normal(0.0, NOISE, points.shape))
+
+
+def measure(trials: int = 200) -> Iterator[Fig7Row]:
+    """The counts, one hopping factor at a time."""
+    walls = [step_wall(seed) for seed in range(trials)]
+    plain = [hop_by_svd(wall, SIGMA_TH, 0) for wall in walls]
+    plain_mean = [hop_by_svd(wall, MEAN_TH, 0, mean_sigma_3) for wall in walls]
+    for psi in PSI:
+        found = [hop_by_svd(wall, SIGMA_TH, psi) for wall in walls]
+        found_mean = [hop_by_svd(wall, MEAN_TH, psi, mean_sigma_3) for wall in walls]
+        tests = np.mean([count_tests(wall, SIGMA_TH, psi) for wall in walls])
+        yield Fig7Row(psi, _differing(found, plain), float(tests), _differing(found_mean, plain_mean))
+
+
+def mean_sigma_3(points: FloatArray) -> float:
+    """sigma_3 / sqrt(l), metres: not the paper's test."""
+    return sigma_3(points) / float(np.sqrt(len(points)))
+
+
+def _differing(found: Sequence[object], plain: Sequence[object]) -> int:
+    return sum(a != b for a, b in zip(found, plain, strict=True))
+
+
+def draw(rows: Sequence[Fig7Row], path: Path, psi: int = 25) -> None:
+    """A hop over S2 on the scene and on the curve of sigma_3, and the number of tests over psi."""
+    wall = step_wall(seed=3)
+    lengths = np.arange(3, len(wall) + 1)
+    sigma = np.array([sigma_3(wall[:l]) for l in lengths])
+    landings = np.arange(3, len(wall) + 1, psi + 1)
+    refused = landings[np.argmax(sigma[landings - 3] >= SIGMA_TH)]
+    landings = landings[landings <= refused]
+    end = lengths[sigma < SIGMA_TH][-1]
+    figure = Figure(figsize=(14, 4.5), dpi=110, layout="constrained")
+    scene, curve, counts = figure.subplots(1, 3)
+    scene.plot(*wall.T, ".", color="0.6", markersize=4)
+    scene.plot(*wall[landings - 1].T, "o", color=PAPER.odometry, markerfacecolor="none", label=f"hops, psi = {psi}")
+    scene.plot(*wall[end - 1], "*", color=PAPER.accent, markersize=12, label="end found by the reverse hop")
+    scene.set(title="(a) a hop lands beyond the short S2", xlabel="x [m]", ylabel="y [m]", aspect="equal")
+    curve.semilogy(lengths, sigma, color=PAPER.slam)
+    curve.axhline(SIGMA_TH, color="0.5", linestyle="--", label="threshold")
+    curve.plot(landings, sigma[landings - 3], "o", color=PAPER.odometry, markerfacecolor="none")
+    curve.plot(end, sigma[end - 3], "*", color=PAPER.accent, markersize=12)
+    curve.set(title="(b) sigma_3 never falls", xlabel="points l", ylabel="sigma_3 [m]")
+    counts.plot([row.psi for row in rows], [row.tests for row in rows], "o-", color=PAPER.slam)
+    counts.set(title="(c) what a large psi costs", xlabel="psi", ylabel="tests a scan", ylim=(0, None))
+    for axes in (scene, curve):
+        axes.legend(fontsize="small")
+    save_figure(figure, path)

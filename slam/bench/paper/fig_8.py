@@ -1,0 +1,144 @@
+"""Fig. 8: one scan of three segments AB, BC and CD; a Hough transform beside hopping with psi = 5."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from slam.bench.paper.hough import HoughLines, hough_lines
+from slam.bench.stopwatch import median_seconds
+from slam.config import HoppingConfig
+from slam.files.figure_file import save_figure
+from slam.files.palette import PAPER
+from slam.lidars import URG04LX
+from slam.lines.hopping import segments_by_hopping
+from slam.lines.segments import Segments
+from slam.pose import FloatArray
+from slam.scan import LaserScan
+
+PAPER_HOUGH_SECONDS: Final = 0.15742
+PAPER_HOPPING_SECONDS: Final = 0.0806
+WALLS: Final = {
+    "AB": np.array([[1.60, 1.60], [1.60, 0.20]]),
+    "BC": np.array([[1.60, 0.20], [1.35, -0.10]]),
+    "CD": np.array([[1.35, -0.10], [1.35, -1.50]]),
+}
+"""Ends of the walls, metres, sensor frame. The paper gives no coordinates; these have the shape of its Fig. 8."""
+NOISE: Final = 0.003
+"""Standard deviation of the ranges, metres."""
+_HOPPING: Final = {"psi": 5, "L_Th": 11}
+"""psi = 5 is the paper's; L_Th is the smallest that it allows with it."""
+_NEAR: Final = 0.05
+"""A line belongs to a wall when it passes both its ends nearer than this, metres."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fig8:
+    """What the two methods found, and how long they took, in seconds."""
+
+    scan: LaserScan
+    hough: HoughLines
+    hough_seconds: float
+    lowered: HoughLines
+    """With the vote lowered until BC is found; its ``share`` says how far."""
+    segments: Segments
+    svd_seconds: float
+    prefix_sums_seconds: float
+
+
+def three_walls(seed: int = 0) -> LaserScan:
+    """The scan: beams that pass beside the walls do not come back."""
+    lidar = URG04LX.lidar
+    ranges = np.full(lidar.beams, np.inf)
+    for right_end, left_end in (wall[::-1] for wall in WALLS.values()):
+        first, last = (np.arctan2(y, x) for x, y in (right_end, left_end))
+        met = (lidar.angles >= first) & (lidar.angles <= last)
+        along = left_end - right_end
+        rays = np.column_stack([np.cos(lidar.angles[met]), np.sin(lidar.angles[met])])
+        across = rays[:, 0] * along[1] - rays[:, 1] * along[0]
+        ranges[met] = (right_end[0] * along[1] - right_end[1] * along[0]) / across
+    ranges += np.random.default_rng(seed).normal(0.0, NOISE, lidar.beams)
+    ranges = np.round(ranges / URG04LX.resolution) * URG04LX.resolution
+    return LaserScan(0.0, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, ranges)
+
+
+def measure(repeats: int = 20) -> Fig8:
+    """Run both methods on the scan."""
+    scan = three_walls()
+    points = scan.points()
+    svd, sums = (HoppingConfig.model_validate({**_HOPPING, "kernel": kernel}) for kernel in ("svd", "prefix_sums"))
+    return Fig8(
+        scan=scan,
+        hough=hough_lines(points),
+        hough_seconds=median_seconds(partial(hough_lines, points), repeats),
+        lowered=_lowered_until(partial(hough_lines, points), "BC"),
+        segments=segments_by_hopping(points, svd),
+        svd_seconds=median_seconds(partial(segments_by_hopping, points, svd), repeats),
+        prefix_sums_seconds=median_seconds(partial(segments_by_hopping, points, sums), 10 * repeats),
+    )
+
+
+def lines_on_walls(rho: FloatArray, theta: FloatArray) -> dict[str, int]:
+    """How many of these lines lie along each wall, and on none of them ("none")."""
+    normals = np.column_stack([np.cos(theta), np.sin(theta)])
+    on = {name: (np.abs(ends @ normals.T - rho) < _NEAR).all(axis=0) for name, ends in WALLS.items()}
+    none = ~np.any(list(on.values()), axis=0)
+    return {name: int(found.sum()) for name, found in (on | {"none": none}).items()}
+
+
+def _lowered_until(hough: Callable[[float], HoughLines], wall: str) -> HoughLines:
+    for share in np.arange(0.5, 0.0, -0.02):
+        lines = hough(float(share))
+        if lines_on_walls(lines.rho, lines.theta)[wall]:
+            break
+    return lines
+
+
+def draw(result: Fig8, path: Path) -> None:
+    """The four panels of the paper's figure."""
+    figure = Figure(figsize=(14, 7.5), dpi=110, layout="constrained")
+    (scan, space), (found, ours) = figure.subplots(2, 2)
+    _draw_scan(scan, result, "(a) the scan", strong=True)
+    _draw_space(space, result.hough)
+    for panel in (found, ours):
+        _draw_scan(panel, result, "", strong=False)
+    counts = lines_on_walls(result.hough.rho, result.hough.theta)
+    for rho, theta in zip(result.hough.rho, result.hough.theta, strict=True):
+        foot, along = rho * np.array([np.cos(theta), np.sin(theta)]), np.array([-np.sin(theta), np.cos(theta)])
+        (x, y), (next_x, next_y) = _upright(foot), _upright(foot + along)
+        found.axline((x, y), (next_x, next_y), color=PAPER.odometry, linewidth=0.8)
+    found.set_title("(c) Hough: " + ", ".join(f"{count} on {name}" for name, count in counts.items()))
+    for start, end in zip(result.segments.start, result.segments.end, strict=True):
+        ours.plot(*_upright(np.array([start, end])).T, color=PAPER.odometry, linewidth=1.5)
+        ours.plot(*_upright(start), "s", color=PAPER.slam, markerfacecolor="none", markersize=8)
+        ours.plot(*_upright(end), "o", color=PAPER.slam, markerfacecolor="none", markersize=8)
+    ours.set_title(f"(d) hopping SVD, psi = 5: {len(result.segments)} segments")
+    save_figure(figure, path)
+
+
+def _draw_scan(axes: Axes, result: Fig8, title: str, strong: bool) -> None:
+    axes.plot(*_upright(result.scan.points()).T, ".", color="black" if strong else "0.6", markersize=3)
+    axes.set(title=title, xlabel="-y [m]", ylabel="x [m]", aspect="equal", xlim=(-1.8, 1.7), ylim=(0.9, 2.1))
+    for name, ends in WALLS.items():
+        x, y = _upright(ends.mean(axis=0)).tolist()
+        axes.annotate(name, (x, y + 0.1), color=PAPER.accent)
+
+
+def _upright(points: FloatArray) -> FloatArray:
+    """Points (..., 2) with the sensor looking up the page, as the paper draws them."""
+    return np.stack([-points[..., 1], points[..., 0]], axis=-1)
+
+
+def _draw_space(axes: Axes, hough: HoughLines) -> None:
+    extent = (np.degrees(hough.angles[0]), np.degrees(hough.angles[-1]), hough.distances[0], hough.distances[-1])
+    axes.imshow(np.sqrt(hough.votes), origin="lower", extent=extent, aspect="auto", cmap="magma")
+    axes.plot(np.degrees(hough.theta), hough.peak_distances, "s", color="white", markerfacecolor="none", markersize=7)
+    axes.set(xlabel="theta [deg]", ylabel="rho from the corner [m]", xlim=(-60.0, 60.0), ylim=(0.0, None))
+    axes.set_title("(b) Hough space, peaks in white squares")

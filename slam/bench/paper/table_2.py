@@ -1,0 +1,110 @@
+"""Table 2: time and speed-up of hopping over 2280 nearly collinear points, with three ways to compute sigma_3."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Final
+
+import numpy as np
+
+from slam.bench.paper.speed_up import predicted_speed_up
+from slam.bench.stopwatch import seconds
+from slam.lines.hopping import hop_by_svd, sigma_3, sigma_3_full
+from slam.lines.prefix_sums import runs_and_lines
+from slam.pose import FloatArray
+
+POINTS: Final = 2280
+"""Three scans of 760."""
+PSI: Final = tuple(range(7))
+PAPER_SECONDS: Final = (28.36, 14.90, 10.01, 7.68, 6.08, 5.09, 5.25)
+PAPER_SPEED_UP: Final = (1.00, 1.90, 2.83, 3.68, 4.66, 5.56, 5.40)
+SIGMA_TH: Final = 25.0 / 1024
+NOISE: Final = 0.0003
+"""Metres: sigma_3 grows with the number of points, and with 0.5 mm or more 2280 of them are no one segment any more."""
+KERNELS: Final[dict[str, Callable[[FloatArray, int], object]]] = {
+    "full_u": lambda points, psi: hop_by_svd(points, SIGMA_TH, psi, sigma_3_full),
+    "values": lambda points, psi: hop_by_svd(points, SIGMA_TH, psi),
+    "prefix_sums": lambda points, psi: runs_and_lines(points, SIGMA_TH, psi, 4, np.inf),
+}
+ROUNDS: Final = {"full_u": 2, "values": 10, "prefix_sums": 200}
+
+
+_STEP: Final = 0.002
+"""Share of the work after which it is told, so that telling costs no time that is measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table2Row:
+    """One hopping factor; times in seconds."""
+
+    psi: int
+    tests: int
+    full_u: float
+    """With the whole SVD of eq. (7), the l x l matrix U too."""
+    values: float
+    """With the singular values only."""
+    prefix_sums: float
+    """With prefix sums, compiled."""
+    predicted: float
+    """The speed-up that eqs. (13) and (14) promise."""
+
+
+def wall(count: int, seed: int = 0) -> FloatArray:
+    """That many points (count, 2) along 4 m of a wall 1 m in front of the sensor, NOISE off it; metres."""
+    off = np.random.default_rng(seed).normal(0.0, NOISE, count)
+    return np.column_stack([1.0 + off, np.linspace(-2.0, 2.0, count)])
+
+
+def count_tests(points: FloatArray, sigma_Th: float, psi: int) -> int:
+    """How many times hopping computes sigma_3."""
+    return len(_tested(points, sigma_Th, psi))
+
+
+def _tested(points: FloatArray, sigma_Th: float, psi: int) -> list[int]:
+    """Numbers of points of which hopping computes sigma_3, test by test."""
+    counts = []
+
+    def counted(tested: FloatArray) -> float:
+        counts.append(len(tested))
+        return sigma_3(tested)
+
+    hop_by_svd(points, sigma_Th, psi, counted)
+    return counts
+
+
+def measure(count: int = POINTS, advance: Callable[[float], object] = lambda share: None) -> list[Table2Row]:
+    """The rows of the table. Every time is the best of some rounds over all psi, so that a machine that is busy for a
+    while slows no single row. With 2280 points this takes minutes; ``advance`` is told what share of it is done."""
+    points = wall(count)
+    times = {name: np.full(len(PSI), np.inf) for name in KERNELS}
+    for name, kernel in (KERNELS | {"full_u": _watched(points, advance)}).items():
+        for _ in range(ROUNDS[name]):
+            for psi in PSI:
+                times[name][psi] = min(times[name][psi], seconds(partial(kernel, points, psi)))
+    return [
+        Table2Row(
+            psi=psi,
+            tests=count_tests(points, SIGMA_TH, psi),
+            predicted=predicted_speed_up(count, psi),
+            **{name: float(best[psi]) for name, best in times.items()},
+        )
+        for psi in PSI
+    ]
+
+
+def _watched(points: FloatArray, advance: Callable[[float], object]) -> Callable[[FloatArray, int], object]:
+    """The kernel of the full U, nearly all of the work, which tells how far it is: U of l points has l x l entries."""
+    whole = ROUNDS["full_u"] * sum(l * l for psi in PSI for l in _tested(points, SIGMA_TH, psi))
+    untold = 0.0
+
+    def measured(tested: FloatArray) -> float:
+        nonlocal untold
+        untold += len(tested) ** 2 / whole
+        if untold > _STEP:
+            advance(untold)
+            untold = 0.0
+        return sigma_3_full(tested)
+
+    return lambda points, psi: hop_by_svd(points, SIGMA_TH, psi, measured)

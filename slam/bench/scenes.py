@@ -1,0 +1,119 @@
+"""Simulated scans with known walls, to measure line extractors on.
+
+Four families of floor plan (see floor_plans.py) seen by a URG-04LX: 682 beams, 4 m, 1 mm steps, 0.5 % of the beams
+without echo. Tune on TUNING_SEEDS of each family only; results are quoted on HELD_OUT_SEEDS.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.bench.floor_plans import FAMILIES
+from slam.lidars import URG04LX
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray, Pose2D
+from slam.scan import LaserScan
+
+TUNING_SEEDS: Final = range(60)
+HELD_OUT_SEEDS: Final = range(1000, 1060)
+NOISE_LEVELS: Final = {"spec/19": 1 / 19, "spec/3": 1 / 3, "spec": 1.0}
+"""Standard deviation of the range noise as a share of the maker's bound: 25 mm below 1 m, 2.5 % of the range beyond."""
+REACH: Final = 4.0
+DROPOUT: Final = 0.005
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VisibleWalls:
+    """The truth of a scan: W maximal runs of consecutive beams on one wall; dropped beams belong to their run."""
+
+    first: IntArray  # (W,) beam of the scan
+    last: IntArray  # (W,)
+    start: FloatArray  # (W, 2) where the first beam truly hits the wall, sensor frame, metres
+    end: FloatArray  # (W, 2) the same of the last beam
+
+    @property
+    def lengths(self) -> FloatArray:
+        """Metres from start to end, shape (W,)."""
+        return np.asarray(np.hypot(*(self.end - self.start).T))
+
+    @property
+    def required(self) -> NDArray[np.bool_]:
+        """Which an extractor has to find: those of at least 8 beams and 0.15 m; it may find or leave the others."""
+        return (self.last - self.first + 1 >= 8) & (self.lengths >= 0.15)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """One scan and what it saw."""
+
+    family: str
+    seed: int
+    noise_level: str
+    scan: LaserScan
+    walls: VisibleWalls
+
+
+def make_scene(family: str, seed: int, noise_level: str) -> Scene:
+    """The scene of this family and seed, see FAMILIES; its noise level, see NOISE_LEVELS, changes nothing but noise."""
+    number = list(FAMILIES).index(family)
+    plan_random, noise_random = (np.random.default_rng([number, seed, stream]) for stream in range(2))
+    walls = FAMILIES[family](plan_random)
+    heading = Pose2D(theta=plan_random.uniform(-np.pi, np.pi))
+    walls = heading.transform(walls.reshape(-1, 2)).reshape(-1, 2, 2)
+    distance, wall = _cast(walls)
+    ranges = _measure(distance, NOISE_LEVELS[noise_level], noise_random)
+    lidar = URG04LX.lidar
+    scan = LaserScan(0.0, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, ranges)
+    return Scene(family, seed, noise_level, scan, _runs(distance, wall))
+
+
+def scenes(seeds: range, noise_level: str) -> Iterator[Scene]:
+    """The scenes of all families."""
+    return (make_scene(family, seed, noise_level) for family in FAMILIES for seed in seeds)
+
+
+def _cast(walls: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Distance to what each beam hits first, ``inf`` beyond reach, and which of the walls (W, 2, 2) it is, else -1."""
+    beams = np.column_stack([np.cos(URG04LX.lidar.angles), np.sin(URG04LX.lidar.angles)])[:, None]
+    start, along = walls[None, :, 0], (walls[:, 1] - walls[:, 0])[None]
+    with np.errstate(divide="ignore", invalid="ignore"):  # a beam parallel to a wall hits nothing
+        facing = _cross(beams, along)
+        distance = _cross(start, along) / facing
+        share = _cross(start, beams) / facing
+        hit = (distance > 0) & (share >= 0) & (share <= 1)
+    distance = np.where(hit, distance, np.inf)
+    wall = np.argmin(distance, axis=1)
+    nearest = distance[np.arange(len(wall)), wall]
+    seen = nearest <= REACH
+    return np.where(seen, nearest, np.inf), np.where(seen, wall, -1)
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """z of the cross product over the last axis."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+
+def _measure(distance: FloatArray, noise: float, random: np.random.Generator) -> FloatArray:
+    """The ranges that the sensor reports."""
+    sigma = noise * np.where(np.isfinite(distance), URG04LX.accuracy(distance), 0.0)
+    ranges = distance + sigma * random.standard_normal(len(distance))
+    ranges = np.round(ranges / URG04LX.resolution) * URG04LX.resolution
+    ranges[random.random(len(distance)) < DROPOUT] = np.inf
+    return np.asarray(ranges)
+
+
+def _runs(distance: FloatArray, wall: IntArray) -> VisibleWalls:
+    change = np.flatnonzero(np.diff(wall)) + 1
+    first, last = np.concatenate([[0], change]), np.concatenate([change, [len(wall)]]) - 1
+    seen = wall[first] >= 0
+    first, last = first[seen], last[seen]
+    angles = URG04LX.lidar.angles
+    start, end = (
+        distance[at, None] * np.column_stack([np.cos(angles[at]), np.sin(angles[at])]) for at in (first, last)
+    )
+    return VisibleWalls(first, last, start, end)

@@ -1,0 +1,156 @@
+"""The method in the simulator, where the truth is known: one run of a scenario with one seed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from time import process_time
+from typing import Final
+
+import numpy as np
+
+from slam.console.terminal import Terminal
+from slam.files.logs.log import relative_poses
+from slam.line_slam import Estimate, LineSlam
+from slam.matching.surfel_mapper import SurfelMapper
+from slam.odometry import Odometry
+from slam.pose import FloatArray, Pose2D
+from slam.run.experiment import scenario_experiment
+from slam.run.loop import Ending, run_loop
+from slam.run.step import Step
+from slam.run.warm_up import warm_up
+from slam.scan import LaserScan
+from slam.scenario.file import load_scenario
+from slam.scenario.schema import Scenario
+
+HOUR: Final = 3600.0
+"""Seconds of the long run."""
+
+
+class _TimedSlam(LineSlam):
+    """The method, with the processor time of every update."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__(scenario.slam, scenario.lidar.mount.pose, scenario.robot.start.pose, scenario.seed)
+        self.times: list[float] = []
+        self.nbytes: list[int] = []
+
+    def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
+        began = process_time()
+        estimate = super().update(scan, odometry)
+        self.times.append(process_time() - began)
+        assert isinstance(self.mapper, SurfelMapper)  # paper mode tells no covariance, and is not measured here
+        self.nbytes.append(self.mapper.map.nbytes)
+        return estimate
+
+
+@dataclass
+class _Notes:
+    """A watcher that keeps numbers only: an hour of scans would not fit into memory."""
+
+    poses: list[Pose2D] = field(default_factory=list)
+    truth: list[Pose2D] = field(default_factory=list)
+    wheels: list[Pose2D] = field(default_factory=list)
+    covariances: list[FloatArray] = field(default_factory=list)
+    open: list[bool] = field(default_factory=list)
+    lost: int = 0
+    map_points: list[int] = field(default_factory=list)
+
+    def see(self, step: Step) -> None:
+        observation, estimate = step.observation, step.estimate
+        assert observation.T_map_base is not None
+        assert estimate.covariance is not None
+        self.poses.append(estimate.T_map_base)
+        self.truth.append(observation.T_map_base)
+        self.wheels.append(observation.odometry.T_odom_base)
+        self.covariances.append(estimate.covariance)
+        self.open.append(estimate.unconstrained is not None and len(estimate.unconstrained) > 0)
+        self.lost += estimate.lost
+        self.map_points.append(estimate.map_points)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SimRun:
+    """What came out; poses are rows x, y, theta, (N, 3), of ``T_map_base``."""
+
+    ending: Ending
+    poses: FloatArray
+    truth: FloatArray
+    odometry: FloatArray
+    """From the true start on."""
+    covariances: FloatArray
+    """(N, 3, 3)."""
+    open: FloatArray
+    """1 where a direction was left to odometry, (N,)."""
+    lost: int
+    times: FloatArray
+    """Seconds of processor time of every update, (N,)."""
+    map_points: FloatArray
+    """Surfels after every scan, (N,) ..."""
+    map_bytes: FloatArray
+    """... and the memory of the map, (N,)."""
+
+    @property
+    def offsets(self) -> FloatArray:
+        """Estimate less truth, (N, 3)."""
+        return _offsets(self.poses, self.truth)
+
+    @property
+    def odometry_offsets(self) -> FloatArray:
+        """Odometry less truth, (N, 3)."""
+        return _offsets(self.odometry, self.truth)
+
+    @property
+    def odometer_offsets(self) -> FloatArray:
+        """As ``odometry_offsets`` (N, 3), were the heading of the odometry always right: the error of its way alone."""
+        steps = relative_poses(self.odometry[:-1], self.odometry[1:])
+        c, s = np.cos(self.truth[:-1, 2]), np.sin(self.truth[:-1, 2])
+        moves = np.column_stack([c * steps[:, 0] - s * steps[:, 1], s * steps[:, 0] + c * steps[:, 1]])
+        places = self.truth[0, :2] + np.concatenate([np.zeros((1, 2)), np.cumsum(moves, axis=0)])
+        return np.column_stack([places - self.truth[:, :2], np.zeros(len(places))])
+
+    @property
+    def normalised_errors(self) -> FloatArray:
+        """Squared Mahalanobis distances of the estimates from the truth, all but the first's, (N - 1,): chi-square of
+        three degrees of freedom where the covariance is right."""
+        offsets = self.offsets[1:]
+        weighed = np.linalg.solve(self.covariances[1:], offsets[..., None])[..., 0]
+        return np.asarray(np.sum(offsets * weighed, axis=1))
+
+
+def run_scenario(
+    name: str, seed: int, settings: tuple[str, ...], hour: bool = False, allow_modules: tuple[str, ...] = ()
+) -> SimRun:
+    """Drive the shipped scenario with this seed; with ``hour`` around its route for an hour."""
+    scenario = load_scenario(name, ["lidar.caster=exact", *settings, f"seed={seed}"], allow_modules)
+    if hour:
+        laps = scenario.route.model_copy(update={"waypoints": 100 * scenario.route.waypoints})
+        scenario = scenario.model_copy(update={"route": laps, "duration": HOUR})
+    warm_up(Terminal(quiet=True), scenario.slam)
+    experiment, slam, notes = scenario_experiment(scenario), _TimedSlam(scenario), _Notes()
+    try:
+        ending = run_loop(experiment.env, slam, experiment.pilot, [notes], scenario.seed)
+    finally:
+        experiment.env.close()
+    start = notes.truth[0] @ notes.wheels[0].inverse()
+    return SimRun(
+        ending=ending,
+        poses=_rows(notes.poses),
+        truth=_rows(notes.truth),
+        odometry=_rows([start @ wheels for wheels in notes.wheels]),
+        covariances=np.array(notes.covariances),
+        open=np.array(notes.open, np.float64),
+        lost=notes.lost,
+        times=np.array(slam.times),
+        map_points=np.array(notes.map_points, np.float64),
+        map_bytes=np.array(slam.nbytes, np.float64),
+    )
+
+
+def _rows(poses: list[Pose2D]) -> FloatArray:
+    return np.array([(pose.x, pose.y, pose.theta) for pose in poses])
+
+
+def _offsets(poses: FloatArray, truth: FloatArray) -> FloatArray:
+    offsets = poses - truth
+    offsets[:, 2] -= 2.0 * np.pi * np.round(offsets[:, 2] / (2.0 * np.pi))
+    return offsets

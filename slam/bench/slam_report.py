@@ -1,0 +1,154 @@
+"""``hopslam bench slam``: the tables of the recorded logs beside raw odometry and what other systems reach.
+
+PEERS are measurements of LaMa, Karto, GMapping and others built from their own sources and run on these logs; of every
+measure the best of them. The relations are those of Kuemmerle et al. 2009, the references GMapping's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from slam.bench.crispness import crispness
+from slam.bench.shape_report import shape_table
+from slam.bench.slam_runs import LOGS, SlamRun, doubled_noise, run_log
+from slam.config import SlamConfig
+from slam.console.result_table import ResultTable
+from slam.console.terminal import Terminal
+from slam.files.logs.log import relative_poses
+from slam.files.tum import read_tum
+from slam.pose import FloatArray, wrap_angle
+from slam.run.scoring.pose_errors import absolute_error, relative_error
+from slam.run.scoring.poses_at import poses_at
+from slam.run.scoring.relations import read_relations, relation_errors
+
+WORKERS: Final = 2
+DOUBLED: Final = "corridor, noise x 2"
+PEERS: Final = {
+    "corridor_synthetic": "ATE 0.077 (Karto), heading 0.10 (LaMa, 30 particles), extent 1.005 (Karto)",
+    "fr079": "relations 0.047 m, 1.13 deg (LaMa)",
+    "mines1": "crispness 43.8 on a sister log (small_gicp)",
+}
+CENTRE_AHEAD: Final = np.array([[0.04, 0.0, 0.0]])
+"""fr079: the relations tell of the robot's centre, 4 cm ahead of the laser, where the log has both in one place."""
+
+
+def tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Terminal) -> list[ResultTable]:
+    """Errors and costs of the logs of these names in the folder, all without a name; those not there are skipped."""
+    asked = list(names) or list(LOGS)
+    paths = {name: folder / LOGS.get(name, name) for name in asked}
+    for name, path in paths.items():
+        if not path.is_file():
+            console.print(f"{name}: no {path}; skipped")
+    jobs: list[tuple[str, Path, FloatArray | None]] = [(n, p, None) for n, p in paths.items() if p.is_file()]
+    reference = folder / "corridor_synthetic.gt.tum"
+    if reference.is_file() and any(name == "corridor_synthetic" for name, *_ in jobs):
+        jobs += [
+            (f"{DOUBLED}, {s}", paths["corridor_synthetic"], doubled_noise(read_tum(reference)[1], s))
+            for s in (0, 1, 2)
+        ]
+    with ProcessPoolExecutor(WORKERS) as pool:
+        runs = [(name, pool.submit(run_log, path, config, odometry)) for name, path, odometry in jobs]
+        with console.progress() as bar:
+            found = [(name, future.result()) for name, future in bar.track(runs, description="logs")]
+    if not found:
+        return []
+    return [_errors([_error_row(name, run, folder) for name, run in found]), shape_table(found), _costs(found)]
+
+
+def _errors(rows: list[tuple[str, ...]]) -> ResultTable:
+    columns = (
+        "log",
+        "ATE\nm",
+        "odometry\nm",
+        "RPE 10 m\nm",
+        "odometry\nm",
+        "relations\nm, deg",
+        "extent",
+        "end\nm, deg",
+        "crisp",
+    )
+    peers = "; ".join(f"{name}: {text}" for name, text in PEERS.items())
+    notes = (
+        "Poses at every scan as they were then. End: difference from the reference, or from the start where there is "
+        f"none. Crisp: occupied 5 cm cells a 1000 points, deskewed / as taken. Best of eight other systems: {peers}."
+    )
+    return ResultTable("Errors", columns, rows, notes)
+
+
+def _error_row(name: str, run: SlamRun, folder: Path) -> tuple[str, ...]:
+    reference, relations = folder / f"{run.name}.gt.tum", folder / f"{run.name}.relations.gz"
+    cells = dict.fromkeys(("ate", "ate_odometry", "rpe", "rpe_odometry", "relations", "extent", "end"), "")
+    stamps, end = run.log.stamps, relative_poses(run.poses[0], run.poses[-1:])[0]
+    if reference.is_file():
+        times, truth = read_tum(reference)
+        for key, poses in (("", run.poses), ("_odometry", run.odometry)):
+            at = poses_at(times, stamps, poses)
+            cells["ate" + key] = f"{absolute_error(at.poses[at.known], truth[at.known]):.3f}"
+            cells["rpe" + key] = f"{relative_error(at.poses[at.known], truth[at.known]):.3f}"
+        estimate = poses_at(times, stamps, run.poses).poses
+        cells["extent"] = f"{_extent(estimate) / _extent(truth):.4f}"
+        end = relative_poses(truth[0], truth[-1:])[0] - relative_poses(estimate[0], estimate[-1:])[0]
+    if relations.is_file():
+        known = read_relations(relations)
+        cells["relations"] = " / ".join(
+            f"{np.mean(found.metres):.4f}+-{np.std(found.metres):.3f}, {np.degrees(np.mean(found.radians)):.2f}"
+            for found in (relation_errors(known, stamps, poses) for poses in (run.poses, _ahead(run.poses)))
+        )
+    cells["end"] = f"{np.hypot(*end[:2]):.3f}, {abs(np.degrees(wrap_angle(float(end[2])))):.2f}"
+    urg = run.log.lidar.beams > 600
+    cut, reach = (70, 4.0) if urg else (0, 15.0)
+    crisp = {crispness(run.log, run.poses, cut, reach, deskew) for deskew in {run.log.time_increment > 0.0, False}}
+    return (name, *cells.values(), " / ".join(f"{value:.1f}" for value in sorted(crisp)))
+
+
+def _ahead(poses: FloatArray) -> FloatArray:
+    """Poses of the point CENTRE_AHEAD of these."""
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    x, y, _ = CENTRE_AHEAD[0]
+    return np.column_stack([poses[:, 0] + c * x - s * y, poses[:, 1] + s * x + c * y, poses[:, 2]])
+
+
+def _extent(poses: FloatArray) -> float:
+    return float(np.hypot(*(poses[:, :2] - poses[0, :2]).T).max())
+
+
+def _costs(found: list[tuple[str, SlamRun]]) -> ResultTable:
+    columns = (
+        "log",
+        "scans",
+        "ms",
+        "p99 ms",
+        "CPU\nms",
+        "p99 CPU\nms",
+        "last 10 %\nover first",
+        "surfels",
+        "walls",
+        "open",
+        "searched",
+        "lost",
+        "inliers",
+    )
+    rows = []
+    for name, run in found:
+        tenth = max(len(run.times) // 10, 1)
+        rows.append(
+            (
+                name, str(len(run.times)), f"{1e3 * np.median(run.times):.3f}",
+                f"{1e3 * np.percentile(run.times, 99):.2f}",
+                f"{1e3 * np.median(run.cpu_times):.3f}", f"{1e3 * np.percentile(run.cpu_times, 99):.2f}",
+                f"{np.median(run.cpu_times[-tenth:]) / np.median(run.cpu_times[:tenth]):.2f}",
+                str(int(run.map_points[-1])), str(len(run.walls)), str(run.unconstrained), str(run.searched),
+                str(run.lost),
+                f"{np.mean(run.inliers[1:]):.2f}",
+            )
+        )  # fmt: skip
+    notes = (
+        "Milliseconds on the wall clock and of the thread's processor time. Open: scans that left a direction to "
+        "odometry. Inliers: share of a scan's pieces that agree with the map."
+    )
+    return ResultTable("Costs, a scan", columns, rows, notes)

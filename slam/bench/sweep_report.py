@@ -1,0 +1,86 @@
+"""The tables of ``hopslam bench sweep``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import astuple
+from statistics import median
+from typing import Final, NamedTuple
+
+from slam.bench.sweep_runs import SweepSpeed, memory_of_rows, sweep_speed
+from slam.bench.two_processes import arithmetic_ratio
+from slam.console.result_table import ResultTable
+from slam.console.terminal import Terminal
+from slam.run.results.keep import Keep
+from slam.sweep.executor import Executor
+from slam.sweep.pool import Pool
+
+TURNS: Final = 5
+"""Others load the machine meanwhile, now more and now less: ratios are of one turn, and the middle one is told."""
+
+
+def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTable]:
+    """Speed with one and with two jobs, beside what the machine allows; memory of the driver."""
+    rows = []
+    for name, make in _executors(ray).items():
+        with console.progress() as bar:
+            turns = bar.track(range(TURNS), description=f"{runs} runs, {name}")
+            rows += _rows(name, [_turn(make, runs) for _ in turns])
+    columns = ("executor", "jobs", "runs/s", "x one", "least, most", "driver\n% of a core", "overhead\ns a run")
+    notes = (
+        f"{runs} warm runs of paper_simulation, this project's method; medians of {TURNS} turns. Additions alone: what "
+        f"two processes of this machine do of them, in the same turns. Overhead: a worker's time less "
+        f"that in which the robot drives."
+    )
+    yield ResultTable("Sweeps, one job and two at a time", columns, rows, notes)
+    with console.waiting("10,000 rows"):
+        held = [(f"{count:,}", f"{memory_of_rows(count):.0f}") for count in (100, 1000, 10_000)]
+    yield ResultTable("Memory of the driver", ("rows", "MB"), held, "Of simulated runs, after the last one.")
+
+
+class _Turn(NamedTuple):
+    """What the machine does with two processes, then one job and two."""
+
+    allowed: float
+    one: SweepSpeed
+    two: SweepSpeed
+
+
+def _turn(make: Callable[[str, int], Executor], runs: int) -> _Turn:
+    return _Turn(arithmetic_ratio(), sweep_speed(make, 1, runs), sweep_speed(make, 2, runs))
+
+
+def _rows(name: str, turns: Sequence[_Turn]) -> list[tuple[str, ...]]:
+    """One job, two, and the additions."""
+    ratios = [turn.two.rate / turn.one.rate for turn in turns]
+    ones, twos = _speed([turn.one for turn in turns]), _speed([turn.two for turn in turns])
+    allowed = _ratio([turn.allowed for turn in turns])
+    return [
+        (name, "1", ones[0], "1.00", "", *ones[1:]),
+        ("", "2", twos[0], *_ratio(ratios), *twos[1:]),
+        ("additions alone", "2", "", *allowed, "", ""),
+    ]
+
+
+def _ratio(ratios: Sequence[float]) -> tuple[str, str]:
+    return f"{median(ratios):.2f}", f"{min(ratios):.2f}, {max(ratios):.2f}"
+
+
+def _speed(speeds: Sequence[SweepSpeed]) -> tuple[str, str, str]:
+    """Runs a second, the driver's share in percent, the overhead: medians."""
+    rate, driver, overhead = (median(values) for values in zip(*map(astuple, speeds), strict=True))
+    return f"{rate:.2f}", f"{100 * driver:.1f}", f"{overhead:.3f}"
+
+
+def _executors(ray: bool) -> Mapping[str, Callable[[str, int], Executor]]:
+    return {"pool": _pool} | ({"Ray": _ray} if ray else {})
+
+
+def _pool(runs: str, jobs: int) -> Executor:
+    return Pool(jobs, runs, Keep(pictures=False))
+
+
+def _ray(runs: str, jobs: int) -> Executor:
+    from slam.sweep.ray_cluster import LOCAL, RayCluster
+
+    return RayCluster(LOCAL, jobs, runs, Keep(pictures=False))

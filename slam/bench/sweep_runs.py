@@ -1,0 +1,102 @@
+"""What a sweep itself costs: runs a second by the number of jobs, the driver's share, its memory."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter, process_time
+
+from slam.sweep.driver import Driver
+from slam.sweep.executor import Executor, Finished, Lost
+from slam.sweep.folder import Folder
+from slam.sweep.job import Job
+from slam.sweep.options import make_plan
+from slam.sweep.row import job_columns
+from slam.sweep.store import SweepStore
+
+
+@dataclass(frozen=True, slots=True)
+class SweepSpeed:
+    """Of one executor with so many jobs at a time, warm."""
+
+    rate: float
+    """Runs a second."""
+    driver: float
+    """Share of one core that the driver takes."""
+    overhead: float
+    """Seconds of a worker that a run costs besides those in which the robot drives."""
+
+
+def sweep_speed(make: Callable[[str, int], Executor], at_a_time: int, runs: int) -> SweepSpeed:
+    """With the executor that ``make`` gives for the address of the runs and a number of jobs."""
+    with TemporaryDirectory() as here, closing(make(f"{here}/runs", at_a_time)) as executor:
+        jobs, store = _jobs(runs + at_a_time, duration=30.0), SweepStore(Folder(here))
+        _warm(executor, list(islice(jobs, at_a_time)))
+        began, cpu = perf_counter(), process_time()
+        Driver(executor, store, retry=0, show=_nothing).run(jobs)
+        elapsed, used = perf_counter() - began, process_time() - cpu
+        driving = [row["duration_s"] / row["wall.real_time_factor"] for row in store.rows()]
+    return SweepSpeed(runs / elapsed, used / elapsed, (at_a_time * elapsed - sum(driving)) / runs)
+
+
+def memory_of_rows(count: int) -> float:
+    """Megabytes that this process holds after so many rows, of runs that are only made up."""
+    with TemporaryDirectory() as here:
+        store = SweepStore(Folder(here))
+        Driver(_Imagined(), store, retry=0, show=_nothing).run(_jobs(count, duration=1.0))
+        kept = len(store.done())
+    assert kept == count
+    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+class _Imagined:
+    """An executor that makes rows up, as wide as real ones."""
+
+    def __init__(self) -> None:
+        self._jobs: deque[Job] = deque()
+
+    @property
+    def free(self) -> int:
+        return 2 - len(self._jobs)
+
+    @property
+    def busy(self) -> int:
+        return len(self._jobs)
+
+    def submit(self, job: Job) -> None:
+        self._jobs.append(job)
+
+    def collect(self, timeout: float) -> Iterator[Finished | Lost]:
+        job = self._jobs.popleft()
+        metrics = {f"metric_{index}": job.seed + index / 7 for index in range(40)}
+        curve = {"error_m": [job.seed / 7] * 64}
+        yield Finished(job, job_columns(job) | {"status": "done", "error": None} | metrics | curve)
+
+    def close(self) -> None:
+        self._jobs.clear()
+
+
+def _jobs(count: int, duration: float) -> Iterator[Job]:
+    """Runs of the paper's world with this project's method, at most so many simulated seconds long."""
+    changes = {"seeds": f"0:{count}", "modes": ["hopslam"], "settings": {"duration": duration}}
+    return make_plan(["paper_simulation"], changes).jobs()
+
+
+def _warm(executor: Executor, jobs: list[Job]) -> None:
+    """A first run for each worker: it loads what runs need."""
+    for job in jobs:
+        executor.submit(job)
+    while executor.busy:
+        for _ in executor.collect(1.0):
+            pass
+
+
+def _nothing(done: int, failed: int) -> None:
+    pass

@@ -1,0 +1,151 @@
+"""What showing a run costs the run: the time and the bytes of a scan."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import perf_counter, sleep, thread_time
+from typing import Final, NamedTuple
+
+from slam.console.result_table import ResultTable
+from slam.console.terminal import Terminal
+from slam.run.experiment import Experiment, scenario_experiment
+from slam.run.loop import run_loop
+from slam.run.step import Step
+from slam.run.viewer.address import listens
+from slam.run.viewer.broadcast import Broadcast
+from slam.run.viewer.programs import data_address, serve_page
+from slam.run.viewer.run_viewer import RunViewer
+from slam.run.warm_up import warm_up
+from slam.scenario.schema import Scenario
+
+_PORT: Final = 19090
+_ROWS: Final = 5
+_BARS: Final = "bars: 0.5 ms and 7 kB a scan, with --rerun FILE"
+
+
+class _Enough(Exception):
+    """So many scans were asked for."""
+
+
+class Cost(NamedTuple):
+    """Of one way to show a run."""
+
+    name: str
+    scans: int
+    seconds: Sequence[float]
+    """That the loop spent in the viewer, scan by scan."""
+    close: float
+    """Seconds to hand on the rest in the end."""
+    cpu: float
+    """Seconds of all that, as the thread of the loop was busy with it: other programs do not count."""
+    size: int = 0
+    """Bytes of the file."""
+
+    def row(self) -> list[str]:
+        """Of the table."""
+        total = 1e3 * (sum(self.seconds) + self.close) / self.scans
+        worst = 1e3 * max(self.seconds[1:])
+        size = f"{self.size / self.scans / 1e3:.2f}" if self.size else "-"
+        return [
+            self.name,
+            f"{self.scans}",
+            f"{1e3 * self.cpu / self.scans:.3f}",
+            f"{total:.3f}",
+            f"{worst:.1f}",
+            f"{1e3 * self.seconds[0]:.0f}",
+            size,
+        ]
+
+
+def viewer_table(scenario: Scenario, scans: int, console: Terminal) -> ResultTable:
+    """The scenario is driven again for each row, by the same seed; live rows go at 10 Hz for so many scans."""
+    warm_up(console, scenario.slam)
+    with TemporaryDirectory() as folder, console.progress() as bar:
+        costs = _costs(scenario, scans, Path(folder) / "run.rrd")
+        rows = [cost.row() for cost in bar.track(costs, total=_ROWS, description="driving")]
+    columns = ("shown in", "scans", "CPU ms\na scan", "ms\na scan", "worst\nms", "first\nms", "kB\na scan")
+    return ResultTable(f"What the viewer costs the loop: {scenario.name}", columns, rows, _BARS)
+
+
+def _costs(scenario: Scenario, scans: int, path: Path) -> Iterator[Cost]:
+    nobody = data_address(_PORT + 1)
+    yield _measured("a file, whole run, no pause", scenario, None, 0.0, [path], [])
+    yield _measured("a file, at 10 Hz", scenario, scans, 0.1, [path], [])
+    yield _measured("no viewer at the address, 10 Hz", scenario, scans, 0.1, [], [nobody])
+    with _server() as server:
+        yield _measured("a viewer, 10 Hz", scenario, scans, 0.1, [], [nobody])
+        yield _measured("a viewer killed half way, 10 Hz", scenario, scans, 0.1, [], [nobody], server)
+
+
+@contextmanager
+def _server() -> Iterator[subprocess.Popen[bytes]]:
+    server = serve_page(_PORT)
+    try:
+        yield server
+    finally:
+        server.kill()
+        server.wait()
+        while listens(data_address(_PORT + 1)):
+            sleep(0.1)
+
+
+def _measured(
+    name: str,
+    scenario: Scenario,
+    scans: int | None,
+    period: float,
+    files: list[Path],
+    urls: list[str],
+    victim: subprocess.Popen[bytes] | None = None,
+) -> Cost:
+    experiment = scenario_experiment(scenario)
+    seconds: list[float] = []
+    with Broadcast(files, urls, experiment.setting, lambda text: None) as broadcast:
+        watcher = _Stopwatch(RunViewer(broadcast, experiment.setting), seconds, scans, period, victim)
+        _drive(experiment, watcher)
+        began, began_cpu = perf_counter(), thread_time()
+    cpu = watcher.cpu + thread_time() - began_cpu
+    size = files[0].stat().st_size if files else 0
+    return Cost(name, len(seconds), seconds, perf_counter() - began, cpu, size)
+
+
+def _drive(experiment: Experiment, watcher: _Stopwatch) -> None:
+    try:
+        run_loop(experiment.env, experiment.slam, experiment.pilot, [watcher], experiment.seed)
+    except _Enough:
+        pass
+    finally:
+        experiment.env.close()
+
+
+class _Stopwatch:
+    """Times another watcher, keeps the pace, kills a viewer half way, and ends the run."""
+
+    def __init__(
+        self,
+        watcher: RunViewer,
+        seconds: list[float],
+        scans: int | None,
+        period: float,
+        victim: subprocess.Popen[bytes] | None,
+    ) -> None:
+        self._watcher, self._seconds, self._scans, self._period = watcher, seconds, scans, period
+        self._victim, self.cpu = victim, 0.0
+        self._next = perf_counter()
+
+    def see(self, step: Step) -> None:
+        """Let the watcher see it."""
+        began, began_cpu = perf_counter(), thread_time()
+        self._watcher.see(step)
+        self._seconds.append(perf_counter() - began)
+        self.cpu += thread_time() - began_cpu
+        if self._scans is not None and step.index + 1 >= self._scans:
+            raise _Enough
+        if self._victim is not None and self._scans is not None and step.index == self._scans // 2:
+            self._victim.kill()
+        self._next = max(self._next + self._period, perf_counter())
+        sleep(max(0.0, self._next - perf_counter()) if self._period else 0.0)

@@ -1,0 +1,112 @@
+"""``hopslam compare``."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+
+from slam.console.terminal import Terminal
+from slam.console.terminal_table import TerminalTable
+from slam.errors import InputError
+
+if TYPE_CHECKING:
+    from slam.run.results.run_record import RunRecord
+
+_HEAD: Final = 16
+"""Characters in a line of a column's head."""
+
+
+def compare(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN RUN ...", help="The folders of runs.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, and no table.")] = False,
+) -> None:
+    """Show the metrics of runs side by side, each with its difference from the first run.
+
+    The difference is in percent, or a factor, x 973 or / 973, where it is twice as much, half as much, or farther off.
+
+    [bold]Examples[/bold]
+
+    hopslam compare runs/before runs/after
+
+    hopslam compare runs/corridor-*
+
+    hopslam compare runs/corridor-* --json
+    """
+    from slam.run.results.run_record import RunRecord
+
+    if len(runs) < 2:
+        raise InputError(f"compare: {runs[0]} alone; give two runs or more")
+    records = [RunRecord.open(run) for run in runs]
+    if as_json:
+        typer.echo(json.dumps(dict(zip(map(str, runs), metrics_of(records), strict=True)), indent=2))
+    else:
+        Terminal().print(comparison(records))
+
+
+def metrics_of(records: list[RunRecord]) -> list[dict[str, Any]]:
+    """Of each run; of one that was cut off, those that can be measured afterwards."""
+    from slam.run.results.metrics import measure
+
+    return [measure(record.folder) if record.metrics is None else record.metrics for record in records]
+
+
+def comparison(records: list[RunRecord]) -> TerminalTable:
+    """A row for each metric that a run has, a column for each run."""
+    metrics = metrics_of(records)
+    keys = dict.fromkeys(key for of_run in metrics for key in of_run)
+    rows = [(key, *_cells([_shown(key, of_run.get(key)) for of_run in metrics])) for key in keys]
+    return TerminalTable(("", *map(_head, _names(records))), rows)
+
+
+def _shown(key: str, value: Any) -> Any:
+    """The value; text for what is no measurement: the seed, and the date, without seconds and time zone."""
+    if key == "began" and value:
+        return str(value)[:16].replace("T", " ")
+    return str(value) if key == "seed" and value is not None else value
+
+
+def _names(records: list[RunRecord]) -> list[str]:
+    """The names of the folders; of folders that share one, what tells the runs apart."""
+    from slam.run.results.run_names import run_names
+
+    folders = [record.name for record in records]
+    return folders if len(set(folders)) == len(folders) else run_names(records)
+
+
+def _head(name: str) -> str:
+    """A name in lines that are as short as a number, broken between its words."""
+    lines = [""]
+    for word in re.findall(r"[^-_, ]+[-_, ]*|[-_, ]+", name):
+        if lines[-1] and len(lines[-1]) + len(word) > _HEAD:
+            lines.append("")
+        lines[-1] += word
+    return "\n".join(line.strip() for line in lines)
+
+
+def _cells(values: list[Any]) -> list[str]:
+    """The first value; then the others, each with how it differs from the first."""
+    return [_text(values[0]), *(f"{_text(value)}{_difference(value, values[0])}" for value in values[1:])]
+
+
+def _difference(value: Any, first: Any) -> str:
+    """A difference in percent, as a factor from twice or half on, as it is where the first is 0 or of another sign."""
+    if not _is_number(value) or not _is_number(first) or value == first:
+        return ""
+    if not first or value / first <= 0.0:
+        return f" ({value - first:+.3g})"
+    ratio = value / first
+    if 0.5 < ratio < 2.0:
+        return f" ({100 * (ratio - 1):+.2g} %)"
+    return f" (x {ratio:.3g})" if ratio > 1.0 else f" (/ {1 / ratio:.3g})"
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _text(value: Any) -> str:
+    return "-" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,41 @@
+"""``hopslam export``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from slam.console.terminal import Terminal
+
+Format = Literal["tum", "csv", "ros", "geojson", "dxf", "svg", "carmen", "mcap", "rosbag2"]
+
+
+def export(
+    run: Annotated[Path, typer.Argument(help="The folder of a run.")],
+    to: Annotated[Format, typer.Option(help="The format.")],
+    out: Annotated[Path, typer.Option(metavar="PATH", help="The new file, or the new folder for ros and rosbag2.")],
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is already there.")] = False,
+) -> None:
+    """Write a run in a format of other tools: see docs/formats.md.
+
+    tum: trajectory; csv: every scan; ros: occupancy map; geojson, dxf, svg: line map; carmen, mcap, rosbag2: log.
+
+    [bold]Examples[/bold]
+
+    hopslam export runs/latest --to tum --out trajectory.tum
+
+    hopslam export runs/latest --to ros --out office_map
+
+    hopslam export runs/latest --to dxf --out walls.dxf
+
+    hopslam export runs/latest --to carmen --out run.log --force
+    """
+    from slam.run.export.formats import export as write
+    from slam.run.results.run_record import RunRecord
+
+    console = Terminal()
+    with console.waiting(f"writing {out}"):
+        write(RunRecord.open(run), to, out, force)
+    console.print(f"{out} written")

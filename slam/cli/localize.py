@@ -1,0 +1,90 @@
+"""``hopslam localize``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from slam.console.completion import complete_scenario
+from slam.console.options import AllowModules, OdomTopic, Out, Rerun, ScanTopic, Settings
+from slam.console.terminal import Terminal
+from slam.errors import InputError
+
+
+def localize(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="LOG|SCENARIO",
+            help="What hopslam replay takes: a log, a bag or a run folder; or a scenario.",
+            autocompletion=complete_scenario,
+        ),
+    ],
+    saved_map: Annotated[Path, typer.Option("--map", metavar="FILE", help="The map.json of another run.")],
+    seed: Annotated[int | None, typer.Option(help="Of a scenario: of all that is random; default: its own.")] = None,
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            help="Of a log: where the settings of the method come from; default: the run's own, or replay.",
+            autocompletion=complete_scenario,
+        ),
+    ] = None,
+    out: Out = None,
+    settings: Settings = None,
+    allow_modules: AllowModules = None,
+    rerun: Rerun = None,
+    scan_topic: ScanTopic = None,
+    odom_topic: OdomTopic = None,
+) -> None:
+    """Find the robot in a saved map, from nothing, and track it. The map stays as it is.
+
+    A simulated robot wanders until it is sure of its place, and then drives the scenario's route.
+
+    [bold]Examples[/bold]
+
+    hopslam run office_loop --out /tmp/office
+
+    hopslam localize office_loop --map /tmp/office/map.json --seed 7 --set robot.start.x=3 --set robot.start.theta=2
+
+    hopslam localize fr079.log.gz --map runs/latest/map.json --set slam.localization.hypotheses=100
+
+    hopslam localize runs/latest --map /tmp/office/map.json
+    """
+    from slam.cli.recorded import recorded_experiment
+    from slam.files.logs import BagTopics
+    from slam.run.experiment import scenario_experiment
+    from slam.run.localization import localized
+    from slam.run.run_and_report import run_and_report
+    from slam.scenario.file import load_scenario
+
+    console, path, allowed = Terminal(), Path(source), allow_modules or []
+    topics = BagTopics(scan_topic, odom_topic)
+    if _is_recorded(source):
+        if seed is not None:
+            raise InputError(f"--seed {seed}: {source} is a recorded log, in which nothing is random; leave it out")
+        experiment = recorded_experiment(path, scenario, settings or [], allowed, topics, console)
+    else:
+        _refuse_options_of_logs(
+            source, {"--scenario": scenario, "--scan-topic": scan_topic, "--odom-topic": odom_topic}
+        )
+        by_seed = [] if seed is None else [f"seed={seed}"]
+        experiment = scenario_experiment(load_scenario(source, [*(settings or []), *by_seed], allowed))
+    run_and_report(localized(experiment, saved_map), out, rerun, console)
+
+
+def _is_recorded(source: str) -> bool:
+    """Whether a file or folder of this name exists that is no scenario. A shipped scenario comes before a folder."""
+    from slam.scenario.shipped import shipped_scenarios
+
+    path = Path(source)
+    if path.is_dir():
+        return source not in shipped_scenarios()
+    return path.is_file() and path.suffix not in {".yaml", ".yml"}
+
+
+def _refuse_options_of_logs(source: str, options: dict[str, str | None]) -> None:
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"{name} {value}: {source} is a scenario, and no log; leave it out")

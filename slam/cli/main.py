@@ -1,0 +1,99 @@
+"""The command line: ``hopslam``."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from types import FrameType
+from typing import Annotated, Final, NoReturn
+
+import typer
+
+from slam.cli.lazy_group import lazy_group
+from slam.console.ending_signals import ENDING_SIGNALS, handled
+from slam.console.lasting_output import LastingOutput
+from slam.console.suspensions import count_suspensions
+from slam.console.terminal import Terminal
+from slam.errors import HopslamError
+
+COMMANDS: Final = {
+    "Run": {
+        "run": "slam.cli.run:run",
+        "replay": "slam.cli.replay:replay",
+        "localize": "slam.cli.localize:localize",
+        "lines": "slam.cli.lines:lines",
+        "sweep": "slam.cli.sweep:app",
+    },
+    "Worlds": {"world": "slam.cli.world:world", "env": "slam.cli.env:env", "schema": "slam.cli.schema:schema"},
+    "Look": {"view": "slam.cli.view:view", "report": "slam.cli.report:report", "animate": "slam.cli.report:animate"},
+    "Share and score": {
+        "export": "slam.cli.export:export",
+        "eval": "slam.cli.eval:evaluate",
+        "compare": "slam.cli.compare:compare",
+    },
+    "The robot": {
+        "doctor": "hardware.cli.doctor:doctor",
+        "emulate": "hardware.cli.emulate:emulate",
+        "calibrate": "slam.cli.calibrate:app",
+    },
+    "Measure": {"bench": "slam.cli.bench:app"},
+}
+"""Every command by the panel of ``hopslam --help`` that lists it: the place of its function, or of its app."""
+app = typer.Typer(
+    cls=lazy_group(
+        {name: place for commands in COMMANDS.values() for name, place in commands.items()},
+        {name: panel for panel, commands in COMMANDS.items() for name in commands},
+    ),
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+)
+console = Terminal()
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        console.print(f"hopslam {version('hopslam')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _hopslam(
+    version: Annotated[bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show it.")] = False,
+) -> None:
+    """A robot testbed for line-based SLAM with a cheap 2-D lidar."""
+
+
+def _exit_code() -> int:
+    """Run the command; known errors are one line."""
+    received: list[int] = []
+
+    def interrupt(number: int, _: FrameType | None) -> NoReturn:
+        received.append(number)
+        raise KeyboardInterrupt
+
+    try:
+        with handled(interrupt, set(ENDING_SIGNALS) - {signal.SIGINT}):
+            app()
+    except HopslamError as error:
+        print(f"hopslam: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        return 128 + (received or [signal.SIGINT])[0]
+    except SystemExit as leave:
+        code = int(leave.code or 0)
+        return 128 + received[0] if received and code == 130 else code  # typer makes 130 of every KeyboardInterrupt
+    return 0
+
+
+def main() -> None:
+    """Run the command line.
+
+    Exit codes: 2 bad input, 3 a device or back end, 1 or 141 output that cannot be written, 130 Ctrl-C, and 128 + N for
+    the signal N.
+    """
+    output = LastingOutput()
+    count_suspensions()  # also those before there is a robot
+    raise SystemExit(_exit_code() or output.exit_code())

@@ -1,0 +1,65 @@
+"""``hopslam replay``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from slam.console.completion import complete_scenario
+from slam.console.options import AllowModules, OdomTopic, Out, Rerun, SavedMap, ScanTopic, Settings
+from slam.console.terminal import Terminal
+
+
+def replay(
+    log: Annotated[
+        Path,
+        typer.Argument(
+            help="A CARMEN log or a URG-04LX text log, both maybe gzipped; a bag of ROS 1, the folder of one of ROS 2, "
+            "an MCAP file; or the folder of a run."
+        ),
+    ],
+    scenario: Annotated[
+        str | None,
+        typer.Option(
+            help="Where the settings of the method come from; default: the run's own, or replay.",
+            autocompletion=complete_scenario,
+        ),
+    ] = None,
+    out: Out = None,
+    settings: Settings = None,
+    allow_modules: AllowModules = None,
+    rerun: Rerun = None,
+    saved_map: SavedMap = None,
+    start: Annotated[
+        Literal["search", "saved"], typer.Option(help="Where in that map: to be found, or where the other run ended.")
+    ] = "search",
+    scan_topic: ScanTopic = None,
+    odom_topic: OdomTopic = None,
+) -> None:
+    """Map a recorded log of a robot, or a run once more.
+
+    [bold]Examples[/bold]
+
+    hopslam replay fr079.log.gz
+
+    hopslam replay mines1.dat.gz --out /tmp/mines --set slam.update_distance=0.1
+
+    hopslam replay robot.bag --scan-topic /base_scan --odom-topic /odom
+
+    hopslam replay runs/latest --set slam.deskew=false
+
+    hopslam replay second_half.log --map runs/latest/map.json --start saved
+    """
+    from slam.cli.recorded import recorded_experiment
+    from slam.files.logs import BagTopics
+    from slam.run.run_and_report import run_and_report
+
+    console, topics = Terminal(), BagTopics(scan_topic, odom_topic)
+    experiment = recorded_experiment(log, scenario, settings or [], allow_modules or [], topics, console)
+    if saved_map is not None:
+        from slam.run.localization import continued
+
+        experiment = continued(experiment, saved_map, start)
+    run_and_report(experiment, out, rerun, console)

@@ -1,0 +1,198 @@
+"""``hopslam sweep``: many runs, and what they have in common."""
+
+from __future__ import annotations
+
+import os
+from shlex import quote
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from slam.console.completion import complete_sweep
+from slam.console.options import AllowModules
+from slam.console.terminal import Terminal
+
+if TYPE_CHECKING:
+    from slam.sweep.plan import Plan
+
+console = Terminal()
+
+
+class _SweepGroup(TyperGroup):
+    """``hopslam sweep SCENARIO`` is ``hopslam sweep run SCENARIO``, and ``--ray`` alone is ``--ray local``."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if args and args[0] not in self.commands and args[0] != "--help":
+            args = ["run", *args]
+        return super().parse_args(ctx, list(_with_addresses(args)))
+
+
+def _with_addresses(args: list[str]) -> list[str]:
+    """``--ray`` is followed by an address, or by something else."""
+    whole: list[str] = []
+    for word, after in zip(args, [*args[1:], ""], strict=True):
+        whole.append(word)
+        if word == "--ray" and after not in {"auto", "local"} and ":" not in after:
+            whole.append("local")
+    return whole
+
+
+app = typer.Typer(
+    cls=_SweepGroup,
+    help="Many runs: scenarios and logs, by mode, settings and seed. SCENARIO... without a command: run.",
+    no_args_is_help=True,
+    add_completion=False,
+)
+
+Out = Annotated[str, typer.Argument(metavar="DIR", help="Of a sweep: a path, or a URL.")]
+
+
+@app.command()
+def run(
+    scenarios: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SCENARIO|LOG|SWEEP...",
+            help="Scenarios by name or file, logs; or one sweep file.",
+            autocompletion=complete_sweep,
+        ),
+    ],
+    seeds: Annotated[
+        str | None, typer.Option(metavar="FIRST:END", help="Seeds, END not among them; default 0:1.")
+    ] = None,
+    mode: Annotated[
+        str | None, typer.Option(metavar="A,B", help="Of hopslam, paper, dead_reckoning; default: the scenario's.")
+    ] = None,
+    grid: Annotated[
+        list[str] | None, typer.Option(metavar="KEY=A,B", help="A setting and its values; may be given again.")
+    ] = None,
+    sample: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KEY=KIND(..)",
+            help="A setting that is drawn for each seed: uniform, loguniform, normal, integer, choice.",
+        ),
+    ] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="A setting of all runs; may be given again.")
+    ] = None,
+    allow_modules: AllowModules = None,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Runs at a time; default: one for each processor.")
+    ] = None,
+    ray: Annotated[
+        str | None, typer.Option(metavar="[ADDRESS]", help="On a Ray cluster: auto, or host:port; alone: a local one.")
+    ] = None,
+    out: Annotated[
+        str | None, typer.Option(metavar="DIR", help="Of the results, a path or a URL; default sweeps/<name>.")
+    ] = None,
+    retry: Annotated[int, typer.Option(min=0, metavar="N", help="Try a run that failed so often again.")] = 2,
+    pictures: Annotated[bool, typer.Option("--pictures", help="Draw map and errors of every run.")] = False,
+    plan: Annotated[bool, typer.Option("--plan", help="Only show what would run, and how long it takes.")] = False,
+) -> None:
+    """Run what has no result yet. Started again, it goes on where it was stopped, and tries again what failed.
+
+    Results: results.parquet in DIR, one row a run, and the ordinary folder of each in DIR/runs. See docs/sweeps.md.
+
+    [bold]Examples[/bold]
+
+    hopslam sweep corridor office_loop --seeds 0:100 --mode hopslam,paper,dead_reckoning
+
+    hopslam sweep corridor --seeds 0:20 --grid slam.matching.floor=0.005,0.01,0.02 --jobs 4 --plan
+
+    hopslam sweep random_office --seeds 0:500 --sample 'robot.odometry.travel_noise=loguniform(1e-3,1e-2)'
+
+    hopslam sweep paper_vs_ours --out /tmp/paper_vs_ours
+
+    hopslam sweep paper_vs_ours --ray auto --out s3://bucket/paper_vs_ours
+    """
+    from slam.sweep.options import make_plan, parse_grid, parse_sample
+    from slam.sweep.sweep import SweepOptions, run_sweep
+
+    changes = {
+        "seeds": seeds,
+        "modes": mode and [word.strip() for word in mode.split(",")],
+        "grid": grid and dict(map(parse_grid, grid)),
+        "sample": sample and dict(map(parse_sample, sample)),
+        "settings": settings and _settings(settings),
+    }
+    planned = make_plan(scenarios, {key: value for key, value in changes.items() if value}, allow_modules or [])
+    address = out or f"sweeps/{planned.config.name}"
+    means = SweepOptions(jobs or len(os.sched_getaffinity(0)), ray, retry, pictures)
+    if plan:
+        _show_plan(planned, address, means.jobs)
+        return
+    outcome = run_sweep(planned, address, means, console)
+    console.print(
+        f"{outcome.done} runs done, {outcome.failed} of them failed; {outcome.before} were there already\n"
+        f"results in {address}; look at them: hopslam sweep report {quote(address)}",
+    )
+    if outcome.interrupted:
+        console.print("interrupted; the same command goes on with what is missing")
+        raise typer.Exit(130)
+
+
+@app.command()
+def report(
+    out: Out,
+    metric: Annotated[
+        str | None, typer.Option(metavar="COLUMN", help="Of results.parquet; default ate_rmse_m.")
+    ] = None,
+) -> None:
+    """Tables, comparisons and pictures of a sweep, as report.html and PNG in DIR/report.
+
+    Median, 5 to 95 % and worst of each setting; differences seed by seed with bootstrap intervals; the worst runs, and
+    the command that repeats each.
+
+    [bold]Examples[/bold]
+
+    hopslam sweep report sweeps/paper_vs_ours
+
+    hopslam sweep report sweeps/paper_vs_ours --metric heading_rmse_deg
+    """
+    from slam.sweep.report import write_report
+
+    made = write_report(out, metric)
+    for table in made.tables:
+        console.print(table.for_terminal())
+    for run in [*made.worst[:3], *made.failed[:3]]:
+        console.print(f"{run.case}: {run.reason} ({run.id})\n  {run.command}")
+    console.print(f"report in {made.page}")
+
+
+@app.command()
+def repeat(
+    out: Out,
+    run_id: Annotated[str, typer.Argument(metavar="ID", help="Of a row; its first digits will do.")],
+    pictures: Annotated[bool, typer.Option("--pictures", help="Draw map and errors.")] = False,
+    allow_modules: AllowModules = None,
+) -> None:
+    """Run one row of a sweep again, and compare all its metrics bit for bit; exit code 1 where one differs.
+
+    [bold]Examples[/bold]
+
+    hopslam sweep repeat sweeps/paper_vs_ours 3f2a --pictures
+    """
+    from slam.sweep.repeat import repeated
+
+    again = repeated(out, run_id, pictures, allow_modules or [])
+    console.print(f"{again.command}\nresults in {again.folder}")
+    if again.differences:
+        console.print(f"differs in {', '.join(again.differences)}")
+        raise typer.Exit(1)
+    console.print(f"all {again.compared} columns are the same, bit for bit")
+
+
+def _settings(texts: list[str]) -> dict[str, Any]:
+    from slam.scenario.settings import parse_setting
+
+    return {".".join(map(str, key)): value for key, value in map(parse_setting, texts)}
+
+
+def _show_plan(plan: Plan, out: str, jobs: int) -> None:
+    from slam.sweep.plan_table import plan_table
+
+    with console.waiting("timing one run of each kind"):
+        table = plan_table(plan, out, jobs)
+    console.print(table.for_terminal())

@@ -1,0 +1,43 @@
+"""``hopslam view``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from slam.console.terminal import Terminal
+
+
+def view(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="The folder of a run.")] = Path("runs/latest"),
+    rerun: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="WHERE",
+            help="In FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again. Default: spawn.",
+        ),
+    ] = None,
+) -> None:
+    """Open a finished run in the rerun viewer, as it happened.
+
+    Its recording run.rrd is shown; a run that was made without --rerun gets one from what its folder holds.
+
+    [bold]Examples[/bold]
+
+    hopslam view
+
+    hopslam view runs/latest --rerun serve
+
+    hopslam view /tmp/paper --rerun paper.rrd
+    """
+    from slam.run.viewer.recording import recording_of
+    from slam.run.viewer.viewers import Viewers
+
+    console = Terminal()
+    with Viewers(rerun or ["spawn"], console) as viewers:
+        with console.progress(transient=True) as bar:
+            recording = recording_of(run, lambda scans, total: bar.track(scans, total, description="making run.rrd"))
+        viewers.open_file(recording)
+        viewers.linger()

@@ -1,0 +1,1 @@
+"""Terminal, tables, signals and shared options of the command line."""

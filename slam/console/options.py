@@ -1,0 +1,43 @@
+"""Options that several commands have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from slam.console.completion import complete_scenario
+
+ScenarioName = Annotated[
+    str,
+    typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.", autocompletion=complete_scenario),
+]
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
+]
+AllowModules = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--allow-module",
+        metavar="NAME",
+        help="Files may run code of this Python module: see docs/extend.md; may be given again.",
+    ),
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(metavar="DIR", help="Folder for the results; default runs/<name>-<time>, and runs/latest."),
+]
+Rerun = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="WHERE", help="Show it: in FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again."
+    ),
+]
+ScanTopic = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Of a bag: the topic of the scans, where there are several.")
+]
+OdomTopic = Annotated[str | None, typer.Option(metavar="NAME", help="Of a bag: the topic of the odometry, likewise.")]
+SavedMap = Annotated[
+    Path | None, typer.Option("--map", metavar="FILE", help="Go on mapping in this map.json of another run.")
+]

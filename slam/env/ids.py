@@ -1,0 +1,44 @@
+"""The ids under which gymnasium knows the environments."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+from typing import Final
+
+import gymnasium
+
+from slam.errors import InputError
+
+_NAMESPACE: Final = "hopslam"
+_ENTRY_POINT: Final = "slam.env.p3dx_env:P3DXEnv"
+ENV_IDS: Final[dict[str, str | None]] = {
+    "hopslam/P3DX-v0": None,
+    "hopslam/ClutteredRoom-v0": "cluttered_room",
+    "hopslam/Corridor-v0": "corridor",
+    "hopslam/CrowdedCorridor-v0": "crowded_corridor",
+    "hopslam/FeaturelessCorridor-v0": "featureless_corridor",
+    "hopslam/OfficeLoop-v0": "office_loop",
+    "hopslam/PaperCorridor-v0": "paper_corridor",
+    "hopslam/PaperSimulation-v0": "paper_simulation",
+    "hopslam/RandomOffice-v0": "random_office",
+    "hopslam/UmbmarkRoom-v0": "umbmark_room",
+}
+"""Every id with the scenario it stands for; None where that is the argument ``scenario``."""
+
+
+def register_ids() -> None:
+    """Register every id with gymnasium, once. ``import sim`` does it, and so ``gymnasium.make("sim:hopslam/...")``."""
+    for env_id, scenario in ENV_IDS.items():
+        if env_id not in gymnasium.registry:
+            kwargs = {} if scenario is None else {"scenario": scenario}
+            gymnasium.register(id=env_id, entry_point=_ENTRY_POINT, kwargs=kwargs)
+
+
+def find_env_id(name: str) -> str:
+    """The whole id of this name, given with or without ``hopslam/``; InputError names what was perhaps meant."""
+    whole = name if name in ENV_IDS else f"{_NAMESPACE}/{name}"
+    if whole in ENV_IDS:
+        return whole
+    close = get_close_matches(whole, ENV_IDS, n=1)
+    hint = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(ENV_IDS)}"
+    raise InputError(f"no environment {name!r}; {hint}")

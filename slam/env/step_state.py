@@ -1,0 +1,65 @@
+"""What there is to know after one scan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import nan
+from typing import Literal
+
+from slam.errors import RobotError
+from slam.line_slam import Estimate
+from slam.pose import Pose2D
+from slam.robot import Observation
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepState:
+    """All that views, rewards and ends are made from."""
+
+    observation: Observation
+    T_map_base: Pose2D
+    """The true pose; the estimate where the robot does not know the truth."""
+    T_map_laser: Pose2D
+    """The pose of the sensor, from the same source."""
+    goal: Pose2D | None
+    """The next way-point; None when all are passed."""
+    arrived: bool
+    """Whether the last way-point was reached."""
+    left: float
+    """Metres of the route that are left."""
+    estimate: Estimate | None
+    """Of the method; None where it does not run."""
+
+    @property
+    def truth(self) -> Pose2D | None:
+        """The true pose; None where the robot does not know it."""
+        return self.observation.T_map_base
+
+    @property
+    def source(self) -> Literal["truth", "estimate"]:
+        """Where the pose comes from."""
+        return "estimate" if self.truth is None else "truth"
+
+    @property
+    def belief(self) -> Pose2D:
+        """Where the method believes the robot is, map frame."""
+        if self.estimate is None:
+            raise RobotError("this environment runs no SLAM: ask for slam_pose or map in observe, or lost in end_on")
+        return self.estimate.T_map_base
+
+    @property
+    def lost(self) -> bool:
+        """Whether the method says itself that it is lost."""
+        return self.estimate is not None and self.estimate.lost
+
+    @property
+    def slam_error(self) -> float:
+        """Metres from the true to the estimated pose; nan without the truth, 0 where the method does not run."""
+        if self.estimate is None:
+            return 0.0
+        return nan if self.truth is None else self.truth.distance(self.estimate.T_map_base)
+
+    @property
+    def collided(self) -> bool:
+        """Whether the robot touched anything but the floor, or says that something holds its wheels."""
+        return self.observation.collided or self.observation.stalled

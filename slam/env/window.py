@@ -1,0 +1,63 @@
+"""``render_mode="human"``: an environment in the window of the rerun viewer."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+
+import numpy as np
+
+from slam.console.terminal import Terminal
+from slam.env.episode import Episode
+from slam.line_slam import Estimate
+from slam.odometry import Twist2D
+from slam.run.step import Step
+from slam.run.viewer.address import listens
+from slam.run.viewer.programs import data_address, has_display
+from slam.run.viewer.run_viewer import RunViewer
+from slam.run.viewer.scene import Scene
+from slam.run.viewer.targets import GRPC_PORT
+from slam.run.viewer.viewers import Viewers
+
+
+class Window:
+    """Shows what ``hopslam run --rerun spawn`` shows, one recording for each episode.
+
+    Nothing waits for the viewer. Where there is no screen, that is said once, and nothing is shown.
+    """
+
+    def __init__(self) -> None:
+        self._console = Terminal(stderr=True)
+        self._there = has_display() or listens(data_address(GRPC_PORT))
+        if not self._there:
+            self._console.print('render_mode="human": no screen here, nothing is shown; choose "rgb_array"')
+        self._episode = ExitStack()
+        self._viewer: RunViewer | None = None
+
+    def begin(self, episode: Episode) -> None:
+        """Begin the recording of an episode, with its first moment."""
+        self.close()
+        setting = _setting(episode)
+        broadcast = Viewers("spawn", self._console).open(setting) if self._there else None
+        if broadcast is not None:
+            self._viewer = RunViewer(self._episode.enter_context(broadcast), setting)
+            self.show(episode, Twist2D())
+
+    def show(self, episode: Episode, applied: Twist2D) -> None:
+        """Show the moment that the episode is at."""
+        moment = episode.moment
+        if self._viewer is not None:
+            estimate = moment.estimate or Estimate(moment.observation.scan.stamp, moment.T_map_base)
+            self._viewer.see(Step(episode.turns - 1, moment.observation, estimate, applied, 0.0))
+
+    def close(self) -> None:
+        """End the recording; the window stays."""
+        self._viewer = None
+        self._episode.close()
+
+
+def _setting(episode: Episode) -> Scene:
+    scenario = episode.scenario
+    outlines = tuple(scenario.world.outlines(scenario.lidar.height))
+    waypoints = scenario.route.waypoints
+    route = np.array([(episode.start.x, episode.start.y), *waypoints]) if waypoints else None
+    return Scene(scenario.lidar.mount.pose, episode.start, episode.slam, scenario.slam.deskew, outlines, route)

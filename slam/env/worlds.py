@@ -1,0 +1,51 @@
+"""The scenarios of the episodes of an environment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from slam.env.reset_options import ResetOptions
+from slam.errors import ScenarioError
+from slam.scenario.file import load_template
+from slam.scenario.schema import Scenario
+from slam.scenario.template import ScenarioTemplate
+from slam.scenario.texts import texts
+
+
+class Worlds:
+    """Draws scenarios from a file, given by name or path with settings on top; a scenario as a value stays as it is."""
+
+    def __init__(
+        self,
+        scenario: str | Path | Scenario,
+        settings: str | Sequence[str] = (),
+        allow_modules: str | Sequence[str] = (),
+    ) -> None:
+        self._given, self._settings, self._allow_modules = scenario, texts(settings), texts(allow_modules)
+        self._template: ScenarioTemplate | None = None
+        if isinstance(scenario, Scenario) and not self._settings:
+            self.first = scenario
+            """The scenario of the file's own seed."""
+        else:
+            self._template = self._load()
+            self.first = self._template.draw()
+
+    def draw(self, seed: int | None, options: ResetOptions) -> Scenario:
+        """The scenario of the episode of this seed, or of the file's own; ``first`` itself where it is that one."""
+        if options.settings:
+            scenario = self._load(options.settings).draw(seed)
+        elif self._template is None or not self._template.random:
+            scenario = self.first
+        else:
+            scenario = self._template.draw(seed)
+        return options.applied(scenario)
+
+    def _load(self, more: tuple[str, ...] = ()) -> ScenarioTemplate:
+        """The file, with more settings on top; ScenarioError for a value, which takes none."""
+        settings = self._settings + more
+        if isinstance(self._given, Scenario):
+            raise ScenarioError(
+                f"settings={list(settings)}: the scenario is a value here; change it, or give its name or file instead"
+            )
+        return load_template(self._given, settings, self._allow_modules)

@@ -1,0 +1,137 @@
+"""CARMEN logs: text, one message a line, the laser messages carrying the wheel odometry too.
+
+The messages are those of http://carmen.sourceforge.net/logger_playback.html and of CARMEN's own reader, readlog.c.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Final
+
+import numpy as np
+
+from slam.files.fields import BadLine
+from slam.files.logs.carmen_message import PARSERS, Fan, Message, parse
+from slam.files.logs.carmen_params import param, params_of, twists
+from slam.files.logs.log import Log, relative_poses, scan_time
+from slam.files.logs.stamps import in_order
+from slam.files.read_statistics import ReadStatistics
+from slam.pose import FloatArray, Pose2D, wrap_angle
+from slam.scan import Lidar
+
+_TYPES: Final = frozenset(
+    b"FLASER RLASER LASER3 LASER4 ROBOTLASER1 ROBOTLASER2 RAWLASER1 RAWLASER2 RAWLASER3 RAWLASER4"
+    b" ODOM TRUEPOS PARAM SYNC".split()
+)
+_OLD_RANGE_MAX: Final = 80.0
+"""Metres: what readlog.c takes for the reach of an old message."""
+_SICK_CODES: Final = ((81.83, 81.92), (8.183, 8.192))
+"""A SICK's readings are 13 bits of centimetres or millimetres, those from 8183 on error codes."""
+_RIGID: Final = (0.02, 0.02, 0.01)
+"""A mount does not move by more than this: x and y in metres, theta in radians."""
+
+
+def recognises(line: bytes) -> bool:
+    """Whether this is a message of a CARMEN log."""
+    words = line.split(maxsplit=1)
+    return bool(words) and words[0] in _TYPES
+
+
+def read(lines: Iterable[tuple[int, bytes]], tally: ReadStatistics) -> Log:
+    """The log in these numbered lines; LogError when there is not one scan."""
+    values: dict[str, float] = {}
+    messages = in_order(_of_one_fan(list(_messages(lines, tally, values)), tally), tally)
+    if not messages:
+        raise tally.no_scans("FLASER or ROBOTLASER1 messages")
+    fan = messages[0].fan
+    stamps = np.array([message.stamp for message in messages])
+    ranges = np.stack([message.ranges for message in messages])
+    robot = np.array([message.T_odom_base for message in messages])
+    laser = np.array([message.T_odom_laser for message in messages])
+    range_max = _reach(fan, ranges)
+    params = params_of(values)
+    ranges[ranges == 0.0] = np.inf if params is None else np.nan
+    ranges[ranges >= range_max] = np.inf
+    return Log(
+        lidar=Lidar(
+            fan.angle_min,
+            fan.angle_increment,
+            fan.beams,
+            params.range_min if params else 0.0,
+            range_max,
+            scan_time(stamps),
+        ),
+        T_base_laser=_mount(robot, laser, tally),
+        stamps=stamps,
+        ranges=ranges,
+        T_odom_base=relative_poses(robot[0], robot),
+        time_increment=params.time_increment if params else 0.0,
+        skipped=tally.skipped,
+        ignored=tally.ignored,
+        report=tally.report(len(messages)),
+        twists=twists(messages) if params else None,
+        start=params.start if params else Pose2D(),
+    )
+
+
+def _messages(lines: Iterable[tuple[int, bytes]], tally: ReadStatistics, values: dict[str, float]) -> Iterator[Message]:
+    """The laser messages; this project's parameters go to ``values``; others are counted, garbled lines skipped."""
+    for number, line in lines:
+        words = line.split()
+        if not words or words[0].startswith(b"#"):
+            continue
+        if words[0] in PARSERS:
+            try:
+                yield parse(words, number)
+            except BadLine as fault:
+                tally.skip(str(fault), number)
+        elif words[0] == b"PARAM" and (named := param(words)):
+            values.setdefault(*named)
+        else:
+            _pass_by(words[0], number, tally)
+
+
+def _pass_by(name: bytes, line: int, tally: ReadStatistics) -> None:
+    if name in _TYPES:
+        tally.ignored[name.decode()] += 1
+    elif name.isupper() and name.replace(b"_", b"").isalnum():
+        tally.ignored["other"] += 1
+    else:
+        tally.skip("not a message", line)
+
+
+def _of_one_fan(messages: Sequence[Message], tally: ReadStatistics) -> list[Message]:
+    """The messages of the most frequent fan; the others are skipped."""
+    usual: Fan | None = next((fan for fan, _ in Counter(m.fan for m in messages).most_common(1)), None)
+    for message in messages:
+        if message.fan != usual:
+            tally.skip("changed fan", message.line)
+    return [message for message in messages if message.fan == usual]
+
+
+def _reach(fan: Fan, ranges: FloatArray) -> float:
+    """The range, metres, from which a reading means that nothing came back.
+
+    An old message does not say. Then it is the largest reading that the log holds twice, and 80 m at the most.
+    """
+    reach = fan.range_max
+    if not np.isfinite(reach):
+        readings, counts = np.unique(ranges, return_counts=True)
+        reach = min(_OLD_RANGE_MAX, float(np.max(readings[counts > 1], initial=0.0)) or _OLD_RANGE_MAX)
+    return next((first for first, end in _SICK_CODES if first <= reach < end), reach)
+
+
+def _mount(robot: FloatArray, laser: FloatArray, tally: ReadStatistics) -> Pose2D:
+    """``T_base_laser``: the median of how the laser poses lie to the robot poses.
+
+    Where that is no fixed mount, the laser poses are a mapper's corrections; then none is known, and it is identity.
+    """
+    offsets = relative_poses(robot, laser)
+    offsets[:, 2] = np.unwrap(offsets[:, 2])
+    mount = np.median(offsets, axis=0)
+    if (np.median(np.abs(offsets - mount), axis=0) > _RIGID).any():
+        tally.notes.append("the laser poses are not fixed to the robot's, so the laser is taken to sit on its centre")
+        return Pose2D()
+    x, y, theta = mount.tolist()
+    return Pose2D(x, y, wrap_angle(theta))

@@ -1,0 +1,93 @@
+"""One laser message of a CARMEN log: its words to numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import inf, pi
+from typing import Final, NamedTuple
+
+from slam.files.fields import BadLine, bounded, count, distances, stamp
+from slam.pose import FloatArray
+
+
+class Fan(NamedTuple):
+    """What a message says of its lidar; radians and metres, ``range_max`` inf when it does not say."""
+
+    angle_min: float
+    angle_increment: float
+    beams: int
+    range_max: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Message:
+    """One scan. Poses are x, y, theta in metres and radians, in the frame of the odometry."""
+
+    line: int
+    fan: Fan
+    ranges: FloatArray
+    T_odom_laser: tuple[float, float, float]
+    T_odom_base: tuple[float, float, float]
+    stamp: float
+    twist: Sequence[bytes] = ()
+    """Two words: linear and angular velocity, m/s and rad/s, as the message has them; none in an old one."""
+
+
+def parse(words: Sequence[bytes], line: int) -> Message:
+    """The message in the words of that line; BadLine when it is garbled."""
+    return PARSERS[words[0]](words, line)
+
+
+def _flaser(words: Sequence[bytes], line: int) -> Message:
+    """``FLASER n ranges[n] laser x y theta, robot x y theta, ipc_timestamp host logger_timestamp``."""
+    end = 2 + count(words, 1)
+    _check_length(words, end + 9)
+    return _message(line, _sick_fan(end - 2), words[2:end], words[end : end + 6], words[end + 6])
+
+
+def _robotlaser1(words: Sequence[bytes], line: int) -> Message:
+    """``ROBOTLASER1 type start fov resolution max_range accuracy remission_mode n ranges[n] m remissions[m]``, then
+    laser pose, robot pose, tv, rv, forward_safety, side_safety, turn_axis, ipc_timestamp, host, logger_timestamp."""
+    end = 9 + count(words, 8)
+    tail = end + 1 + count(words, end)
+    _check_length(words, tail + 14)
+    angle_min, _, angle_increment, range_max = bounded(words[2:6])
+    fan = Fan(angle_min, angle_increment, end - 9, range_max)
+    scan = _message(line, fan, words[9:end], words[tail : tail + 6], words[tail + 11])
+    return replace(scan, twist=words[tail + 6 : tail + 8])
+
+
+PARSERS: Final[dict[bytes, Callable[[Sequence[bytes], int], Message]]] = {
+    b"FLASER": _flaser,
+    b"ROBOTLASER1": _robotlaser1,
+}
+
+
+def _check_length(words: Sequence[bytes], length: int) -> None:
+    """The last word, the time of the logger, may be missing: it is not used, and old logs have none."""
+    if len(words) < length - 1:
+        raise BadLine("truncated")
+    if len(words) > length:
+        raise BadLine("too long")
+
+
+def _message(line: int, fan: Fan, ranges: Sequence[bytes], poses: Sequence[bytes], time: bytes) -> Message:
+    _check_fan(fan)
+    laser_x, laser_y, laser_theta, x, y, theta = bounded(poses)
+    return Message(line, fan, distances(ranges), (laser_x, laser_y, laser_theta), (x, y, theta), stamp(time))
+
+
+def _check_fan(fan: Fan) -> None:
+    turn = (fan.beams - 1) * fan.angle_increment
+    if fan.beams < 1 or fan.range_max <= 0.0 or fan.angle_increment <= 0.0 or turn > 2.0 * pi + 1e-6:
+        raise BadLine("impossible value")
+
+
+def _sick_fan(beams: int) -> Fan:
+    """The fan of an old message, which gives the number of beams only: 180 degrees, as in readlog.c.
+
+    With 180 or 360 beams the last of a SICK's 181 or 361 is left out.
+    """
+    steps = beams if beams in (180, 360) else max(beams - 1, 1)
+    return Fan(-pi / 2.0, pi / steps, beams, inf)

@@ -1,0 +1,156 @@
+"""A map on the disk: ``map.json``, a text of plain numbers that come back to the last bit.
+
+JSON, because every language reads it, an eye can, and nothing in it can be run; a line for each surfel, so that two
+maps can be compared line by line.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from slam.config import SlamConfig, SurfelMapConfig
+from slam.errors import InputError
+from slam.files.maps.schema import VERSION, MapDocument, SavedGrid
+from slam.files.whole_files import write_whole
+from slam.mapping.directions import Directions
+from slam.mapping.drift import Drift
+from slam.mapping.surfel_map import SurfelMap
+from slam.mapping.surfel_updates import HITS, Grid
+from slam.matching.surfel_memory import SurfelMemory
+from slam.pose import FloatArray, Pose2D
+from slam.saved_slam import SavedSlam
+from slam.scenario.validation_message import message_of
+
+COLUMNS = 7  # of a surfel, without the link to the next
+
+
+def write_map(path: Path, saved: SavedSlam) -> None:
+    """Write the file at once or not at all."""
+    memory, directions = saved.memory, saved.memory.directions
+    robot = {
+        "T_map_base": _row(saved.T_map_base),
+        "T_odom_base": _row(saved.T_odom_base),
+        "T_map_mapped": _row(saved.T_map_mapped),
+        "T_map_matched": _row(memory.T_map_base),
+        "T_map_added": _row(memory.T_map_added),
+        "covariance": memory.covariance.tolist(),
+        "growth": memory.growth,
+        "misfits": memory.misfits,
+        "tile": memory.drift.here,
+    }
+    tiles = [
+        {"tile": tile, "entered": _row(pose), "covariance": covariance.tolist()}
+        for tile, (pose, covariance) in memory.drift.tiles.items()
+    ]
+    parts = {
+        "format": json.dumps("hopslam map"),
+        "version": str(VERSION),
+        "robot": json.dumps(robot),
+        "tiles": _lines(tiles),
+        "directions": json.dumps({"total": directions.total, "clusters": directions.clusters.tolist()}),
+        "grid": _grid_text(memory.map.grid),
+    }
+    write_whole(path, "{\n" + ",\n".join(f'"{key}": {text}' for key, text in parts.items()) + "\n}\n")
+
+
+def read_map(path: Path, config: SlamConfig) -> SavedSlam:
+    """The map, to be used with these settings. InputError names the file, the key and what is wrong."""
+    if not isinstance(config.map, SurfelMapConfig):
+        raise InputError(
+            f"{path}: a saved map needs slam.mode=hopslam; these settings have slam.map.method=points; "
+            "take those of another scenario, for a log with --scenario replay"
+        )
+    if config.matching.method != "least_squares":
+        raise InputError(f"{path}: a saved map is matched by least_squares; leave slam.matching.method out")
+    document = _parse(path)
+    if document.grid.cell != config.map.cell:
+        cells = f"has cells of {document.grid.cell:g} m, the settings {config.map.cell:g} m"
+        raise InputError(f"{path}: grid.cell: the map {cells}; add --set slam.map.cell={document.grid.cell:g}")
+    robot = document.robot
+    tiles = {saved.tile: (Pose2D(*saved.entered), np.array(saved.covariance)) for saved in document.tiles}
+    memory = SurfelMemory(
+        SurfelMap(config.map, _grid(document.grid)),
+        Drift(tiles, robot.tile),
+        _pose(robot.T_map_matched),
+        _pose(robot.T_map_added),
+        np.array(robot.covariance),
+        robot.growth,
+        robot.misfits,
+        Directions(np.array(document.directions.clusters).reshape(-1, 3), document.directions.total),
+    )
+    return SavedSlam(memory, Pose2D(*robot.T_map_base), _pose(robot.T_odom_base), _pose(robot.T_map_mapped))
+
+
+def _parse(path: Path) -> MapDocument:
+    try:
+        return MapDocument.model_validate_json(path.read_bytes())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}; give the map.json of a run folder") from error
+    except ValidationError as errors:
+        raise InputError(f"{path}: {_validation_message(errors)}") from errors
+
+
+def _validation_message(errors: ValidationError) -> str:
+    """The first key that is wrong, another version before all else."""
+    error = min(errors.errors(), key=lambda error: error["loc"] != ("version",))
+    if error["loc"] == ("version",) and error["type"] != "missing":
+        return f"version: this hopslam reads version {VERSION}, and not {error['input']!r}; map again, or update"
+    location, reason = message_of(error, MapDocument)
+    key = ".".join(map(str, location)) or "the whole"
+    return f"{key}: {reason}; a map is written by hopslam run and replay as map.json"
+
+
+def _grid_text(grid: Grid) -> str:
+    used = int(grid.used[0])
+    rows, columns = np.nonzero(grid.head >= 0)
+    cells = np.column_stack([rows + grid.corner[0], columns + grid.corner[1], grid.head[rows, columns]]).tolist()
+    surfels = [
+        [*surfel, following]
+        for surfel, following in zip(grid.surfels[:used].tolist(), grid.next[:used].tolist(), strict=True)
+    ]
+    parts: dict[str, str] = {
+        "cell": json.dumps(grid.cell),
+        "corner": json.dumps(grid.corner.tolist()),
+        "shape": json.dumps(grid.head.shape),
+        "free": json.dumps(int(grid.used[1])),
+        "cells": _lines(cells),
+        "surfels": _lines(surfels),
+    }
+    return "{\n" + ",\n".join(f'"{key}": {text}' for key, text in parts.items()) + "\n}"
+
+
+def _lines(items: list[Any]) -> str:
+    """A list with a line for each item."""
+    return "[\n" + ",\n".join(map(json.dumps, items)) + "\n]"
+
+
+def _grid(saved: SavedGrid) -> Grid:
+    """The grid, with room for nothing more yet: it grows when something comes."""
+    count = len(saved.surfels)
+    table = np.array(saved.surfels, np.float64).reshape(count, COLUMNS + 1)
+    head = np.full(saved.shape, -1, np.int32)
+    corner = np.array(saved.corner, np.int64)
+    cells = np.array(saved.cells, np.int64).reshape(-1, 3)
+    head[cells[:, 0] - corner[0], cells[:, 1] - corner[1]] = cells[:, 2]
+    surfels: FloatArray = np.ascontiguousarray(table[:, :COLUMNS])
+    return Grid(
+        head=head,
+        next=table[:, COLUMNS].astype(np.int32),
+        surfels=surfels,
+        corner=corner,
+        cell=saved.cell,
+        used=np.array([count, saved.free, int((surfels[:, HITS] > 0.0).sum())]),
+    )
+
+
+def _row(pose: Pose2D | None) -> tuple[float, float, float] | None:
+    return None if pose is None else (pose.x, pose.y, pose.theta)
+
+
+def _pose(row: tuple[float, float, float] | None) -> Pose2D | None:
+    return None if row is None else Pose2D(*row)

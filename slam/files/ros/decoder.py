@@ -1,0 +1,150 @@
+"""Messages of ROS 1 and ROS 2 as this project's values; BadLine for bytes that are no such message."""
+
+from __future__ import annotations
+
+import struct
+from math import atan2, pi
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from rosbags.serde import SerdeError
+
+from slam.files.fields import LARGEST, BadLine
+from slam.files.ros.raw_message import RawMessage
+from slam.files.ros.typestores import ros1_types, ros2_types
+from slam.odometry import Odometry, Twist2D
+from slam.pose import FloatArray, Pose2D, wrap_angle
+from slam.scan import LaserScan
+
+_GARBLED: Final = (SerdeError, struct.error, ValueError, LookupError, AssertionError, OverflowError, MemoryError)
+_SINGLE: Final = 1.5e-7
+"""Single precision, relative."""
+_FAR: Final = 16.0
+"""Metres, from which single precision is coarser than a micrometre."""
+_LEVEL: Final = 0.98
+"""Cosine of the tilt up to which a frame counts as level."""
+
+
+class Transform(NamedTuple):
+    """One of ``tf2_msgs/TFMessage``, seen from above."""
+
+    stamp: float
+    frame: str
+    child: str
+    pose: Pose2D
+    """Of the child in the frame."""
+    level: bool
+    """Whether the z axes agree."""
+
+
+class StampedPose(NamedTuple):
+    """``geometry_msgs/PoseStamped``, seen from above."""
+
+    stamp: float
+    frame: str
+    pose: Pose2D
+
+
+class StampedOdometry(NamedTuple):
+    """``nav_msgs/Odometry``, seen from above."""
+
+    odometry: Odometry
+    child: str
+    """The frame of the base."""
+
+
+def decode(raw: RawMessage) -> Any:
+    """The message as rosbags reads it."""
+    if raw.encoding not in ("cdr", "ros1"):
+        raise BadLine(f"encoded as {raw.encoding or 'unknown'}")
+    try:
+        if raw.encoding == "ros1":
+            return ros1_types().deserialize_ros1(raw.data, raw.type)
+        return ros2_types().deserialize_cdr(raw.data, raw.type)
+    except _GARBLED:
+        raise BadLine("truncated") from None
+
+
+def metres(ranges: Any) -> FloatArray:
+    """Ranges in single precision as the decimals they stand for: of a lidar that reports whole micrometres or
+    millimetres, the very numbers."""
+    exact: FloatArray = ranges.astype(np.float64)
+    rounded: FloatArray = np.where(np.abs(exact) < _FAR, np.round(exact, 6), np.round(exact, 4))
+    return rounded
+
+
+def bearings(angle_min: float, angle_increment: float) -> tuple[float, float]:
+    """First bearing and step, given in single precision, as what they stand for: a lidar divides the turn into a whole
+    number of steps, and begins at a whole number of half ones. Where that does not fit, they are left as they are."""
+    step = 2.0 * pi / max(round(2.0 * pi / angle_increment), 1) if angle_increment > 0.0 else 0.0
+    first = round(2.0 * angle_min / step) * step / 2.0 if step else 0.0
+    fits = abs(step - angle_increment) <= _SINGLE * step and abs(first - angle_min) <= _SINGLE * abs(angle_min)
+    return (first, step) if fits else (angle_min, angle_increment)
+
+
+def decimal(value: float) -> float:
+    """The short decimal that a number in single precision stands for."""
+    return float(str(np.float32(value)))
+
+
+def decode_scan(raw: RawMessage) -> LaserScan:
+    """A ``sensor_msgs/LaserScan``."""
+    message = decode(raw)
+    angle_min, angle_increment = bearings(message.angle_min, message.angle_increment)
+    return LaserScan(
+        stamp=seconds(message.header),
+        angle_min=angle_min,
+        angle_increment=angle_increment,
+        range_min=decimal(message.range_min),
+        range_max=decimal(message.range_max),
+        ranges=metres(message.ranges),
+        time_increment=decimal(message.time_increment),
+        scan_time=decimal(message.scan_time),
+    )
+
+
+def decode_odometry(raw: RawMessage) -> StampedOdometry:
+    """A ``nav_msgs/Odometry``."""
+    message = decode(raw)
+    pose, twist = message.pose.pose, message.twist.twist
+    moving = Twist2D(twist.linear.x, twist.angular.z)
+    odometry = Odometry(seconds(message.header), _planar(pose.position, pose.orientation), moving)
+    return StampedOdometry(odometry, frame_name(message.child_frame_id))
+
+
+def decode_pose(raw: RawMessage) -> StampedPose:
+    """A ``geometry_msgs/PoseStamped``."""
+    message = decode(raw)
+    pose = _planar(message.pose.position, message.pose.orientation)
+    return StampedPose(seconds(message.header), frame_name(message.header.frame_id), pose)
+
+
+def decode_transforms(raw: RawMessage) -> list[Transform]:
+    """Those of a ``tf2_msgs/TFMessage``."""
+    return [_transform(placed) for placed in decode(raw).transforms]
+
+
+def seconds(header: Any) -> float:
+    """The stamp of a message."""
+    return round(float(header.stamp.sec) + 1e-9 * float(header.stamp.nanosec), 9)
+
+
+def frame_name(name: str) -> str:
+    """Without the slash that some of ROS 1 put before it."""
+    return name.lstrip("/")
+
+
+def _transform(placed: Any) -> Transform:
+    q = placed.transform.rotation
+    frame, child = frame_name(placed.header.frame_id), frame_name(placed.child_frame_id)
+    level = 1.0 - 2.0 * (q.x * q.x + q.y * q.y) > _LEVEL
+    return Transform(seconds(placed.header), frame, child, _planar(placed.transform.translation, q), level)
+
+
+def _planar(point: Any, q: Any) -> Pose2D:
+    """Heading: where the x axis points, seen from above; of a level pose, to the last bit."""
+    if not all(abs(value) <= LARGEST for value in (point.x, point.y, q.x, q.y, q.z, q.w)):
+        raise BadLine("impossible value")
+    if q.x == q.y == 0.0:
+        return Pose2D(point.x, point.y, wrap_angle(2.0 * atan2(q.z, q.w)))
+    return Pose2D(point.x, point.y, atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z)))

@@ -1,0 +1,84 @@
+"""This project's values as ROS 2 messages, in CDR: https://docs.ros.org/en/humble/p/sensor_msgs, nav_msgs, tf2_msgs."""
+
+from __future__ import annotations
+
+from math import cos, sin
+from typing import Any, Final
+
+import numpy as np
+
+from slam.files.ros.topics import LASER_SCAN, ODOMETRY, POSE, TRANSFORMS
+from slam.files.ros.typestores import ros2_types
+from slam.odometry import Odometry
+from slam.pose import Pose2D
+from slam.scan import LaserScan
+
+_LAST_SECOND: Final = 2**31 - 1
+_NO_COVARIANCE: Final = np.zeros(36)
+_NO_INTENSITIES: Final = np.empty(0, np.float32)
+
+
+def nanoseconds(stamp: float) -> int:
+    """Seconds as the whole nanoseconds of a ROS time; what lies beyond its ends, 1970 and 2038, is cut to them."""
+    return round(1e9 * min(max(stamp, 0.0), float(_LAST_SECOND)))
+
+
+class Encoder:
+    """Values to the bytes of messages. Poses lie in the plane, z = 0."""
+
+    def __init__(self) -> None:
+        self._store = ros2_types()
+        self._types = self._store.types
+
+    def scan(self, scan: LaserScan) -> bytes:
+        """``sensor_msgs/LaserScan`` in frame ``laser``; single precision, as that message has it."""
+        ranges = np.asarray(scan.ranges, np.float32)
+        return self._cdr(
+            LASER_SCAN, self._header(scan.stamp, "laser"), scan.angle_min, scan.angle_max, scan.angle_increment,
+            scan.time_increment, scan.scan_time, scan.range_min, scan.range_max, ranges, _NO_INTENSITIES,
+        )  # fmt: skip
+
+    def odometry(self, odometry: Odometry) -> bytes:
+        """``nav_msgs/Odometry`` of ``base_link`` in ``odom``; its covariances are zero: not known."""
+        twist, make = odometry.twist, self._make
+        pose = make("geometry_msgs/msg/PoseWithCovariance", self._pose(odometry.T_odom_base), _NO_COVARIANCE)
+        velocity = make("geometry_msgs/msg/Twist", self._vector(twist.linear), self._vector(0.0, 0.0, twist.angular))
+        moving = make("geometry_msgs/msg/TwistWithCovariance", velocity, _NO_COVARIANCE)
+        return self._cdr(ODOMETRY, self._header(odometry.stamp, "odom"), "base_link", pose, moving)
+
+    def pose(self, stamp: float, frame: str, pose: Pose2D) -> bytes:
+        """``geometry_msgs/PoseStamped``: where ``base_link`` is in that frame."""
+        return self._cdr(POSE, self._header(stamp, frame), self._pose(pose))
+
+    def transforms(self, stamp: float, *transforms: tuple[str, str, Pose2D]) -> bytes:
+        """``tf2_msgs/TFMessage`` of (frame, child frame, pose of the child)."""
+        return self._cdr(TRANSFORMS, [self._transform(stamp, *transform) for transform in transforms])
+
+    def definition(self, name: str) -> str:
+        """The text of a type and all that it is made of, as MCAP's schema encoding ``ros2msg`` has it."""
+        return self._store.generate_msgdef(name, ros_version=2)[0]
+
+    def _transform(self, stamp: float, frame: str, child: str, pose: Pose2D) -> Any:
+        turn = self._quaternion(pose.theta)
+        placed = self._make("geometry_msgs/msg/Transform", self._vector(pose.x, pose.y), turn)
+        return self._make("geometry_msgs/msg/TransformStamped", self._header(stamp, frame), child, placed)
+
+    def _pose(self, pose: Pose2D) -> Any:
+        point = self._make("geometry_msgs/msg/Point", pose.x, pose.y, 0.0)
+        return self._make("geometry_msgs/msg/Pose", point, self._quaternion(pose.theta))
+
+    def _quaternion(self, theta: float) -> Any:
+        return self._make("geometry_msgs/msg/Quaternion", 0.0, 0.0, sin(theta / 2.0), cos(theta / 2.0))
+
+    def _vector(self, x: float, y: float = 0.0, z: float = 0.0) -> Any:
+        return self._make("geometry_msgs/msg/Vector3", x, y, z)
+
+    def _header(self, stamp: float, frame: str) -> Any:
+        seconds, rest = divmod(nanoseconds(stamp), 10**9)
+        return self._make("std_msgs/msg/Header", self._make("builtin_interfaces/msg/Time", seconds, rest), frame)
+
+    def _make(self, name: str, *fields: Any) -> Any:
+        return self._types[name](*fields)
+
+    def _cdr(self, name: str, *fields: Any) -> bytes:
+        return bytes(self._store.serialize_cdr(self._make(name, *fields), name))

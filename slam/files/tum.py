@@ -1,0 +1,66 @@
+"""Trajectories as TUM text, one pose a line: ``stamp x y z qx qy qz qw``; seconds, metres, unit quaternion.
+
+The format of https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats, which evo reads.
+"""
+
+from __future__ import annotations
+
+from contextlib import closing
+from math import cos, sin
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from slam.errors import LogError
+from slam.files.fields import BadLine, bounded
+from slam.files.text_lines import read_lines
+from slam.pose import FloatArray, Pose2D, wrap_angle
+
+_COLUMNS: Final = "stamp x y z qx qy qz qw"
+_UNIT: Final = 0.01
+"""How far from 1 the norm of a quaternion may be: files print as few as four digits."""
+
+
+def format_tum(stamp: float, pose: Pose2D) -> str:
+    """One line, without its end: the pose at ``stamp`` seconds, to the micrometre and the nanoradian."""
+    half = wrap_angle(pose.theta) / 2.0
+    position = f"{pose.x:.6f} {pose.y:.6f} {0:.6f}"
+    return f"{stamp:.6f} {position} {0:.9f} {0:.9f} {sin(half):.9f} {cos(half):.9f}"
+
+
+def read_tum(path: str | Path) -> tuple[FloatArray, FloatArray]:
+    """Stamps (N,) in seconds, and poses (N, 3): x and y in metres, heading in (-pi, pi] radians.
+
+    What leaves the plane (z, roll, pitch) is dropped; lines that begin with # are comments. Raises LogError, naming the
+    line, when a line is no pose or the stamps do not increase, and when there is not one pose.
+    """
+    with closing(read_lines(Path(path))) as lines:
+        rows = [
+            _parse(words, f"{path}: line {number}")
+            for number, line in lines
+            if (words := line.split()) and not words[0].startswith(b"#")
+        ]
+    if not rows:
+        raise LogError(f"{path}: no pose in this file; need lines of {_COLUMNS}")
+    table = np.array(rows)
+    if (np.diff(table[:, 0]) <= 0.0).any():
+        raise LogError(f"{path}: the stamps do not increase; sort the poses by stamp, one for each")
+    return table[:, 0], np.column_stack([table[:, 1:3], _heading(*table[:, 4:].T)])
+
+
+def _parse(words: list[bytes], where: str) -> list[float]:
+    try:
+        values = bounded(words, largest=1e18)
+    except BadLine as fault:
+        raise LogError(f"{where}: {fault}; need {_COLUMNS}") from None
+    if len(values) != len(_COLUMNS.split()):
+        raise LogError(f"{where}: {len(values)} numbers; need {_COLUMNS}")
+    if abs(np.linalg.norm(values[4:]) - 1.0) > _UNIT:
+        raise LogError(f"{where}: qx qy qz qw are no unit quaternion; need {_COLUMNS}")
+    return values
+
+
+def _heading(qx: FloatArray, qy: FloatArray, qz: FloatArray, qw: FloatArray) -> FloatArray:
+    """Rotation about z, radians, of the quaternions' x axis as seen from above."""
+    return np.arctan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))

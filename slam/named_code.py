@@ -1,0 +1,141 @@
+"""Code named as ``module:name``: imported when it is used; a user's own is allowed first, and its faults are told."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from importlib import import_module
+from inspect import Parameter, signature
+from traceback import extract_tb
+from typing import Any, Final
+
+from slam.errors import HopslamError, InputError
+
+PLACE: Final = r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$"
+"""Pattern of the names of such code: ``module:name``."""
+_NAMED: Final = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
+_NO_OPTIONS: Final[Mapping[str, Any]] = {}
+
+
+def import_by_name(place: str) -> Any:
+    """What stands at ``module:name``; InputError when Python finds no such module, or nothing of that name in it."""
+    module, _, name = place.partition(":")
+    try:
+        return getattr(import_module(module), name)
+    except ModuleNotFoundError as error:
+        if error.name is None or not f"{module}.".startswith(f"{error.name}."):
+            raise  # the module is there, and misses another one
+        raise InputError(
+            f"{place}: Python finds no module {error.name}; put its folder on PYTHONPATH, or install it"
+        ) from error
+    except AttributeError as error:
+        raise InputError(f"{place}: {error}") from error
+
+
+def is_allowed(place: str, allowed: Sequence[str]) -> bool:
+    """Whether ``allowed`` has this place, its module, or a package that holds the module."""
+    module = place.partition(":")[0]
+    return place in allowed or any(f"{module}.".startswith(f"{name}.") for name in allowed if ":" not in name)
+
+
+def refusal(place: str) -> str:
+    """Why a file may not name this place, and how the user allows it."""
+    module = place.partition(":")[0]
+    return (
+        f"a file may not run code, and {place} is code; if you trust the module {module}, add --allow-module {module} "
+        f"(in Python: allow_modules=['{module}'])"
+    )
+
+
+def find_code(place: str, allowed: Sequence[str]) -> Any:
+    """The function or class at this place, imported now.
+
+    InputError where it is not allowed, is not there, or its module fails. To allow a module is to allow what its own
+    package defines, and not what it has imported from others.
+    """
+    if not is_allowed(place, allowed):
+        raise InputError(refusal(place))
+    try:
+        code = import_by_name(place)
+    except InputError:
+        raise
+    except Exception as error:
+        raise InputError(f"{place}: {_one_line(error, place)}") from error
+    if place not in allowed and not _defined_there(code, place):
+        raise InputError(f"{place} comes from another module; if you trust it, add --allow-module {place}")
+    if not callable(code):
+        raise InputError(f"{place} is of type {type(code).__name__}; a function or a class belongs here")
+    return code
+
+
+def call(
+    place: str,
+    code: Any,
+    *arguments: Any,
+    options: Mapping[str, Any] = _NO_OPTIONS,
+    raises: type[HopslamError] = InputError,
+    **more: Any,
+) -> Any:
+    """Call the code, and return its result. ``options`` are the user's keyword arguments, ``more`` are this project's.
+
+    Raises ``raises``, of one line, where it takes no such arguments or raises anything but an error of this project.
+    """
+    try:
+        return code(*arguments, **more, **options)
+    except HopslamError:
+        raise
+    except Exception as error:
+        misfit = _misfit(code, arguments, more, options) if isinstance(error, TypeError) else None
+        raise raises(f"{place} {misfit}" if misfit else f"{place}: {_one_line(error, place)}") from error
+
+
+def expect(place: str, value: Any, kind: type, raises: type[HopslamError] = InputError) -> None:
+    """Require a value of this kind; ``raises``, which names the place and what it returned, where it is another."""
+    if not isinstance(value, kind):
+        raise raises(f"{place} returned {kind_of(value)}, not {kind.__name__}; see docs/extend.md")
+
+
+def expect_parts(place: str, value: Any, names: Sequence[str], kind: str) -> None:
+    """Require the attributes that a ``kind`` has; InputError names those that the value lacks."""
+    if missing := [name for name in names if not hasattr(value, name)]:
+        raise InputError(f"{place} is no {kind}: {kind_of(value)} has no {', '.join(missing)}; see docs/extend.md")
+
+
+def kind_of(value: Any) -> str:
+    """The name of its type."""
+    return "None" if value is None else type(value).__name__
+
+
+def _defined_there(code: Any, place: str) -> bool:
+    """Whether the package of the module at this place also holds the definition."""
+    package = str(import_module(place.partition(":")[0]).__name__).partition(".")[0]
+    return str(getattr(code, "__module__", "")).partition(".")[0] == package
+
+
+def _misfit(code: Any, arguments: Sequence[Any], more: Mapping[str, Any], options: Mapping[str, Any]) -> str | None:
+    """Say which arguments the code does not take; None where it takes them, or does not say what it takes."""
+    try:
+        taken = signature(code)
+    except (TypeError, ValueError):
+        return None
+    named = [name for name, parameter in taken.parameters.items() if parameter.kind in _NAMED]
+    own = [name for name in named[len(arguments) :] if name not in more]
+    try:
+        taken.bind(*arguments, **more, **options)
+    except TypeError as error:
+        unknown = [name for name in options if name not in own]
+        if unknown:
+            return f"takes no option {unknown[0]!r}; it takes {', '.join(own) or 'none'}"
+        return f"does not take what it is called with: {error}; see docs/extend.md"
+    return None
+
+
+def _one_line(error: Exception, place: str) -> str:
+    """Describe the error in one line, with the line of the module in which it came up."""
+    if isinstance(error, SyntaxError):
+        return f"SyntaxError: {error.msg} ({error.filename}:{error.lineno})"
+    file = getattr(sys.modules.get(place.partition(":")[0]), "__file__", None)
+    frames = extract_tb(error.__traceback__)
+    frame = next((frame for frame in reversed(frames) if frame.filename == file), frames[-1])
+    line = next(iter(str(error).splitlines()), "")
+    return f"{type(error).__name__}: {line} ({frame.filename}:{frame.lineno})"

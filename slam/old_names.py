@@ -1,0 +1,71 @@
+"""Modules that were moved, still found under their old names, with a warning that says the new one."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+from typing import Final
+
+MOVED: Final = {
+    "sim.casters": "sim.ray_casters",
+    "sim.lent": "sim.reused_lists",
+    "sim.range_noise": "sim.lidar_noise",
+    "slam.late": "slam.named_code",
+    "slam.own_code": "slam.named_code",
+    "slam.line_continuation": "slam.localize_then_map",
+    "slam.run.bench": "slam.bench",
+    "slam.run.cli": "slam.cli.main",
+    "slam.run.commands": "slam.cli",
+    "slam.run.env": "slam.env",
+    "slam.run.logs": "slam.files.logs",
+    "slam.run.logs.replay": "slam.run.replay_robot",
+    "slam.run.logs.tum": "slam.files.tum",
+    "slam.run.maps": "slam.files.maps",
+    "slam.run.results.files": "slam.files.whole_files",
+    "slam.run.ros": "slam.files.ros",
+    "slam.run.scenario": "slam.scenario",
+    "slam.run.sweep": "slam.sweep",
+    "slam.run.terminal": "slam.console.terminal",
+}
+"""Modules and packages of version 0.1 by their old names; the longest name that fits counts."""
+_LONGEST_FIRST: Final = sorted(MOVED, key=len, reverse=True)
+_PACKAGES: Final = ("slam.", "sim.")
+
+
+class _Copy(Loader):
+    """Fills a module of an old name with what the module of the new name holds."""
+
+    def __init__(self, new: str) -> None:
+        self._new = new
+
+    def exec_module(self, module: ModuleType) -> None:
+        own = {"__name__", "__spec__", "__loader__", "__package__"}
+        module.__dict__.update({k: v for k, v in vars(import_module(self._new)).items() if k not in own})
+
+
+class OldNames(MetaPathFinder):
+    """Finds a moved module, and warns with FutureWarning."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """The module of this old name; None where the name is not old."""
+        if not fullname.startswith(_PACKAGES):
+            return None
+        old = next((name for name in _LONGEST_FIRST if f"{fullname}.".startswith(f"{name}.")), None)
+        if old is None:
+            return None
+        new = MOVED[old] + fullname.removeprefix(old)
+        warnings.warn(f"{fullname} is an old name: the module is {new} now", FutureWarning, stacklevel=2)
+        return ModuleSpec(fullname, _Copy(new), is_package=True)
+
+
+def find_old_names() -> None:
+    """Let Python find moved modules under their old names, before it looks into folders that a move left behind."""
+    if not any(isinstance(finder, OldNames) for finder in sys.meta_path):
+        sys.meta_path.insert(0, OldNames())

@@ -1,0 +1,68 @@
+"""Commands, scans and odometry as the arrays of a gymnasium environment, and the spaces of these arrays."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from gymnasium.spaces import Box
+from numpy.typing import NDArray
+
+from slam.errors import InputError
+from slam.odometry import Odometry, Twist2D
+from slam.pose import FloatArray
+from slam.scan import LaserScan, Lidar
+
+_BOUND: Final = np.array([1e4, 1e4, np.pi, 10.0, 100.0], np.float32)
+"""Of x, y (m), theta (rad), v (m/s), omega (rad/s): no robot of this kind goes beyond."""
+
+
+def scan_space(lidar: Lidar) -> Box:
+    """Ranges (beams,), metres, within [0, range_max]."""
+    return Box(0.0, lidar.range_max, (lidar.beams,), np.float32)
+
+
+def scan_array(scan: LaserScan) -> NDArray[np.float32]:
+    """The ranges, whatever the sensor said: no echo and an error read ``range_max``, too close reads 0."""
+    ranges = np.nan_to_num(scan.ranges, nan=scan.range_max, posinf=scan.range_max, neginf=0.0)
+    return np.clip(ranges.astype(np.float32), np.float32(0.0), np.float32(scan.range_max))
+
+
+def odometry_space() -> Box:
+    """x, y (m), theta (rad), v (m/s), omega (rad/s): wide enough for any robot of this kind."""
+    return Box(-_BOUND, _BOUND, dtype=np.float32)
+
+
+def odometry_array(odometry: Odometry) -> NDArray[np.float32]:
+    """Pose and twist in one array, shape (5,)."""
+    pose, twist = odometry.T_odom_base, odometry.twist
+    return np.clip(np.array([pose.x, pose.y, pose.theta, twist.linear, twist.angular], np.float32), -_BOUND, _BOUND)
+
+
+def action_space() -> Box:
+    """Both numbers within -1 and 1: m/s and rad/s, or m/s at the rims of the wheels. No scale is hidden in it."""
+    return Box(-1.0, 1.0, (2,), np.float32)
+
+
+def twist_action(action: Any) -> Twist2D:
+    """Forward and turning velocity, (v, omega), as a command."""
+    linear, angular = _two_numbers(action, "(v, omega)")
+    return Twist2D(float(linear), float(angular))
+
+
+def wheels_action(action: Any, track: float) -> Twist2D:
+    """Speeds of the left and the right wheel at their rims, m/s, as a command; they are ``track`` metres apart."""
+    left, right = _two_numbers(action, "(left, right)")
+    return Twist2D(float(left + right) / 2.0, float(right - left) / track)
+
+
+def _two_numbers(action: Any, meaning: str) -> FloatArray:
+    try:
+        numbers = np.asarray(action, np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"an action is {meaning}, two numbers; {action!r} is not") from error
+    if numbers.shape != (2,):
+        raise InputError(f"an action is {meaning}, of shape (2,); this one has shape {numbers.shape}")
+    if not np.isfinite(numbers).all():
+        raise InputError(f"an action is {meaning}, finite numbers; this is {numbers.tolist()}: did learning diverge?")
+    return numbers

@@ -1,6 +1,0 @@
-"""Recorded logs, read into SI units whatever they were written in; the format is known by the content."""
-
-from slam.run.logs.log import BagTopics, Log
-from slam.run.logs.read import read_log
-
-__all__ = ["BagTopics", "Log", "read_log"]

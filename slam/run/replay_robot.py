@@ -1,0 +1,60 @@
+"""A recorded run behind the same seam as a robot: it drives as it once did."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from slam.closing import Closing
+from slam.errors import RobotError
+from slam.files.logs import Log, read_log
+from slam.odometry import Twist2D
+from slam.robot import Observation, Robot
+from slam.scan import Lidar
+
+
+class ReplayRobot(Closing):
+    """Plays a log from its first scan to its last, as fast as it is asked for; ``len()`` is the number of scans.
+
+    Made from a path, or from a log already read; LogError when the path holds none that can be read. The truth is known
+    where the log holds it.
+    """
+
+    def __init__(self, log: Log | str | Path) -> None:
+        self.log = log if isinstance(log, Log) else read_log(log)
+        self.T_base_laser = self.log.T_base_laser
+        self._observed = 0
+        self._closed = False
+
+    def __len__(self) -> int:
+        return len(self.log)
+
+    @property
+    def lidar(self) -> Lidar:
+        """The sensor that took the scans."""
+        return self.log.lidar
+
+    def close(self) -> None:
+        """End the replay; closing twice does no harm."""
+        self._closed = True
+
+    def observe(self, timeout: float = 1.0) -> Observation | None:
+        """The next scan, at once; None after the last one. RobotError when the replay is closed."""
+        self._check_open()
+        index = self._observed
+        if index == len(self.log):
+            return None
+        self._observed += 1
+        return Observation(self.log.scan(index), self.log.odometry(index), self.log.truth(index))
+
+    def drive(self, command: Twist2D) -> Twist2D:
+        """The mean velocity recorded from the scan last observed to the next one, whatever the command; zero before the
+        first and after the last. RobotError when the replay is closed."""
+        self._check_open()
+        return self.log.twist(self._observed - 1)
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise RobotError("this replay is closed; open the log again to play it once more")
+
+
+_: type[Robot] = ReplayRobot

@@ -1,0 +1,137 @@
+"""A room of a generated office, and what stands and walks in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import hypot, pi
+from typing import Final, Self
+
+import numpy as np
+
+from slam.pose import FloatArray, Pose2D
+from slam.scenario.clearance import clearance, sampled
+from slam.scenario.furniture import Box, Cylinder, Table
+from slam.scenario.generators.site import millimetres
+from slam.scenario.people import Person
+from slam.scenario.prism import disc, rectangle
+from slam.scenario.values import Point
+from slam.scenario.world_plan import World
+
+Piece = Box | Table | Cylinder
+_TRIES: Final = 20
+"""A thing for which no place is found so often is left out."""
+_FROM_ROUTE: Final = 0.45
+"""What stands keeps so far from the robot's way, metres ..."""
+_WALKER_FROM_ROUTE: Final = 0.7
+"""... and who walks, so far, to the middle of the body ..."""
+_WALKER_FROM_THINGS: Final = 0.35
+"""... and so far from what stands."""
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """A rectangle between the faces of its walls, ``low`` to ``high`` corner, metres, map frame.
+
+    What is put into it keeps off ``route`` and ``leaves``: points (N, 2) in and near the room, on the robot's way
+    and on the outlines of doors.
+    """
+
+    low: Point
+    high: Point
+    route: FloatArray
+    leaves: FloatArray
+
+    @classmethod
+    def between(cls, low: Point, high: Point, route: FloatArray, leaves: FloatArray) -> Self:
+        """The room, with what it needs of the points on all ways and doors."""
+        return cls(low, high, *(_near(points, low, high) for points in (route, leaves)))
+
+    def pieces(self, count: int, rng: np.random.Generator) -> list[Piece]:
+        """Up to ``count`` pieces of furniture, apart from each other."""
+        placed: list[Piece] = []
+        for _ in range(count):
+            tries = (self._piece(rng) for _ in range(_TRIES))
+            free = (piece for piece in tries if self._has_place(piece, placed))
+            placed += [piece for piece in [next(free, None)] if piece]
+        return placed
+
+    def person(self, pieces: Sequence[Piece], rng: np.random.Generator) -> Person | None:
+        """Somebody who walks to and fro, clear of the furniture too; None where there is no room."""
+        things = [_footprint(piece) for piece in pieces]
+        for _ in range(_TRIES):
+            ends = [self._point(0.4, 0.4, rng) for _ in range(2)]
+            path = sampled(ends)
+            if (
+                _all_far(path, self.route, _WALKER_FROM_ROUTE)
+                and _all_far(path, self.leaves, _WALKER_FROM_THINGS)
+                and clearance(path, things).min() >= _WALKER_FROM_THINGS
+            ):
+                (speed,) = millimetres(rng.uniform(0.4, 1.0))
+                return Person(waypoints=(ends[0], ends[1]), speed=speed, pause=2.0)
+        return None
+
+    def _has_place(self, piece: Piece, others: Sequence[Piece]) -> bool:
+        outline = _footprint(piece)
+        return (
+            all(_apart(piece, other) for other in others)
+            and bool((clearance(self.route, [outline]) >= _FROM_ROUTE).all())
+            and bool((clearance(self.leaves, [outline]) > 0.0).all())
+        )
+
+    def _piece(self, rng: np.random.Generator) -> Piece:
+        """One of three kinds, somewhere in the room and wholly inside."""
+        kind = rng.integers(3)
+        if kind == 0:
+            (radius,) = millimetres(rng.uniform(0.1, 0.3))
+            return Cylinder(center=self._point(radius, radius, rng), radius=radius, height=0.8)
+        length, width = millimetres(rng.uniform(0.5, 1.4), rng.uniform(0.4, 0.7))
+        turned = bool(rng.integers(2))
+        dx, dy = (width / 2.0, length / 2.0) if turned else (length / 2.0, width / 2.0)
+        center = self._point(dx, dy, rng)
+        yaw = pi / 2.0 if turned else 0.0
+        if kind == 1:
+            return Table(center=center, size=(length, width, 0.74), yaw=yaw)
+        return Box(center=center, size=(length, width, 1.0), yaw=yaw)
+
+    def _point(self, dx: float, dy: float, rng: np.random.Generator) -> Point:
+        """A point so far inside the walls."""
+        x, y = millimetres(
+            rng.uniform(self.low[0] + dx, self.high[0] - dx), rng.uniform(self.low[1] + dy, self.high[1] - dy)
+        )
+        return x, y
+
+
+def _near(points: FloatArray, low: Point, high: Point) -> FloatArray:
+    """Those of the points (N, 2) that matter to a room between these corners."""
+    lowest, highest = np.subtract(low, _WALKER_FROM_ROUTE), np.add(high, _WALKER_FROM_ROUTE)
+    return points[np.all((points > lowest) & (points < highest), axis=1)]
+
+
+def _all_far(path: FloatArray, points: FloatArray, distance: float) -> bool:
+    return bool((np.linalg.norm(path[:, np.newaxis] - points, axis=2) >= distance).all())
+
+
+def furniture(pieces: Sequence[Piece]) -> World:
+    """The pieces as a world."""
+    return World(
+        boxes=tuple(piece for piece in pieces if isinstance(piece, Box)),
+        tables=tuple(piece for piece in pieces if isinstance(piece, Table)),
+        cylinders=tuple(piece for piece in pieces if isinstance(piece, Cylinder)),
+    )
+
+
+def _footprint(piece: Piece) -> FloatArray:
+    """All of what it covers; of a table, the top."""
+    if isinstance(piece, Cylinder):
+        return disc(piece.center, piece.radius)
+    return rectangle(piece.center, piece.size[0], piece.size[1], piece.yaw)
+
+
+def _apart(one: Piece, other: Piece) -> bool:
+    """Whether the circles around two pieces do not meet."""
+    return Pose2D(*one.center).distance(Pose2D(*other.center)) > _radius(one) + _radius(other)
+
+
+def _radius(piece: Piece) -> float:
+    return piece.radius if isinstance(piece, Cylinder) else hypot(*piece.size[:2]) / 2.0

@@ -1,0 +1,111 @@
+"""The JSON schema of scenario files, by which editors complete and check them as they are written."""
+
+from __future__ import annotations
+
+import ast
+import json
+from inspect import cleandoc, getsource
+from itertools import pairwise
+from math import isinf
+from textwrap import dedent
+from typing import Any, Final, TypeGuard
+
+from pydantic import BaseModel, TypeAdapter
+from pydantic.json_schema import DEFAULT_REF_TEMPLATE, GenerateJsonSchema
+
+from slam.scenario.random_value import RandomValue
+from slam.scenario.schema import Scenario
+
+NEVER_RANDOM: Final = {"name", "seed", "extends"}
+RANDOM: Final = "RandomValue"
+"""What the section of random values is called."""
+_EXTENDS: Final = {
+    "type": "string",
+    "description": "A shipped scenario, or a path beside this file, which this one is put on top of.",
+}
+
+
+def scenario_schema() -> dict[str, Any]:
+    """The schema of what a file may say: any value may be left to chance, and a file may extend another one.
+
+    Rules between several keys are not in it; ``hopslam`` checks those when it reads the file.
+    """
+    schema = Scenario.model_json_schema(schema_generator=_Documented)
+    random = TypeAdapter(RandomValue).json_schema(schema_generator=_Documented)
+    sections: dict[str, Any] = schema.pop("$defs")
+    for section in [schema, *sections.values()]:
+        keys = section["properties"]
+        section["properties"] = {key: keys[key] if key in NEVER_RANDOM else _or_random(keys[key]) for key in keys}
+    sections |= random.pop("$defs")
+    sections[RANDOM] = random | {"description": "A value that is drawn anew for every seed."}
+    schema["properties"] = {"extends": _EXTENDS} | schema["properties"]
+    schema.pop("required")  # a file that gives no name has its own
+    return {"$schema": GenerateJsonSchema.schema_dialect} | schema | {"$defs": sections}
+
+
+def schema_text() -> str:
+    """The file ``scenarios/scenario.schema.json``."""
+    return json.dumps(scenario_schema(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+class _Documented(GenerateJsonSchema):
+    """Each key is described by the docstring of its attribute; a section of a union need not name its method."""
+
+    def model_schema(self, schema: Any) -> dict[str, Any]:
+        section = super().model_schema(schema)
+        docs = attribute_docs(schema["cls"])
+        for key, value in section["properties"].items():
+            value.pop("title", None)
+            value["description"] = docs[key]
+        return section
+
+    def tagged_union_schema(self, schema: Any) -> dict[str, Any]:
+        return {"anyOf": super().tagged_union_schema(schema)["oneOf"]}
+
+    def encode_default(self, dft: Any) -> Any:
+        encoded = super().encode_default(dft)
+        return ".inf" if isinstance(encoded, float) and isinf(encoded) else encoded
+
+
+def attribute_docs(section: type[BaseModel]) -> dict[str, str]:
+    """What the keys of a section mean, a line each: the docstring under the attribute, or that of the section it holds.
+
+    pydantic would read them too, but at every start of every command.
+    """
+    values = {key: field.annotation for key, field in section.model_fields.items()}
+    docs = {key: _line(value.__doc__ or "") for key, value in values.items() if _is_section(value)}
+    for part in reversed(section.mro()):
+        if _is_section(part):
+            docs |= _own_docs(part)
+    return docs
+
+
+def _is_section(value: Any) -> TypeGuard[type[BaseModel]]:
+    return isinstance(value, type) and issubclass(value, BaseModel) and value is not BaseModel
+
+
+def _own_docs(section: type[BaseModel]) -> dict[str, str]:
+    definition = ast.parse(dedent(getsource(section))).body[0]
+    assert isinstance(definition, ast.ClassDef)
+    return {
+        attribute.target.id: _line(text)
+        for attribute, doc in pairwise(definition.body)
+        if isinstance(attribute, ast.AnnAssign) and isinstance(attribute.target, ast.Name)
+        if isinstance(doc, ast.Expr) and isinstance(doc.value, ast.Constant)
+        if isinstance(text := doc.value.value, str)
+    }
+
+
+def _line(text: str) -> str:
+    return " ".join(cleandoc(text).split())
+
+
+def _or_random(value: dict[str, Any]) -> dict[str, Any]:
+    """The schema of a value, or of a random one in its place, in the items of a list too."""
+    said = {key: value[key] for key in ("description", "default") if key in value}
+    plain = {key: part for key, part in value.items() if key not in said}
+    if "prefixItems" in plain:
+        plain["prefixItems"] = [_or_random(item) for item in plain["prefixItems"]]
+    if isinstance(plain.get("items"), dict):
+        plain["items"] = _or_random(plain["items"])
+    return said | {"anyOf": [plain, {"$ref": DEFAULT_REF_TEMPLATE.format(model=RANDOM)}]}

@@ -1,0 +1,101 @@
+"""The reference of scenario files, as Markdown: every section and key, made from the JSON schema."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from typing import Any, Final
+
+from slam.config.section import OWN
+from slam.scenario.json_schema import RANDOM, scenario_schema
+
+_INTRODUCTION: Final = """# Scenario reference
+
+Every key of a scenario file, with its type and default; a key without a default must be given. In place of any value a
+[random one](#random) may stand. This page is made from the schema that checks the files: `hopslam schema` prints it for
+editors.
+"""
+_HEAD: Final = "| key | type | default | meaning |\n|---|---|---|---|"
+_BOUNDS: Final = {"exclusiveMinimum": ">", "minimum": "≥", "exclusiveMaximum": "<", "maximum": "≤"}
+_CHOOSERS: Final = ("method", "kind")
+"""The keys that choose among sections."""
+Schema = dict[str, Any]
+
+
+def scenario_reference() -> str:
+    """A table for each section, with the type, the default and the meaning of its keys."""
+    schema = scenario_schema()
+    kinds = [key for name in _held(schema["$defs"][RANDOM]) for key in schema["$defs"][name]["properties"].items()]
+    parts = [_INTRODUCTION, "## The file\n", schema["description"], ""]
+    parts += [*_rows(schema["properties"].items()), *_sections("", schema, schema["$defs"])]
+    return "\n".join([*parts, "## Random values {#random}\n", *_rows(kinds)])
+
+
+def _sections(place: str, outer: Schema, known: Schema) -> Iterator[str]:
+    """The tables of the sections that the keys of this one hold, and of those inside them; each once.
+
+    What has been shown is taken out of ``known``, the sections by name.
+    """
+    for key, value in outer["properties"].items():
+        for name in _held(value):
+            if name in known:
+                section, whole = known.pop(name), f"{place}{key}"
+                yield f"## {_title(whole, section)} {{#{name.lower()}}}\n"
+                yield f"{_code(section['description'])}\n"
+                yield from _rows(section["properties"].items())
+                yield from _sections(f"{whole}.", section, known)
+
+
+def _title(place: str, section: Schema) -> str:
+    """``slam.lines, method: paper``."""
+    keys = section["properties"]
+    chosen = [f", `{key}: {keys[key].get('default', OWN)}`" for key in _CHOOSERS if key in keys]
+    return "".join([f"`{place}`", *chosen])
+
+
+def _rows(keys: Iterable[tuple[str, Schema]]) -> Iterator[str]:
+    yield _HEAD
+    for key, value in keys:
+        cells = f"`{key}`", type_text(value), _default(value), _code(value["description"])
+        yield "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+    yield ""
+
+
+def _code(docstring: str) -> str:
+    return docstring.replace("``", "`")
+
+
+def _default(value: Schema) -> str:
+    default = value.get("default", {})
+    if isinstance(default, dict):  # a section's defaults are in its own table
+        return ""
+    return "none" if default in (None, "", []) else f"`{default if isinstance(default, str) else json.dumps(default)}`"
+
+
+def _held(value: Any) -> list[str]:
+    """The names of the sections in a schema, but for random values."""
+    if isinstance(value, dict):
+        own = [_name(value)] if "$ref" in value else []
+        return [name for name in own if name != RANDOM] + _held(list(value.values()))
+    return [name for part in value for name in _held(part)] if isinstance(value, list) else []
+
+
+def _name(reference: Schema) -> str:
+    return str(reference["$ref"]).rpartition("/")[2]
+
+
+def type_text(value: Schema) -> str:
+    """What may stand for a value, in words, as ``number > 0``."""
+    if "$ref" in value:
+        return f"[section](#{_name(value).lower()})"
+    if "anyOf" in value:
+        parts = [part for part in value["anyOf"] if "$ref" not in part or _name(part) != RANDOM]
+        return " or ".join(dict.fromkeys(text for part in parts if (text := type_text(part)) != "null"))
+    if "const" in value or "enum" in value:
+        return " or ".join(f"`{choice}`" for choice in value.get("enum", [value.get("const")]))
+    if "prefixItems" in value:
+        return f"[{', '.join(map(type_text, value['prefixItems']))}]"
+    if value.get("type") == "array":
+        return f"list of {type_text(value['items'])}"
+    bounds = [f"{sign} {value[key]:g}" for key, sign in _BOUNDS.items() if abs(value.get(key, 1e9)) < 1e9]
+    return " ".join([value.get("type", "any value"), " and ".join(bounds)]).strip()

@@ -1,0 +1,109 @@
+"""A ROS map, ``map.yaml`` and its image, as solids."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Final, Literal, Self
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+from PIL import Image, UnidentifiedImageError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
+
+from slam.config import Section
+from slam.pose import FloatArray, Pose2D
+from slam.scenario.cell_rectangles import merge_cells
+from slam.scenario.prism import Prism
+from slam.scenario.validation_message import validation_message
+from slam.scenario.values import Positive
+from slam.scenario.yaml_fault import UNREADABLE, yaml_fault
+
+_IMAGES: Final = ("PPM", "PNG", "BMP")
+"""What Pillow calls the formats that are read; PPM includes PGM, binary (P5) and plain (P2)."""
+
+
+class MapHeader(BaseModel):
+    """The keys of a ``map.yaml`` as map_server reads them; others are ignored, as there."""
+
+    model_config = ConfigDict(frozen=True, allow_inf_nan=False)
+
+    image: str
+    """Path, relative to the header's own folder."""
+    resolution: Positive
+    """Side of a cell, metres."""
+    origin: tuple[float, float, float]
+    """Pose of the lower left corner of the image in the map frame: x, y (m), yaw (rad)."""
+    negate: bool = False
+    """White is occupied."""
+    occupied_thresh: float = Field(0.65, ge=0, le=1)
+    """Cells darker than this, 0 white to 1 black, are occupied."""
+    mode: Literal["trinary", "scale"] = "trinary"
+    """The same for what is occupied; ``raw`` is not read."""
+
+
+class RosMap(Section):
+    """Occupied cells of a ROS map, raised to solids."""
+
+    file: str
+    """The ``map.yaml``; a relative path starts at the scenario file."""
+    height: Positive = 1.0
+    """Of the solids, metres."""
+
+    def prisms(self) -> list[Prism]:
+        """Rectangles that together cover the occupied cells, and nothing else. They may overlap."""
+        path = Path(self.file)
+        return [Prism(footprint, 0.0, self.height) for footprint in _footprints(path, path.stat().st_mtime_ns)]
+
+    @field_validator("file")
+    @classmethod
+    def _from_the_scenario_file(cls, file: str, info: ValidationInfo) -> str:
+        folder: Path = (info.context or {}).get("folder", Path())
+        return str((folder / file).resolve())
+
+    @model_validator(mode="after")
+    def _readable(self) -> Self:
+        try:
+            self.prisms()
+        except OSError as error:
+            raise ValueError(f"{error.filename or self.file}: {error.strerror or error}") from error
+        return self
+
+
+@lru_cache(maxsize=8)
+def _footprints(path: Path, changed: int) -> FloatArray:
+    """Corners (N, 4, 2) of rectangles over the occupied cells, map frame; ValueError and OSError name the file."""
+    header = _read_header(path)
+    cells = merge_cells(_occupied(path.parent / header.image, header))
+    row, column, rows, columns = cells.T[:, :, np.newaxis].astype(np.float64)
+    x = np.concatenate([column, column + columns, column + columns, column], axis=1)
+    y = np.concatenate([row, row, row + rows, row + rows], axis=1)
+    corners = np.stack([x, y], axis=-1) * header.resolution
+    return Pose2D(*header.origin).transform(corners.reshape(-1, 2)).reshape(-1, 4, 2)
+
+
+def _read_header(path: Path) -> MapHeader:
+    try:
+        return MapHeader.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
+    except ValidationError as errors:
+        location, reason = validation_message(errors, MapHeader)
+        key = ".".join(map(str, location)) or "the header of a ROS map"
+        raise ValueError(f"{path}: {key}: {reason}") from errors
+    except UNREADABLE as error:
+        line, fault = yaml_fault(error)
+        raise ValueError(f"{path}{f':{line}' if line else ''}: not valid YAML: {fault}") from error
+
+
+def _occupied(path: Path, header: MapHeader) -> NDArray[np.bool_]:
+    """Which cells are occupied, (rows, columns), the lowest row first."""
+    try:
+        with Image.open(path, formats=_IMAGES) as image:
+            deep = image.mode.startswith("I")  # 16 bit
+            grey = (
+                np.asarray(image, np.float64) / 65535.0 if deep else np.asarray(image.convert("L"), np.float64) / 255.0
+            )
+    except (UnidentifiedImageError, Image.DecompressionBombError, ValueError) as error:
+        raise ValueError(f"{path}: not an image in a format that maps come in (PGM, PNG, BMP)") from error
+    darkness = grey if header.negate else 1.0 - grey
+    return (darkness > header.occupied_thresh)[::-1].copy()

@@ -1,0 +1,77 @@
+"""``--set key=value``: settings given by hand, on top of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any, Final
+
+import yaml
+
+from slam.errors import ScenarioError
+from slam.scenario.random_value import is_random
+from slam.scenario.yaml_fault import UNREADABLE, yaml_fault
+from slam.scenario.yaml_file import Location
+
+_CODE_KEYS: Final[tuple[Location, ...]] = (("slam", "lines", "method"), ("slam", "matching", "method"))
+"""The keys whose value may be code of the user's own."""
+
+
+def parse_setting(text: str) -> tuple[Location, Any]:
+    """``slam.lines.psi=1`` as its path and its value, which is read as YAML; a number in the path is an index."""
+    key, equals, value = text.partition("=")
+    if not equals or not all(key.strip().split(".")):
+        raise ScenarioError(f"--set {text}: expected key=value, for example --set duration=60")
+    try:
+        parsed = yaml.safe_load(value)
+    except UNREADABLE as error:
+        _, fault = yaml_fault(error)
+        raise ScenarioError(f"--set {text}: the value is not valid YAML: {fault}; quote it if it is text") from error
+    return tuple(int(step) if step.isascii() and step.isdigit() else step for step in key.strip().split(".")), parsed
+
+
+def apply_settings(data: dict[str, Any], settings: Iterable[tuple[Location, Any]]) -> None:
+    """Write each setting into the nested ``data``, making the mappings that are missing on the way."""
+    for location, value in settings:
+        at: Any = data
+        for step in location[:-1]:
+            at = _enter(at, step, location)
+        _check_item(at, location[-1], location)
+        at[location[-1]] = value
+
+
+def named_code(settings: Iterable[tuple[Location, Any]]) -> Iterator[str]:
+    """The ``module:name`` places that these settings name as parts of the method: whoever writes them allows them."""
+    for location, value in settings:
+        for key in _CODE_KEYS:
+            if location == key[: len(location)]:
+                yield from _code_in(value, key[len(location) :])
+
+
+def _code_in(value: Any, rest: Location) -> Iterator[str]:
+    """The code at the rest of the path, and all that a random value may put there."""
+    if is_random(value):
+        for choice in value.get("choice", ()):
+            yield from _code_in(choice, rest)
+    elif rest and isinstance(value, dict):
+        yield from _code_in(value.get(rest[0]), rest[1:])
+    elif not rest and isinstance(value, str) and ":" in value:
+        yield value
+
+
+def _enter(at: Any, step: str | int, location: Location) -> Any:
+    if isinstance(at, dict):
+        if at.get(step) is None:
+            at[step] = {}
+        return at[step]
+    _check_item(at, step, location)
+    return at[step]
+
+
+def _check_item(at: Any, step: str | int, location: Location) -> None:
+    """Refuse a path that leads through a plain value, or to an item that its list has not."""
+    name = ".".join(map(str, location))
+    if isinstance(at, list):
+        if not isinstance(step, int) or step >= len(at):
+            raise ScenarioError(f"--set {name}: there are {len(at)} items here; {step} is none of 0 to {len(at) - 1}")
+    elif not isinstance(at, dict):
+        raise ScenarioError(f"--set {name}: {step} lies inside {at!r}, which has no parts")

@@ -1,0 +1,90 @@
+"""Where a scenario comes from: a YAML file, those that it extends, and settings given by hand on top."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from slam.errors import ScenarioError
+from slam.scenario.random_value import is_random
+from slam.scenario.settings import apply_settings, parse_setting
+from slam.scenario.shipped import find_scenario
+from slam.scenario.texts import texts
+from slam.scenario.yaml_file import Location, YamlFile
+
+_MAP_FILE: Final[Location] = ("world", "map", "file")
+
+
+class ScenarioSource:
+    """The data of a scenario, and for each key the place it was written at.
+
+    ``extends: NAME`` in a file puts that file's keys on top of those of another scenario, mapping by mapping; a list or
+    a plain value replaces the other's as a whole.
+    """
+
+    def __init__(self, path: Path, settings: str | Sequence[str] = ()) -> None:
+        self._files = _with_what_it_extends(path)
+        overrides = [parse_setting(text) for text in texts(settings)]
+        self._by_hand = [location for location, _ in overrides]
+        self.data: dict[str, Any] = {}
+        for file in reversed(self._files):
+            self.data = _merged(self.data, file.data)
+        apply_settings(self.data, overrides)
+        self.data.setdefault("name", path.stem)
+
+    @property
+    def folder(self) -> Path:
+        """What the path of a map is relative to: the folder of the file that names it."""
+        return self._file_of(_MAP_FILE).path.parent
+
+    @property
+    def map_files(self) -> list[Path]:
+        """The ROS map that the scenario names, if any, and its image; those that are there."""
+        world = self.data.get("world")
+        named = world.get("map") if isinstance(world, dict) else None
+        header = self.folder / str(named.get("file")) if isinstance(named, dict) else None
+        if header is None or not header.is_file():
+            return []
+        image = header.parent / str(YamlFile(header).data.get("image"))
+        return [header, image] if image.is_file() else [header]
+
+    @property
+    def paths(self) -> list[Path]:
+        """All files that the scenario is made of."""
+        return [*(file.path for file in self._files), *self.map_files]
+
+    def error(self, location: Location, reason: str) -> ScenarioError:
+        """One line that says what is wrong with the key at this path, and where it was written."""
+        key = ".".join(map(str, location)) or "scenario"
+        return ScenarioError(f"{self._place(location)}: {key}: {reason}")
+
+    def _place(self, location: Location) -> str:
+        by_hand = any(path[: len(location)] == location[: len(path)] for path in self._by_hand)
+        return "--set" if by_hand else self._file_of(location).place(location)
+
+    def _file_of(self, location: Location) -> YamlFile:
+        """The first file that has this key, or comes nearest to it."""
+        return max(self._files, key=lambda file: file.depth(location))
+
+
+def _with_what_it_extends(path: Path) -> list[YamlFile]:
+    """The file, the one that it extends, and so on."""
+    files = [YamlFile(path)]
+    while "extends" in files[-1].data:
+        name = files[-1].data.pop("extends")
+        try:
+            base = find_scenario(str(name), files[-1].path.parent)
+        except ScenarioError as error:
+            raise ScenarioError(f"{files[-1].place(('extends',))}: extends: {error}") from error
+        if any(file.path.samefile(base) for file in files):
+            raise ScenarioError(f"{files[-1].place(('extends',))}: extends: {name} extends this file; break the ring")
+        files.append(YamlFile(base))
+        files[-1].data.pop("name", None)
+    return files
+
+
+def _merged(below: Any, above: Any) -> Any:
+    if not (isinstance(below, dict) and isinstance(above, dict)) or is_random(below) or is_random(above):
+        return above
+    return below | {key: _merged(below.get(key), value) for key, value in above.items()}

@@ -1,0 +1,128 @@
+"""Walls, and the doors in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+from math import hypot, pi
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from slam.config import Section
+from slam.pose import Pose2D
+from slam.scenario.prism import Prism, rectangle
+from slam.scenario.quantity import Within
+from slam.scenario.values import Length, NotNegative, Point, Small
+
+
+class Door(Section):
+    """An opening in a wall, as high as the wall, with a leaf or without."""
+
+    at: NotNegative
+    """Where the opening begins: metres along the wall from its first point. It ends ``width`` later."""
+    width: Length = 0.9
+    """Metres."""
+    angle: Annotated[float, Within(-3.1416, 3.1416, "radians", "degrees", pi / 180.0)] | None = None
+    """How far the leaf is open, radians: 0 is shut, positive opens to the left of the wall as it is drawn, negative to
+    the right. Without it there is no leaf."""
+    hinge: Literal["begin", "end"] = "begin"
+    """The side of the opening where the leaf hangs."""
+    leaf: Small = 0.04
+    """Thickness of the leaf, metres."""
+
+    @property
+    def end(self) -> float:
+        """Where the opening ends, metres along the wall."""
+        return self.at + self.width
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A straight part of a wall, ``begin`` metres after the wall's first point."""
+
+    T_map_stretch: Pose2D
+    """Its first point; x along the wall."""
+    begin: float
+    length: float
+
+    def holds(self, door: Door) -> bool:
+        """Whether the whole opening lies in this part."""
+        return self.begin - 1e-9 <= door.at and door.end <= self.begin + self.length + 1e-9
+
+    def solid(self, low: float, high: float, width: float, top: float) -> Prism:
+        """The wall between two places, metres from this part's first point."""
+        T = self.T_map_stretch
+        middle = T @ Pose2D((low + high) / 2.0)
+        return Prism(rectangle((middle.x, middle.y), high - low, width, T.theta), 0.0, top)
+
+
+class Wall(Section):
+    """A polyline that a wall of this thickness follows, along its middle."""
+
+    points: tuple[Point, ...] = Field(min_length=2)
+    """Corners, map frame, metres."""
+    closed: bool = False
+    """From the last point on to the first."""
+    thickness: Small = 0.1
+    """Metres."""
+    height: Annotated[Length, Within(0.0, 100.0, "m", "mm", 1e-3)] = 1.0
+    """Metres."""
+    doors: tuple[Door, ...] = ()
+    """Openings, in any order."""
+
+    def prisms(self) -> Iterator[Prism]:
+        """What stands of each stretch, half a thickness longer at its ends so that corners are filled; then the leaves
+        of all doors."""
+        for stretch in self._stretches():
+            openings = [place - stretch.begin for door in self._doors_in(stretch) for place in (door.at, door.end)]
+            ends = [-self.thickness / 2, *openings, stretch.length + self.thickness / 2]
+            for low, high in zip(ends[::2], ends[1::2], strict=True):
+                if high > low:
+                    yield stretch.solid(low, high, self.thickness, self.height)
+        yield from self.leaves()
+
+    def leaves(self) -> Iterator[Prism]:
+        """The leaves of the doors alone."""
+        for stretch in self._stretches():
+            for door in self._doors_in(stretch):
+                if door.angle is not None:
+                    yield self._leaf(stretch, door, door.angle)
+
+    def _doors_in(self, stretch: Stretch) -> list[Door]:
+        return sorted((door for door in self.doors if stretch.holds(door)), key=lambda door: door.at)
+
+    def _stretches(self) -> list[Stretch]:
+        ends = [*self.points, self.points[0]] if self.closed else self.points
+        lengths = [hypot(x1 - x0, y1 - y0) for (x0, y0), (x1, y1) in pairwise(ends)]
+        yaws = [float(np.arctan2(y1 - y0, x1 - x0)) for (x0, y0), (x1, y1) in pairwise(ends)]
+        begins = accumulate(lengths, initial=0.0)
+        return [
+            Stretch(Pose2D(x, y, yaw), begin, length)
+            for (x, y), yaw, begin, length in zip(ends, yaws, begins, lengths, strict=False)
+        ]
+
+    def _leaf(self, stretch: Stretch, door: Door, angle: float) -> Prism:
+        """The leaf hangs on the face of the wall that it opens to, or in the middle of the wall when it is shut."""
+        hinge, swing = (door.at, angle) if door.hinge == "begin" else (door.end, pi - angle)
+        T_map_hinge = stretch.T_map_stretch @ Pose2D(
+            hinge - stretch.begin, float(np.sign(angle)) * self.thickness / 2.0, swing
+        )
+        middle = T_map_hinge @ Pose2D(door.width / 2.0)
+        return Prism(rectangle((middle.x, middle.y), door.width, door.leaf, T_map_hinge.theta), 0.0, self.height)
+
+    @model_validator(mode="after")
+    def _doors_fit(self) -> Self:
+        stretches = self._stretches() if self.doors else []
+        for door in self.doors:
+            if not any(stretch.holds(door) for stretch in stretches):
+                parts = ", ".join(f"{s.begin:.4g} to {s.begin + s.length:.4g}" for s in stretches)
+                raise ValueError(
+                    f"the door from {door.at:g} m to {door.end:g} m fits into no straight part of the wall: {parts} m"
+                )
+        for first, second in pairwise(sorted(self.doors, key=lambda door: door.at)):
+            if second.at < first.end:
+                raise ValueError(f"the doors at {first.at:g} m and at {second.at:g} m of the wall overlap")
+        return self

@@ -1,0 +1,92 @@
+"""What a sweep runs: the schema of its YAML file, and of the options of ``hopslam sweep``."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
+
+from slam.config import Section
+from slam.scenario.random_value import KINDS, is_random
+from slam.scenario.validation_message import message_of
+
+Mode = Literal["hopslam", "paper", "dead_reckoning"]
+"""What estimates the pose: this project's method, the paper's, or wheel odometry alone."""
+
+
+def _range(given: Any) -> Any:
+    """``0:100`` as the numbers from 0 to 99, and one number as a list of it."""
+    if isinstance(given, int):
+        return [given]
+    if not isinstance(given, str):
+        return given
+    first, _, end = given.partition(":")
+    try:
+        return [int(first)] if not end else list(range(int(first), int(end)))
+    except ValueError:
+        raise ValueError("expected first:end, for example 0:100, which ends with 99, or a list of numbers") from None
+
+
+def _random(given: Any) -> Any:
+    if not is_random(given):
+        raise ValueError(f"expected one of {', '.join(KINDS)} with its numbers, for example {{uniform: [0.2, 0.6]}}")
+    kind = KINDS[next(iter(given))]
+    try:
+        kind.model_validate(given)
+    except ValidationError as errors:
+        raise ValueError(message_of(errors.errors()[0], kind)[1]) from errors
+    return given
+
+
+def _different(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    doubles = [value for index, value in enumerate(values) if value in values[:index]]
+    if doubles:
+        raise ValueError(f"{doubles[0]} stands here twice")
+    return values
+
+
+Seeds = Annotated[
+    tuple[Annotated[int, Field(ge=0)], ...], BeforeValidator(_range), AfterValidator(_different), Field(min_length=1)
+]
+Several = Annotated[tuple[Any, ...], AfterValidator(_different), Field(min_length=1)]
+
+
+class SweepConfig(Section):
+    """Scenario x mode x grid x seed: each combination is one run."""
+
+    name: str = Field("sweep", pattern=r"^[A-Za-z0-9][A-Za-z0-9._ -]*$")
+    """Of the sweep's folder."""
+    description: str = ""
+    scenarios: Annotated[tuple[str, ...], AfterValidator(_different)] = ()
+    """Shipped ones by name, others by path, relative to the sweep's file."""
+    logs: Annotated[tuple[str, ...], AfterValidator(_different)] = ()
+    """Recorded logs, by path."""
+    modes: Annotated[tuple[Mode, ...], AfterValidator(_different)] = ()
+    """Of the method; none: that of each scenario. Where a scenario is of another mode, its section ``slam`` gives way
+    to the defaults of this one, or to that of ``paper_corridor`` (a log: ``paper_replay``) where it is the paper's."""
+    seeds: Seeds = (0,)
+    """``first:end``, without the end, or a list."""
+    grid: dict[str, Several] = Field({})
+    """Settings such as ``slam.matching.floor``, and the values of each that are tried."""
+    sample: dict[str, Annotated[Any, AfterValidator(_random)]] = Field({})
+    """Settings that are drawn for each seed: ``{uniform: [low, high]}`` and the like, as in scenarios."""
+    settings: dict[str, Any] = Field({})
+    """Settings that all runs have."""
+    seed: int = Field(0, ge=0)
+    """Of the sampled settings: together with a run's own seed, it says what they are."""
+
+    @model_validator(mode="after")
+    def _something_to_run(self) -> Self:
+        if not self.scenarios and not self.logs:
+            raise ValueError("nothing to run; name at least one scenario or log")
+        return self
+
+    @model_validator(mode="after")
+    def _each_setting_once(self) -> Self:
+        keys = [*self.grid, *self.sample, *self.settings]
+        if {"slam", "slam.mode"} & set(keys):
+            raise ValueError("slam.mode belongs into modes (--mode), whole sections slam into scenarios")
+        doubles = {key for key in keys if keys.count(key) > 1} | {"seed"} & set(keys)
+        if doubles:
+            raise ValueError(f"{min(doubles)} is set in two ways; leave it in one of seeds, grid, sample, settings")
+        return self

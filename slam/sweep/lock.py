@@ -1,0 +1,84 @@
+"""One driver to a sweep's folder."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import platform
+from contextlib import suppress
+from types import TracebackType
+from typing import IO, Final, Self
+
+from slam.errors import InputError
+from slam.sweep.folder import Folder
+
+_NAME: Final = "driver.lock"
+
+
+class Lock:
+    """Held while a driver works in the folder; InputError while another does.
+
+    On a file system the kernel holds it, and lets go when the process dies, however it dies. At a URL it is a file that
+    names host and process: that of a process of this host that is gone is taken over.
+    """
+
+    def __init__(self, folder: Folder) -> None:
+        self._folder = folder
+        self._file: IO[str] | None = None
+        self._me = json.dumps({"host": platform.node(), "pid": os.getpid()})
+
+    def __enter__(self) -> Self:
+        if self._folder.path is not None:
+            self._lock_file()
+        else:
+            self._claim()
+        return self
+
+    def __exit__(
+        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
+    ) -> None:
+        if self._file is not None:
+            self._file.close()
+        else:
+            self._folder.remove(_NAME)
+
+    def _lock_file(self) -> None:
+        assert self._folder.path is not None
+        self._folder.path.mkdir(parents=True, exist_ok=True)
+        self._file = (self._folder.path / _NAME).open("a+", encoding="utf-8")
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            self._file.seek(0)
+            with self._file:
+                raise self._taken(self._file.read()) from error
+        self._file.truncate(0)
+        self._file.write(self._me)
+        self._file.flush()
+
+    def _claim(self) -> None:
+        other = self._folder.read(_NAME)
+        if other is not None and _lives(other):
+            raise self._taken(other)
+        self._folder.write(_NAME, self._me)
+
+    def _taken(self, other: str) -> InputError:
+        who = json.loads(other) if other else {}
+        return InputError(
+            f"{self._folder.address}: process {who.get('pid')} on {who.get('host')} runs a sweep there; wait for it, "
+            f"or choose another --out (if it is gone, remove {_NAME})"
+        )
+
+
+def _lives(other: str) -> bool:
+    """Whether that process may still be at work: one of another host is believed to be."""
+    who = json.loads(other)
+    if who["host"] != platform.node():
+        return True
+    with suppress(PermissionError):
+        try:
+            os.kill(who["pid"], 0)
+        except ProcessLookupError:
+            return False
+    return True

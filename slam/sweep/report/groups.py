@@ -1,0 +1,114 @@
+"""The rows of a sweep, put together by case: name, mode and the settings of the grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from slam.errors import InputError
+from slam.pose import FloatArray
+from slam.scenario.validation_message import hint
+from slam.sweep.row import Row
+from slam.sweep.store import SweepStore
+
+_MODES: Final = ("hopslam", "paper", "dead_reckoning")
+"""In this order they are shown; the first one there is what the others are compared with."""
+_FALLBACKS: Final = ("ate_rmse_m", "wall.slam_ms_median")
+"""What is looked at where nothing is asked for: the first of which there is a value."""
+
+
+@dataclass(eq=False)
+class Group:
+    """All runs of one case that came to an end, and how many did not."""
+
+    name: str
+    mode: str
+    grid: dict[str, Any]
+    seeds: list[int] = field(default_factory=list)
+    values: list[float] = field(default_factory=list)
+    """Of the metric, run by run."""
+    curves: list[tuple[float, list[float]]] = field(default_factory=list)
+    """Metres driven, and the error on the way, of the runs of which it is known."""
+    drawn: list[dict[str, float]] = field(default_factory=list)
+    """The settings that were drawn, run by run."""
+    commands: list[tuple[str, str]] = field(default_factory=list)
+    """Id and command, run by run."""
+    failures: list[tuple[str, str, str]] = field(default_factory=list)
+    """Id, error and command of the runs without a result."""
+    collided: int = 0
+    runs: int = 0
+
+    @property
+    def label(self) -> str:
+        """Within its scenario."""
+        return ", ".join([self.mode, *(f"{key.rpartition('.')[2]}={value}" for key, value in self.grid.items())])
+
+    @property
+    def whole_label(self) -> str:
+        """With its scenario."""
+        return f"{self.name}: {self.label}"
+
+    @property
+    def array(self) -> FloatArray:
+        """The values, (N,)."""
+        return np.array(self.values, float)
+
+    def add(self, row: Row, metric: str) -> None:
+        """Take note of one row."""
+        self.runs += 1
+        if row["status"] != "done":
+            self.failures.append((row["id"], row["error"] or "", row["command"]))
+            return
+        self.collided += row["ending"] == "collided"
+        if row.get(metric) is None:
+            return
+        self.seeds.append(row["seed"])
+        self.values.append(float(row[metric]))
+        self.commands.append((row["id"], row["command"]))
+        self.drawn.append(_prefixed(row, "drawn."))
+        if row.get("error_m"):
+            self.curves.append((row["path_m"], row["error_m"]))
+
+
+def pick_metric(store: SweepStore, asked: str | None) -> str:
+    """The column that is looked at; InputError where it holds no numbers."""
+    numbers = {
+        key: None
+        for row in store.rows()
+        for key, value in row.items()
+        if isinstance(value, int | float) and not key.startswith(("set.", "drawn."))
+    }
+    found = next((name for name in ([asked] if asked else _FALLBACKS) if name in numbers), None)
+    if found is None:
+        known = list(numbers)
+        raise InputError(
+            f"no column {asked!r} of numbers; {hint(asked, known)}" if asked else "no run has a result yet"
+        )
+    return found
+
+
+def grouped(store: SweepStore, metric: str) -> list[Group]:
+    """The cases in the order of name, mode and settings."""
+    groups: dict[tuple[Any, ...], Group] = {}
+    for row in store.rows():
+        grid = _prefixed(row, "set.")
+        key = (row["name"], row["mode"], *grid.items())
+        groups.setdefault(key, Group(row["name"], row["mode"], grid)).add(row, metric)
+    return sorted(groups.values(), key=_order)
+
+
+def by_name(groups: list[Group]) -> dict[str, list[Group]]:
+    """The cases of each scenario or log."""
+    names = dict.fromkeys(group.name for group in groups)
+    return {name: [group for group in groups if group.name == name] for name in names}
+
+
+def _order(group: Group) -> tuple[Any, ...]:
+    place = _MODES.index(group.mode) if group.mode in _MODES else len(_MODES)
+    return group.name, place, [(isinstance(value, str), value) for value in group.grid.values()]
+
+
+def _prefixed(row: Row, prefix: str) -> dict[str, Any]:
+    return {key.removeprefix(prefix): row[key] for key in row if key.startswith(prefix) and row[key] is not None}

@@ -1,0 +1,104 @@
+"""The pictures of a sweep's report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from slam.files.figure_file import save_figure
+from slam.files.palette import PAPER
+from slam.files.whole_files import whole_file
+from slam.pose import FloatArray
+from slam.sweep.report.groups import Group, by_name
+
+_MODES: Final = ("hopslam", "dead_reckoning", "paper")
+"""Each has the look of this place, so that the first two have the colours that they have elsewhere."""
+_MARKERS: Final = "osD^vPX"
+_WIDE: Final = 20.0
+"""With the largest value so many times the smallest, the scale is logarithmic."""
+
+
+def draw_boxes(path: Path, groups: list[Group], metric: str) -> None:
+    """A panel a scenario: for each case the quartiles, whiskers to 5 and 95 %, and the runs outside them."""
+    figure, panels = _panels(by_name(groups), metric)
+    for axes, members in zip(panels, by_name(groups).values(), strict=True):
+        shown = [group for group in members if group.values]
+        boxes = axes.boxplot(
+            [group.values for group in shown], whis=(5, 95), widths=0.6, patch_artist=True,
+            medianprops={"color": "black"}, flierprops={"marker": ".", "markersize": 4},
+        )  # fmt: skip
+        for box, (colour, _) in zip(boxes["boxes"], _looks(shown), strict=True):
+            box.set(facecolor=colour, alpha=0.5)
+        axes.set_xticks(range(1, len(shown) + 1), [group.label.replace(", ", "\n") for group in shown])
+        _scale(axes, np.concatenate([np.empty(0), *(group.array for group in shown)]))
+    _save(figure, path)
+
+
+def draw_bands(path: Path, groups: list[Group]) -> None:
+    """A panel a scenario: the error over the distance driven, median of the runs and 5 to 95 % of them."""
+    known = {name: shown for name, members in by_name(groups).items() if (shown := [g for g in members if g.curves])}
+    figure, panels = _panels(known, "error [m]")
+    for axes, members in zip(panels, known.values(), strict=True):
+        for group, (colour, dash) in zip(members, _looks(members), strict=True):
+            distance, (low, middle, high) = _band(group.curves)
+            axes.fill_between(distance, low, high, color=colour, alpha=0.2, linewidth=0)
+            axes.plot(distance, middle, dash, color=colour, label=group.label)
+        axes.set(xlabel="distance driven [m]", ylim=(0, None))
+        axes.legend(fontsize="small", frameon=False)
+    _save(figure, path)
+
+
+def draw_samples(path: Path, groups: list[Group], metric: str) -> None:
+    """A panel a drawn setting: the metric of every run over its value."""
+    keys = sorted({key for group in groups for drawn in group.drawn for key in drawn})
+    figure, panels = _panels(keys, metric)
+    for axes, key in zip(panels, keys, strict=True):
+        for number, (group, (colour, _)) in enumerate(zip(groups, _looks(groups), strict=True)):
+            axes.plot(
+                [drawn.get(key, np.nan) for drawn in group.drawn], group.values, _MARKERS[number % len(_MARKERS)],
+                color=colour, alpha=0.6, markersize=3.5, label=f"{group.name}, {group.label}",
+            )  # fmt: skip
+        axes.set(title="", xlabel=key)
+        _scale(axes, np.concatenate([group.array for group in groups]))
+    panels[0].legend(fontsize="small", frameon=False)
+    _save(figure, path)
+
+
+def _panels(titles: Any, y_label: str) -> tuple[Figure, Sequence[Axes]]:
+    figure = Figure(figsize=(max(5.0 * len(titles), 6.0), 4.5), dpi=110, layout="constrained")
+    panels = figure.subplots(1, len(titles), squeeze=False)[0]
+    for axes, title in zip(panels, titles, strict=True):
+        axes.set_title(title)
+    panels[0].set_ylabel(y_label)
+    return figure, panels
+
+
+def _looks(groups: list[Group]) -> list[tuple[str, str]]:
+    """Colour and line style of each case: those of its mode, where the modes tell the cases apart."""
+    modes = [group.mode for group in groups]
+    if len(set(modes)) == len(modes) and set(modes) <= set(_MODES):
+        return [PAPER.curve(_MODES.index(mode)) for mode in modes]
+    return [PAPER.curve(index) for index in range(len(groups))]
+
+
+def _band(curves: list[tuple[float, list[float]]]) -> tuple[FloatArray, FloatArray]:
+    """Distances (M,), as far as half the runs went, and there 5, 50 and 95 % of the errors, (3, M)."""
+    distance = np.linspace(0.0, float(np.median([path for path, _ in curves])), 200)
+    errors = [np.interp(distance, np.linspace(0.0, path, len(errors)), errors, right=np.nan) for path, errors in curves]
+    return distance, np.nanpercentile(np.array(errors), [5, 50, 95], axis=0)
+
+
+def _scale(axes: Axes, values: FloatArray) -> None:
+    if len(values) and values.min() > 0 and values.max() > _WIDE * values.min():
+        axes.set_yscale("log")
+    axes.grid(axis="y", color="0.9")
+
+
+def _save(figure: Figure, path: Path) -> None:
+    with whole_file(path) as draft:
+        save_figure(figure, draft, format="png")

@@ -60,7 +60,7 @@ class Bullet:
 
     @property
     def closed(self) -> bool:
-        """Whether ``close`` was called."""
+        """True after ``close``."""
         return not self._release.alive
 
     def close(self) -> None:
@@ -69,11 +69,11 @@ class Bullet:
         self._client = -1  # the next world gets the old number
 
     def call(self, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Any:
-        """``function(*args, **kwargs)`` of the pybullet module, in this client."""
+        """Call ``function(*args, **kwargs)`` of the pybullet module in this client."""
         return self.prepared(function, *args, **kwargs)()
 
     def prepared(self, function: Callable[..., Any], *args: Any, **kwargs: Any) -> Callable[[], Any]:
-        """The same call to be made often: preparing it costs more than making it."""
+        """Bind the same call, to be made often: binding it costs more than making it."""
         ready = partial(function, *args, **kwargs, physicsClientId=self._client)
 
         def call() -> Any:

@@ -1,21 +1,29 @@
-"""What a robot notices of contacts: a collision, and the segments of its bumpers that were pressed."""
+"""Collisions, and the bumper segments that were pressed, from the contacts of the robot's body."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from math import atan2, cos, pi, sin
-from typing import Final
+from typing import Final, NamedTuple
 
-from sim.p3dx import Contact
 from slam.pose import wrap_angle
 
 SEGMENTS: Final = 5
-"""Of the front bumper, and of the rear one."""
+"""Number of segments of the front bumper, and of the rear one."""
 SEGMENT_ANGLE: Final = pi / 6.0
-"""That each segment covers, seen from the middle of the axle; the flanks between front and rear have none. Ours."""
+"""Angle of each segment, seen from the middle of the axle; the flanks between front and rear have none. Ours."""
 
 Place = tuple[float, float, float]
 """x, y, theta of the base in the map."""
+
+
+class Contact(NamedTuple):
+    """A place where the body was touched: x and y in the map frame, metres."""
+
+    x: float
+    y: float
+    pushable: bool
+    """True where it was touched by furniture that can be pushed."""
 
 
 class Bumpers:
@@ -33,7 +41,7 @@ class Bumpers:
                 self._pressed[segment] = True
 
     def read(self) -> tuple[bool, tuple[bool, ...]]:
-        """Whether anything that stands fast was touched since the last reading, and which segments anything pressed:
+        """Collision since the last reading with anything that stands fast, and the segments that anything pressed:
         front, then rear, each from the robot's left to its right."""
         collided, pressed = self._collided, tuple(self._pressed)
         self._forget()

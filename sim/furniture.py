@@ -1,18 +1,34 @@
-"""Furniture that the robot can push: bodies in the simulated world, and outlines that stop the lidar's rays."""
+"""Furniture that the robot can push: bodies in the simulated world that slide and turn on the floor."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import atan2
+from math import atan2, cos, hypot, sin, sqrt
+from typing import Any, Final
 
 import numpy as np
 
 from sim.bullet import pybullet
-from sim.movable import add_movable
-from sim.rays import stop_at_outlines
-from sim.world import World
+from sim.world import FLOOR, GRAVITY, MOVABLE, ROBOT, SILLS, WALLS, World
 from slam.pose import FloatArray
+from slam.scenario.clearance import SILL
 from slam.scenario.furniture import Movable
+from slam.scenario.prism import Prism
+
+SLIDING: Final = 0.3
+"""Friction of furniture on the floor; wood or felt has 0.2 to 0.5."""
+BODY, FOOTING = -1, 0
+"""Numbers of the two links: what walls and the robot meet, and what the floor carries."""
+FEET: Final = 4
+"""Feet of a piece; each carries the same load, because all sink in by the same length."""
+FOOT: Final = 0.01
+"""Radius of a foot, a ball, metres."""
+SINKING: Final = 1e-4
+"""Length by which feet sink into the floor under the weight, metres."""
+UPRIGHT: Final = 1e9
+"""Inertia of furniture about its horizontal axes, kg m^2; so large that it does not tip over."""
+ARM_CELLS: Final = 16
+"""Cells along an edge of a footprint, and from its middle to the edge: the arm of a square is right within 0.1 %."""
 
 
 class Furniture:
@@ -23,8 +39,8 @@ class Furniture:
         self._bodies = [add_movable(world, thing) for thing in movables]
         self._find = [world.bullet.prepared(pybullet.getBasePositionAndOrientation, body) for body in self._bodies]
 
-    def leave(self) -> None:
-        """Put all of it far from everything and from each other: see ``P3dx.leave``."""
+    def send_away(self) -> None:
+        """Move all pieces far from everything and from each other: see ``P3dx.send_away``."""
         for number, body in enumerate(self._bodies):
             self._world.send_away(body, number + 1)
 
@@ -35,25 +51,100 @@ class Furniture:
         return np.array(places, np.float64).reshape(-1, 3)
 
 
-class MovingOutlines:
-    """Outlines of things that move, in a horizontal plane at ``height`` metres."""
+def add_movable(world: World, thing: Movable) -> int:
+    """Add a body that slides on the floor and that rays pass through; its frame is that of the thing.
 
-    def __init__(self, movables: Sequence[Movable], height: float) -> None:
-        ends = [
-            np.insert(np.hstack([p.footprint, np.roll(p.footprint, -1, axis=0) - p.footprint]), 0, owner, axis=1)
-            for owner, thing in enumerate(movables)
-            for p in thing.prisms
-            if p.bottom <= height <= p.top
-        ]
-        self._segments = np.concatenate([np.empty((0, 5)), *ends])
-        """(K, 5): the number of the thing; x, y of one end in its frame, and from there to the other."""
+    It stands on four soft feet that resist sliding and turning as its whole footprint does. Hard contacts of a thing
+    that cannot tip share its weight at random: often one carries all of it, and the thing turns freely about that one.
+    """
+    length, width = np.ptp(np.concatenate([prism.footprint for prism in thing.prisms]), axis=0).tolist()
+    (x, y), theta = thing.T_map_thing.translation, thing.T_map_thing.theta
+    body: int = world.bullet.call(
+        pybullet.createMultiBody,
+        thing.mass,
+        _compound(world, [_part(prism) for prism in thing.prisms]),
+        basePosition=(x, y, 0.0),
+        baseOrientation=(0.0, 0.0, sin(theta / 2.0), cos(theta / 2.0)),
+        **_fixed_link(_compound(world, _feet(length, width, friction_arm(thing.prisms)))),
+    )
+    inertia = UPRIGHT, UPRIGHT, thing.mass * (length**2 + width**2) / 12.0  # of the box around it
+    stiffness = thing.mass * GRAVITY / (FEET * SINKING)
+    damping = sqrt(stiffness * thing.mass)  # critical for a quarter of the mass
+    met = WALLS | SILLS | MOVABLE | (ROBOT if max(prism.top for prism in thing.prisms) > SILL else 0)
+    for part, meets, dynamics in (
+        (BODY, met, {"localInertiaDiagonal": inertia}),
+        (FOOTING, FLOOR, {"contactStiffness": stiffness, "contactDamping": damping}),
+    ):
+        world.bullet.call(pybullet.changeDynamics, body, part, lateralFriction=SLIDING, **dynamics)
+        world.bullet.call(pybullet.setCollisionFilterGroupMask, body, part, MOVABLE, meets)
+    world.movables.add(body)
+    return body
 
-    def stop(
-        self, origins: FloatArray, directions: FloatArray, ranges: FloatArray, places: FloatArray, steps: float
-    ) -> None:
-        """Shorten ``ranges`` (N,) in place where an outline stands in the way of a ray when it fires.
 
-        ``places`` (C, M, 3) are x, y and theta of the things; from one ray to the next, ``steps`` rows pass.
-        """
-        if len(self._segments):
-            stop_at_outlines(origins, directions, ranges, places, self._segments, steps)
+def _compound(world: World, parts: Sequence[dict[str, Any]]) -> Any:
+    """One shape of several parts."""
+    arguments = {name: [part[name] for part in parts] for name in parts[0]}
+    return world.bullet.call(pybullet.createCollisionShapeArray, **arguments)
+
+
+def _fixed_link(shape: int) -> dict[str, Any]:
+    """Arguments by which PyBullet adds a part without mass of its own, which other things meet than meet the base."""
+    origin, upright = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+    return {
+        "linkMasses": [0.0],
+        "linkCollisionShapeIndices": [shape],
+        "linkVisualShapeIndices": [-1],
+        "linkPositions": [origin],
+        "linkOrientations": [upright],
+        "linkInertialFramePositions": [origin],
+        "linkInertialFrameOrientations": [upright],
+        "linkParentIndices": [0],
+        "linkJointTypes": [pybullet.JOINT_FIXED],
+        "linkJointAxis": [(0.0, 0.0, 1.0)],
+    }
+
+
+def _feet(length: float, width: float, arm: float) -> list[dict[str, Any]]:
+    """Four balls on the diagonals of the outline, ``arm`` metres from its middle."""
+    x, y = arm * length / hypot(length, width), arm * width / hypot(length, width)
+    return [
+        {"shapeTypes": pybullet.GEOM_SPHERE, "radii": FOOT, "collisionFramePositions": (sx * x, sy * y, FOOT)}
+        for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
+
+
+def _part(prism: Prism) -> dict[str, Any]:
+    """Arguments by which PyBullet makes a part of a thing: a box along the axes of its frame, or a cylinder."""
+    middle, height = prism.footprint.mean(axis=0), prism.top - prism.bottom
+    length, width = np.ptp(prism.footprint, axis=0)
+    return {
+        "shapeTypes": pybullet.GEOM_BOX if len(prism.footprint) == 4 else pybullet.GEOM_CYLINDER,
+        "halfExtents": (length / 2.0, width / 2.0, height / 2.0),
+        "radii": length / 2.0,
+        "lengths": height,
+        "collisionFramePositions": (*middle, prism.bottom + height / 2.0),
+    }
+
+
+def friction_arm(prisms: Sequence[Prism]) -> float:
+    """Mean distance, metres, of the area that stands on the floor from the origin.
+
+    Times the friction of sliding, it is the moment that resists turning about the origin, for pressure that is the same
+    everywhere: 2 R / 3 for a disc, L / 4 for a thin rod.
+    """
+    bottom = min(prism.bottom for prism in prisms)
+    moments = np.sum([_moments(prism.footprint) for prism in prisms if prism.bottom == bottom], axis=0)
+    return float(moments[1] / moments[0])
+
+
+def _moments(footprint: FloatArray) -> FloatArray:
+    """Area, and integral over it of the distance from the origin, of a convex polygon (N, 2): summed over triangles
+    between its middle and its edges, each cut into ARM_CELLS x ARM_CELLS cells."""
+    shares = (np.arange(ARM_CELLS) + 0.5) / ARM_CELLS
+    middle = footprint.mean(axis=0)
+    here, there = footprint - middle, np.roll(footprint, -1, axis=0) - middle
+    doubled = here[:, 0] * there[:, 1] - here[:, 1] * there[:, 0]
+    edges = here[:, None] + shares[:, None] * (there - here)[:, None]  # (N, ARM_CELLS, 2)
+    points = middle + shares[:, None] * edges[:, :, None]  # (N, ARM_CELLS, ARM_CELLS, 2)
+    areas = doubled[:, None, None] * shares / ARM_CELLS**2
+    return np.array([areas.sum() * ARM_CELLS, (areas * np.hypot(points[..., 0], points[..., 1])).sum()])

@@ -1,4 +1,4 @@
-"""How people walk: along their way-points, one foot standing while the other swings. Metres, seconds, map frame."""
+"""The gait of people on their way-points: one foot stands while the other swings. Metres, seconds, map frame."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from slam.pose import FloatArray
 
 
 @compiled
-def point_on(nodes: FloatArray, marks: FloatArray, walked: float) -> tuple[float, float, float, float]:
-    """Where ``walked`` metres lead on a closed way (x, y), and the direction there (unit x, y).
+def point_on(nodes: FloatArray, distances: FloatArray, walked: float) -> tuple[float, float, float, float]:
+    """Point on a closed way after ``walked`` metres (x, y), and the direction there (unit x, y).
 
-    ``nodes`` (K, 2) begins and ends with the same point; ``marks`` (K,) are the metres to each, from 0.
+    ``nodes`` (K, 2) begins and ends with the same point; ``distances`` (K,) are the metres to each, from 0.
     """
-    total = marks[-1]
+    total = distances[-1]
     if total == 0.0:
         return nodes[0, 0], nodes[0, 1], 1.0, 0.0
     at = walked - total * floor(walked / total)
-    k = min(max(np.searchsorted(marks, at, side="right") - 1, 0), len(marks) - 2)
-    length = marks[k + 1] - marks[k]
+    k = min(max(np.searchsorted(distances, at, side="right") - 1, 0), len(distances) - 2)
+    length = distances[k + 1] - distances[k]
     ux, uy = (nodes[k + 1, 0] - nodes[k, 0]) / length, (nodes[k + 1, 1] - nodes[k, 1]) / length
-    return nodes[k, 0] + (at - marks[k]) * ux, nodes[k, 1] + (at - marks[k]) * uy, ux, uy
+    return nodes[k, 0] + (at - distances[k]) * ux, nodes[k, 1] + (at - distances[k]) * uy, ux, uy
 
 
 @compiled
-def legs_at(nodes: FloatArray, marks: FloatArray, walked: float, stance: float, stride: float) -> FloatArray:
+def legs_at(nodes: FloatArray, distances: FloatArray, walked: float, stance: float, stride: float) -> FloatArray:
     """Middles of the left and the right leg, (2, 2), of somebody who has walked so far.
 
     In every stride one foot stands half a stride ahead of where the stride began, at its side of the way; the other
@@ -36,17 +36,17 @@ def legs_at(nodes: FloatArray, marks: FloatArray, walked: float, stance: float, 
     the way either.
     """
     legs = np.empty((2, 2))
-    begun = floor(walked / stride) if marks[-1] > 0.0 else 0
-    share = walked / stride - begun if marks[-1] > 0.0 else 0.5
+    begun = floor(walked / stride) if distances[-1] > 0.0 else 0
+    share = walked / stride - begun if distances[-1] > 0.0 else 0.5
     swung = share * share * (3.0 - 2.0 * share)
     for leg in range(2):
         side = stance / 2.0 if leg == 0 else -stance / 2.0
         if (begun + leg) % 2 == 0:  # it stands
-            x, y, ux, uy = point_on(nodes, marks, (begun + 0.5) * stride)
+            x, y, ux, uy = point_on(nodes, distances, (begun + 0.5) * stride)
             legs[leg, 0], legs[leg, 1] = x - side * uy, y + side * ux
         else:
-            x, y, ux, uy = point_on(nodes, marks, (begun - 0.5) * stride)
-            to_x, to_y, vx, vy = point_on(nodes, marks, (begun + 1.5) * stride)
+            x, y, ux, uy = point_on(nodes, distances, (begun - 0.5) * stride)
+            to_x, to_y, vx, vy = point_on(nodes, distances, (begun + 1.5) * stride)
             legs[leg, 0] = (1.0 - swung) * (x - side * uy) + swung * (to_x - side * vy)
             legs[leg, 1] = (1.0 - swung) * (y + side * ux) + swung * (to_y + side * vx)
     return legs
@@ -54,7 +54,7 @@ def legs_at(nodes: FloatArray, marks: FloatArray, walked: float, stance: float, 
 
 @compiled
 def walk(
-    nodes: FloatArray, marks: FloatArray, walked: float, rest: float,
+    nodes: FloatArray, distances: FloatArray, walked: float, rest: float,
     speed: float, pause: float, keep: float, robot: tuple[float, float], seconds: float,
 ) -> tuple[float, float]:  # fmt: skip
     """Metres walked and seconds of rest left, ``seconds`` later.
@@ -63,13 +63,13 @@ def walk(
     """
     if rest > 0.0:
         return walked, max(rest - seconds, 0.0)
-    x, y, ux, uy = point_on(nodes, marks, walked)
+    x, y, ux, uy = point_on(nodes, distances, walked)
     dx, dy = robot[0] - x, robot[1] - y
-    if marks[-1] == 0.0 or (hypot(dx, dy) < keep and dx * ux + dy * uy > 0.0):
+    if distances[-1] == 0.0 or (hypot(dx, dy) < keep and dx * ux + dy * uy > 0.0):
         return walked, 0.0
-    turns = floor((walked + 1e-9) / marks[-1])
-    at = walked - turns * marks[-1]
-    ahead = marks[min(np.searchsorted(marks, at + 1e-9, side="right"), len(marks) - 1)] - at
+    turns = floor((walked + 1e-9) / distances[-1])
+    at = walked - turns * distances[-1]
+    ahead = distances[min(np.searchsorted(distances, at + 1e-9, side="right"), len(distances) - 1)] - at
     if pause > 0.0 and speed * seconds >= ahead - 1e-9:
         return walked + ahead, pause
     return walked + speed * seconds, 0.0
@@ -77,17 +77,17 @@ def walk(
 
 @compiled
 def walk_all(
-    nodes: FloatArray, marks: FloatArray, corners: NDArray[np.int64], habits: FloatArray, state: FloatArray,
+    nodes: FloatArray, distances: FloatArray, corners: NDArray[np.int64], habits: FloatArray, state: FloatArray,
     robot: tuple[float, float], seconds: float, middles: FloatArray, legs: FloatArray,
 ) -> None:  # fmt: skip
     """Let ``seconds`` pass for P people, and write where they are.
 
-    Their ways are rows of ``nodes`` (P, K, 2) and ``marks`` (P, K), as long as ``corners`` (P,) says; ``habits`` (P, 5)
-    are speed, pause, keep, stance, stride; ``state`` (P, 2) is what was walked and the rest left. Written are that,
-    ``middles`` (P, 2) and ``legs`` (P, 2, 2).
+    Their ways are rows of ``nodes`` (P, K, 2) and ``distances`` (P, K), as long as ``corners`` (P,) says; ``habits``
+    (P, 5) are speed, pause, keep, stance, stride; ``state`` (P, 2) is what was walked and the rest left. Written are
+    that, ``middles`` (P, 2) and ``legs`` (P, 2, 2).
     """
     for p in range(len(state)):
-        way, at = nodes[p, : corners[p]], marks[p, : corners[p]]
+        way, at = nodes[p, : corners[p]], distances[p, : corners[p]]
         speed, pause, keep, stance, stride = habits[p]
         if seconds > 0.0:
             state[p, 0], state[p, 1] = walk(

@@ -1,4 +1,4 @@
-"""From the true ranges to those a lidar reports: noise by name, drop-outs, limits and steps."""
+"""Readings of a lidar from true ranges: noise by name, drop-outs, limits and steps."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from sim.realistic_noise import disturbed
+from sim.realistic_noise import realistic_ranges
 from slam.compiled import compiled
 from slam.lidars import LidarModel
 from slam.pose import FloatArray
@@ -17,14 +17,14 @@ DATASHEET: Final = (0.010, 1.0, 0.01)
 
 
 def measure(ranges: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator) -> FloatArray:
-    """What the lidar makes of these true ranges (N,), metres, inf where nothing stands, ``time`` seconds on.
+    """Readings for these true ranges (N,), metres, inf where nothing stands, ``time`` seconds after the start.
 
     Any call with the same number of beams and the same ``noise`` draws as many random numbers.
     """
     normal, uniform = rng.standard_normal(len(ranges)), rng.random(len(ranges))
     model = config.description
     if config.noise == "realistic":
-        ranges = disturbed(
+        ranges = realistic_ranges(
             ranges, model.lidar.angle_increment, time, config.reflectivity, normal, rng.random(len(ranges)),
             rng.random(len(ranges)),
         )  # fmt: skip
@@ -38,14 +38,16 @@ def measure(ranges: FloatArray, time: float, config: LidarConfig, rng: np.random
 
 
 def quantised(ranges: FloatArray, model: LidarModel) -> FloatArray:
-    """Ranges (N,) to the nearest step from ``range_min``, in whole micrometres, which logs keep to the bit; beyond the
-    reach inf, closer than that -inf (REP-117)."""
+    """Round ranges (N,) to the nearest step from ``range_min``, in whole micrometres, which logs keep to the bit.
+
+    Beyond the reach they are inf, closer than ``range_min`` -inf (REP-117).
+    """
     return np.round(_quantised(ranges, model.lidar.range_min, model.lidar.range_max, model.resolution), 6)
 
 
 @compiled
 def _bounded_noise(ranges: FloatArray, near: float, near_range: float, far: float, normal: FloatArray) -> FloatArray:
-    """Gaussian: ``near`` metres of standard deviation up to ``near_range``, ``far`` times the range beyond."""
+    """Add Gaussian noise: standard deviation ``near`` metres up to ``near_range``, ``far`` times the range beyond."""
     noisy = np.empty(len(ranges))
     for j in range(len(ranges)):
         sigma = near if ranges[j] <= near_range else far * ranges[j]

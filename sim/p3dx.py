@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from math import atan2, cos, isfinite, pi, sin
-from typing import Final, NamedTuple
+from math import atan2, cos, isfinite, sin
+from pathlib import Path
+from typing import Final
 
 from sim.bullet import pybullet
-from sim.ramp import ramped
-from sim.resources import asset
-from sim.stall_guard import StallGuard
-from sim.traction import TRACK, Pair, TractionModel
+from sim.bumpers import Contact
+from sim.firmware import StallGuard, ramped
+from sim.wheels import TICKS_PER_RADIAN, TRACK, WHEEL_RADIUS, Pair, Ticks, TractionModel
 from sim.world import TOUCH, World
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.scenario.robot_config import RobotConfig
 
-WHEEL_RADIUS: Final = 0.0975
-"""Of the wheels in p3dx.urdf, metres."""
-TICKS_PER_TURN: Final = 76_600
-"""Of a wheel: 500 lines, read on 4 edges, behind a 38.3:1 gear; 125 ticks/mm, where the vendor's table says 128."""
-TICKS_PER_RADIAN: Final = TICKS_PER_TURN / (2.0 * pi)
 WATCHDOG: Final = 2.0
 """Seconds without a command after which ARCOS stops the robot (AMRISim, world.inc)."""
 MOTOR_TORQUE: Final = 1.2
@@ -28,22 +23,8 @@ MOTOR_TORQUE: Final = 1.2
 sheet with 21 N, and its ramps need 5 N. Tyres on a dry floor hold more than that (``Traction.friction``)."""
 DRAG_TORQUE: Final = 0.3
 """N m with which the gears hold a wheel whose motor is cut. The value is ours."""
-
-
-class Contact(NamedTuple):
-    """A place where the body was touched: x and y in the map frame, metres."""
-
-    x: float
-    y: float
-    pushable: bool
-    """Whether it was touched by furniture that can be pushed."""
-
-
-class Ticks(NamedTuple):
-    """Both wheel encoders, counted from where the robot was put down; forward is positive."""
-
-    left: int
-    right: int
+ASSETS: Final = tuple(folder / "assets" for folder in Path(__file__).resolve().parents[:2])
+"""Folders of ``assets/``: in the installed wheel, or at the root of a checkout."""
 
 
 class P3dx:
@@ -55,7 +36,7 @@ class P3dx:
     def __init__(self, world: World, config: RobotConfig) -> None:
         self._world = world
         self._config = config
-        self._grip = TractionModel(config.traction)
+        self._traction = TractionModel(config.traction)
         self._body = self._load(config.start.pose)
         self._wheels = [self._joint(b"left_wheel"), self._joint(b"right_wheel")]
         self._find_contacts = world.bullet.prepared(pybullet.getContactPoints, self._body, linkIndexA=-1)
@@ -77,14 +58,14 @@ class P3dx:
             world.bullet.call(pybullet.changeDynamics, self._body, wheel, lateralFriction=config.traction.friction)
         self.restart()
 
-    def leave(self) -> None:
-        """Stand far from everything: the engine then forgets what the robot was near, which ``World.restore`` does not
+    def send_away(self) -> None:
+        """Move far from everything: the engine then forgets what the robot was near, which ``World.restore`` does not
         undo, and in whose order contacts are solved."""
         self._world.send_away(self._body, 0)
         self._world.bullet.call(pybullet.performCollisionDetection)
 
     def restart(self) -> None:
-        """At rest, with no command: for a world that is back at its start."""
+        """Stand still without a command, for a world that is back at its start."""
         self._target = self.setpoint = Twist2D()
         self._watchdog_step = 0
         self._rims = 0.0, 0.0  # m/s, of the simulated wheels
@@ -103,14 +84,14 @@ class P3dx:
         return self._target
 
     def control(self) -> None:
-        """What the controller does in one control step: watchdog, ramps, motors."""
+        """Run one control step of the firmware: watchdog, ramps, motors."""
         if self._world.steps >= self._watchdog_step:
             self._target = Twist2D()
         if self._guard.engaged and self.setpoint != self._target:
             self.setpoint = self._ramped_setpoint()
             self._run_motors()
 
-    def turn(self, setpoint: Twist2D) -> None:
+    def set_velocity(self, setpoint: Twist2D) -> None:
         """Turn the wheels at this speed from now on: for a firmware with limits, ramps and a watchdog of its own."""
         if self._guard.engaged and setpoint != self.setpoint:
             self.setpoint = setpoint
@@ -132,11 +113,11 @@ class P3dx:
         return Pose2D(*self.place)
 
     def read_encoders(self) -> Ticks:
-        """Where the wheels stand now."""
+        """Encoder counts of both wheels now."""
         (left, left_speed, _, left_torque), (right, right_speed, _, right_torque) = self._find_joints()
         self._rims = WHEEL_RADIUS * left_speed, WHEEL_RADIUS * right_speed
         self._watch((left_torque, right_torque))
-        angles = self._grip.turned(left, right)
+        angles = self._traction.to_robot(left, right)
         return Ticks(round(angles[0] * TICKS_PER_RADIAN), round(angles[1] * TICKS_PER_RADIAN))
 
     @property
@@ -147,11 +128,11 @@ class P3dx:
 
     @property
     def stalled(self) -> bool:
-        """Whether the motors were cut because they pushed in vain, as the last readings of the encoders say."""
+        """True while the motors have stalled, as the last readings of the encoders say: see ``StallGuard``."""
         return self._guard.stalled
 
     def contacts(self) -> list[Contact]:
-        """Where the body touched anything but the floor in the last physics step."""
+        """Places where the body touched anything but the floor in the last physics step."""
         if not (found := self._find_contacts()):
             return []
         floor, movables = self._world.floor, self._world.movables
@@ -179,7 +160,9 @@ class P3dx:
         """Turn the wheels as the firmware believes that the setpoint needs."""
         believed = self._config.odometry
         v, rim = self.setpoint.linear, self.setpoint.angular * believed.track / 2.0
-        self._rolling[:] = self._grip.rolled((v - rim) / believed.left_radius, (v + rim) / believed.right_radius)
+        self._rolling[:] = self._traction.to_simulated(
+            (v - rim) / believed.left_radius, (v + rim) / believed.right_radius
+        )
         self._set_motors()
 
     def _load(self, start: Pose2D) -> int:
@@ -196,3 +179,12 @@ class P3dx:
         call = self._world.bullet.call
         names = [call(pybullet.getJointInfo, self._body, i)[1] for i in range(call(pybullet.getNumJoints, self._body))]
         return names.index(name)
+
+
+def asset(name: str) -> Path:
+    """Find a file under ``assets/``, for example ``urdf/p3dx.urdf``; RobotError says where it was looked for."""
+    for folder in ASSETS:
+        if (folder / name).is_file():
+            return folder / name
+    places = " or ".join(str(folder) for folder in ASSETS)
+    raise RobotError(f"no asset {name!r} in {places}; install hopslam again, or run it from a whole checkout")

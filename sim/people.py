@@ -27,21 +27,21 @@ class People:
         ways = [_closed_way(person) for person in persons]
         self._corners = np.array([len(way) for way in ways], np.int64)
         self._nodes = np.zeros((len(ways), max(map(len, ways), default=0), 2))
-        self._marks = np.zeros(self._nodes.shape[:2])
+        self._distances = np.zeros(self._nodes.shape[:2])
         for p, way in enumerate(ways):
             self._nodes[p, : len(way)] = way
-            self._marks[p, 1 : len(way)] = np.cumsum(np.hypot(*np.diff(way, axis=0).T))
+            self._distances[p, 1 : len(way)] = np.cumsum(np.hypot(*np.diff(way, axis=0).T))
         self._habits = np.array([[p.speed, p.pause, p.keep, p.stance, p.stride] for p in persons]).reshape(-1, 5)
         self.leg_radii = np.repeat([p.leg_radius for p in persons], 2).astype(np.float64)
         self._pillars = [world.add_pillar(radius, LEG_HEIGHT) for radius in self.leg_radii]
         self.restart()
 
     def __len__(self) -> int:
-        """How many they are."""
+        """Number of people."""
         return len(self._persons)
 
     def restart(self) -> None:
-        """To where each of them starts."""
+        """Put each of them back at their start."""
         self._state = np.array([[p.start, 0.0] for p in self._persons]).reshape(-1, 2)
         self.middles = np.zeros((len(self._persons), 2))
         self._legs = np.zeros((len(self._persons), 2, 2))
@@ -62,11 +62,19 @@ class People:
 
     def _walk(self, robot: tuple[float, float], seconds: float) -> None:
         walk_all(
-            self._nodes, self._marks, self._corners, self._habits, self._state, robot, seconds, self.middles, self._legs
+            self._nodes,
+            self._distances,
+            self._corners,
+            self._habits,
+            self._state,
+            robot,
+            seconds,
+            self.middles,
+            self._legs,
         )
 
     def _place_legs(self, robot: tuple[float, float]) -> None:
-        """Into the physics what is near the robot, and out of it what is not any more."""
+        """Put the legs of people near the robot into the physics, and take the others out."""
         for p, (x, y) in enumerate(self.middles.tolist()):
             near = (x - robot[0]) ** 2 + (y - robot[1]) ** 2 < NEAR**2
             if near or self._in_physics[p]:

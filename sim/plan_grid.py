@@ -35,7 +35,7 @@ class PlanGrid(NamedTuple):
 
 
 def plan_grid(outlines: Sequence[FloatArray]) -> PlanGrid:
-    """Of closed outlines (N, 2), metres."""
+    """Make the grid of closed outlines (N, 2), metres."""
     ends = [np.hstack([outline, np.roll(outline, -1, axis=0) - outline]) for outline in outlines]
     segments = np.concatenate([np.empty((0, 4)), *ends])
     if not len(segments):

@@ -63,7 +63,7 @@ class SimPlant:
 
     @property
     def odometry(self) -> Pose2D:
-        """Where the wheels say that the base is, in the frame where it was put down."""
+        """``T_odom_base`` from the wheels, in the frame where the base was put down."""
         return self._wheels.pose
 
     @property
@@ -73,12 +73,12 @@ class SimPlant:
 
     @property
     def stalled(self) -> bool:
-        """Whether the motors were cut because they pushed in vain."""
+        """True while the motors have stalled."""
         return self._base.stalled
 
     def advance(self, seconds: float, setpoint: Twist2D) -> None:
         """Let time pass with the motors at this speed."""
-        self._base.turn(setpoint)
+        self._base.set_velocity(setpoint)
         for _ in range(round(seconds * self._world.rate)):
             self._world.step()
             if contacts := self._base.contacts():
@@ -89,17 +89,17 @@ class SimPlant:
         self._roll(seconds)
 
     def ranges(self, bearings: FloatArray, ahead: float = 0.0, increment: float = 0.0) -> FloatArray:
-        """What the lidar reports of these directions (N,) of its own frame; its noise is in it.
+        """Ranges that the lidar reports along these directions (N,) of its own frame, with its noise.
 
         The first beam fires ``ahead`` seconds from now, the others ``increment`` seconds after one another; the base
         moves at the speed of now.
         """
         seconds = len(bearings) * increment
         sweep = self._sweep([self._place(ahead), self._place(ahead + seconds)], seconds or 1.0)
-        return self._lidar.glance(bearings, sweep, increment, self._world.time, self._lidar_rng)
+        return self._lidar.measure_beams(bearings, sweep, increment, self._world.time, self._lidar_rng)
 
     def bumpers(self) -> tuple[bool, ...]:
-        """Which segments were pressed since the last call: front, then rear, each from left to right."""
+        """Bumper segments pressed since the last call: front, then rear, each from left to right."""
         return self._bumpers.read()[1]
 
     def sonar(self) -> tuple[float, ...]:
@@ -109,8 +109,10 @@ class SimPlant:
         return self._ring.read(self._base.pose, self._people.legs, self._people.leg_radii, self._furniture.places)
 
     def _warm_up(self) -> None:
-        """The compiled code is loaded now: real time does not wait for it."""
-        self._lidar.glance(np.zeros(1), self._sweep([self._place()] * 2, 1.0), 0.0, 0.0, np.random.default_rng(0))
+        """Load the compiled code now, since real time does not wait for it."""
+        self._lidar.measure_beams(
+            np.zeros(1), self._sweep([self._place()] * 2, 1.0), 0.0, 0.0, np.random.default_rng(0)
+        )
 
     def _sweep(self, path: Sequence[tuple[float, float, float]], seconds: float) -> Sweep:
         """Sweep from one place of the base to another, with all else where it is now."""
@@ -118,7 +120,7 @@ class SimPlant:
         return Sweep(np.array(path), people, seconds, things)
 
     def _place(self, ahead: float = 0.0) -> tuple[float, float, float]:
-        """Where the base is at the speed of now, so many seconds from now."""
+        """Predict the base's x, y, theta so many seconds ahead, at its present speed."""
         pose = self._base.pose @ self._base.twist.motion(ahead)
         return pose.x, pose.y, pose.theta
 

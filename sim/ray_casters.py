@@ -1,4 +1,4 @@
-"""Who finds the walls that rays meet: PyBullet, or the compiled caster."""
+"""Ray casters by name: PyBullet's, and a compiled one."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class ExactCaster:
 def _both_ends(
     origins: FloatArray, directions: FloatArray, height: float, reach: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Of rays of this length at this height, (N, 3) each."""
+    """Start and end points (N, 3) of rays of this length at this height."""
     starts, ends = np.full((len(origins), 3), height), np.full((len(origins), 3), height)
     for j in range(len(origins)):
         for axis in range(2):
@@ -56,4 +56,4 @@ def _both_ends(
 
 
 CASTERS: Final[dict[str, Callable[[World, float, float], Caster]]] = {"bullet": BulletCaster, "exact": ExactCaster}
-"""By the name in the scenario: made from the world, the height of the rays and their reach, metres."""
+"""Ray casters by their name in the scenario, made from the world, the height of the rays and their reach, metres."""

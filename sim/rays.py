@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import cos, pi, sin
 
@@ -9,11 +10,12 @@ import numpy as np
 
 from slam.compiled import compiled
 from slam.pose import FloatArray
+from slam.scenario.furniture import Movable
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sweep:
-    """What moved while the beams fired, the first of them at time 0 and with row 0."""
+    """Motion of everything while the beams fired, the first of them at time 0 and with row 0."""
 
     path: FloatArray
     """(S, 3): x, y, theta of ``T_map_base``, one row every ``step`` seconds; one row alone: it stood still."""
@@ -106,3 +108,27 @@ def stop_at_outlines(
             across = ((sx - ox) * dy - (sy - oy) * dx) / det
             if 0.0 <= along < ranges[j] and 0.0 <= across <= 1.0:
                 ranges[j] = along
+
+
+class MovingOutlines:
+    """Outlines of things that move, in a horizontal plane at ``height`` metres."""
+
+    def __init__(self, movables: Sequence[Movable], height: float) -> None:
+        ends = [
+            np.insert(np.hstack([p.footprint, np.roll(p.footprint, -1, axis=0) - p.footprint]), 0, owner, axis=1)
+            for owner, thing in enumerate(movables)
+            for p in thing.prisms
+            if p.bottom <= height <= p.top
+        ]
+        self._segments = np.concatenate([np.empty((0, 5)), *ends])
+        """(K, 5): the number of the thing; x, y of one end in its frame, and from there to the other."""
+
+    def stop(
+        self, origins: FloatArray, directions: FloatArray, ranges: FloatArray, places: FloatArray, steps: float
+    ) -> None:
+        """Shorten ``ranges`` (N,) in place where an outline stands in the way of a ray when it fires.
+
+        ``places`` (C, M, 3) are x, y and theta of the things; from one ray to the next, ``steps`` rows pass.
+        """
+        if len(self._segments):
+            stop_at_outlines(origins, directions, ranges, places, self._segments, steps)

@@ -1,4 +1,4 @@
-"""How a real URG-04LX errs: by the light that comes back, at edges, and while it warms up.
+"""Errors of a real URG-04LX: by the light that comes back, at edges, and while it warms up.
 
 The effects are those that Kneip et al., "Characterization of the compact Hokuyo URG-04LX 2D laser range scanner", ICRA
 2009, and Okubo, Ye and Borenstein, "Characterization of the Hokuyo URG-04LX laser rangefinder for mobile robot obstacle
@@ -17,9 +17,9 @@ from slam.compiled import compiled
 from slam.pose import FloatArray
 
 SIGMA_NEAR: Final = 0.003
-"""Of the sensor's own electronics, metres: what is left in full light. Our choice."""
+"""Noise of the sensor's own electronics, metres: what is left in full light. Our choice."""
 SIGMA_LIGHT: Final = 0.0033
-"""At the light of white paper 1 m away, metres: a third of the data sheet's 1 %, which it so keeps at 3 sigma."""
+"""Shot noise at the light of white paper 1 m away, metres: a third of the data sheet's 1 %, so that 3 sigma keep it."""
 DARK: Final = 0.01
 """Light at which an echo is lost once in e times, in units of that of white paper 1 m away. Our choice."""
 BEAM_HALF_WIDTH: Final = 0.005
@@ -27,13 +27,13 @@ BEAM_HALF_WIDTH: Final = 0.005
 EDGE: Final = 0.05
 """Neighbouring ranges that differ by this much, and are not on one plane, have an edge between them; metres. Ours."""
 WARM_UP: Final = 0.010
-"""Too long by so much when switched on, metres; our choice, of the size that is reported ..."""
+"""Excess of the ranges when switched on, metres; our choice, of the size that is reported ..."""
 WARM_UP_TIME: Final = 1200.0
-"""... and by 1/e of that so many seconds later."""
+"""... and seconds until it has fallen to 1/e of that."""
 
 
 @compiled
-def disturbed(
+def realistic_ranges(
     ranges: FloatArray, step: float, time: float, reflectivity: float,
     normal: FloatArray, lost: FloatArray, edge: FloatArray,
 ) -> FloatArray:  # fmt: skip

@@ -50,8 +50,8 @@ class SimRobot(Closing):
         """Back to the start of the same scenario with another seed: all is as in a new SimRobot, but made faster."""
         self._require_open()
         self._lidar_rng, odometry_rng = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(2))
-        self._furniture.leave()
-        self._base.leave()
+        self._furniture.send_away()
+        self._base.send_away()
         self._world.restore()
         self._base.restart()
         self._people.restart()

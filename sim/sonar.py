@@ -8,8 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from sim.furniture import MovingOutlines
-from sim.rays import stop_at_legs
+from sim.rays import MovingOutlines, stop_at_legs
 from sim.world import World
 from slam.pose import FloatArray, Pose2D
 from slam.scenario.furniture import Movable
@@ -21,13 +20,13 @@ TRANSDUCERS: Final = np.array(
 )  # fmt: skip
 """x (mm), y (mm) and direction (degrees) on the base, from left to right: ARIA p3dx-sh.p."""
 REACH: Final = 5.0
-"""Metres."""
+"""Longest range, metres."""
 HEIGHT: Final = 0.17
-"""Of the ring above the floor, metres; read from pictures of the robot."""
+"""Height of the ring above the floor, metres; read from pictures of the robot."""
 CONE: Final = radians(30.0)
 """Opening of a transducer's beam, the usual figure for this ring ..."""
 RAYS: Final = 5
-"""... sampled by so many rays, evenly. Echoes that a smooth wall throws aside are not modelled."""
+"""... and the number of rays that sample it evenly. Echoes that a smooth wall throws aside are not modelled."""
 
 
 class SonarRing:

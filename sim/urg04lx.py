@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sim.furniture import MovingOutlines
 from sim.lidar_noise import measure
 from sim.ray_casters import CASTERS, Caster
-from sim.rays import Sweep, rays_of, stop_at_legs
+from sim.rays import MovingOutlines, Sweep, rays_of, stop_at_legs
 from sim.world import World
 from slam.pose import FloatArray
 from slam.scan import LaserScan
@@ -43,7 +42,7 @@ class Urg04lx:
         self.caster: Caster = CASTERS[config.caster](world, config.height, reach)
 
     def scan(self, sweep: Sweep, stamp: float, rng: np.random.Generator) -> LaserScan:
-        """What the lidar reports of this sweep, whose first beam fires at ``stamp``; the noise comes from ``rng``."""
+        """Take one scan; its first beam fires at ``stamp``, and the noise comes from ``rng``."""
         lidar = self._lidar
         return LaserScan(
             stamp=stamp,
@@ -56,10 +55,10 @@ class Urg04lx:
             scan_time=lidar.scan_time,
         )
 
-    def glance(
+    def measure_beams(
         self, bearings: FloatArray, sweep: Sweep, increment: float, time: float, rng: np.random.Generator
     ) -> FloatArray:
-        """What the lidar reports of some beams at ``bearings`` (N,) of its own frame, ``increment`` seconds apart.
+        """Take single beams at ``bearings`` (N,) of the lidar's own frame, ``increment`` seconds apart, with noise.
 
         ``sweep`` is what moved meanwhile, and ``time`` seconds have passed.
         """

@@ -7,15 +7,15 @@ from typing import Final
 
 import numpy as np
 
-from sim.p3dx import TICKS_PER_TURN, Ticks
+from sim.wheels import TICKS_PER_TURN, Ticks
 from slam.odometry import Twist2D, wheel_motion
 from slam.pose import Pose2D
 from slam.scenario.robot_config import WheelErrors
 
 MILLIMETRE: Final = 1e-3
-"""What ARCOS counts positions (m) and wheel speeds (m/s) in: DistConvFactor and VelConvFactor of p3dx-sh.p."""
+"""Unit of positions (m) and wheel speeds (m/s) in ARCOS: DistConvFactor and VelConvFactor of p3dx-sh.p."""
 ANGLE_UNIT: Final = 2.0 * pi / 4096
-"""What ARCOS counts headings in, radians: AngleConvFactor of p3dx-sh.p."""
+"""Unit of headings in ARCOS, radians: AngleConvFactor of p3dx-sh.p."""
 
 
 class WheelOdometry:
@@ -48,7 +48,7 @@ class WheelOdometry:
         return Pose2D(rounded(pose.x, MILLIMETRE), rounded(pose.y, MILLIMETRE), rounded(pose.theta, ANGLE_UNIT))
 
     def mean_twist(self, time: float) -> Twist2D:
-        """Since this was last asked, as it is reported at ``time`` seconds; 0 where no time passed."""
+        """Mean velocity since the last call, as it is reported at ``time`` seconds; 0 where no time passed."""
         rate = 1.0 / (time - self._time) if time > self._time else 0.0
         left, right = self._left * rate, self._right * rate
         if self._errors.firmware_units:
@@ -69,5 +69,5 @@ class WheelOdometry:
 
 
 def rounded(value: float, unit: float) -> float:
-    """To whole units."""
+    """Round to whole units."""
     return round(value / unit) * unit

@@ -10,8 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from sim.bullet import Bullet, pybullet
-from sim.mesh import Mesh, extrude
-from sim.reused_lists import reused_lists
+from sim.mesh import Mesh, extrude, reused_lists
 from slam.closing import Closing
 from slam.pose import FloatArray
 from slam.scenario.clearance import SILL
@@ -27,7 +26,7 @@ TOUCH: Final = 1e-3
 """Two bodies touch when closer than this, metres; PyBullet lists contacts from 20 mm on."""
 
 YIELDING: Final = {"contactStiffness": 2000.0, "contactDamping": 1000.0}
-"""Of a pillar, N/m and N s/m: one that is put down inside the robot pushes it gently aside; a hard one flings it."""
+"""Softness of a pillar, N/m and N s/m: one put down inside the robot pushes it gently aside; a hard one flings it."""
 
 OUT_OF_REACH: Final = (0.0, 0.0, -10.0)
 """Under the floor, where nothing meets anything; metres."""
@@ -37,7 +36,7 @@ FAR_AWAY: Final = (1e4, 1e4, 5.0)
 FLOOR, WALLS, ROBOT, PEOPLE, SILLS, MOVABLE = 1, 2, 4, 8, 16, 32
 """Collision groups, used in p3dx.urdf too. Rays belong to group 1 and meet walls and sills only."""
 MET_BY: Final = {FLOOR: ROBOT | MOVABLE, WALLS: ROBOT | MOVABLE | 1, PEOPLE: ROBOT, SILLS: MOVABLE | 1}
-"""What meets what does not move: among themselves they may overlap, which costs a millisecond for each pair."""
+"""Groups that collide with each group of static bodies, which may overlap each other: that would cost 1 ms a pair."""
 
 _hit_fraction = itemgetter(2)
 
@@ -74,7 +73,7 @@ class World(Closing):
 
     @property
     def closed(self) -> bool:
-        """Whether ``close`` was called."""
+        """True after ``close``."""
         return self.bullet.closed
 
     @property
@@ -92,7 +91,7 @@ class World(Closing):
         self._saved = self.bullet.call(pybullet.saveState)
 
     def restore(self) -> None:
-        """Back to the time 0 and to the state that was saved; motors keep what they were told last."""
+        """Go back to time 0 and the saved state; motors keep what they were told last."""
         self.bullet.call(pybullet.restoreState, self._saved)
         self.steps = 0
 
@@ -103,17 +102,17 @@ class World(Closing):
         self.move(pillar, *OUT_OF_REACH)
         return pillar
 
-    def move(self, pillar: int, x: float, y: float, z: float) -> None:
-        """Put the middle of a pillar there, at once."""
-        self.bullet.call(pybullet.resetBasePositionAndOrientation, pillar, (x, y, z), (0.0, 0.0, 0.0, 1.0))
+    def move(self, body: int, x: float, y: float, z: float) -> None:
+        """Move the middle of a body there, at once."""
+        self.bullet.call(pybullet.resetBasePositionAndOrientation, body, (x, y, z), (0.0, 0.0, 0.0, 1.0))
 
     def send_away(self, body: int, number: int) -> None:
-        """Put a body so far from everything that nothing is near it, nor another one with another number."""
+        """Move a body so far away that nothing is near it, nor another body with another number."""
         x, y, z = FAR_AWAY
         self.move(body, x + number * x, y, z)
 
     def cast(self, origins: FloatArray, ends: FloatArray) -> FloatArray:
-        """How far along each ray, from ``origins`` (N, 3) to ``ends`` (N, 3), something stands: 0 to 1, or inf; (N,).
+        """Share of each ray, from ``origins`` (N, 3) to ``ends`` (N, 3), up to the first hit: 0 to 1, or inf; (N,).
 
         Good to a micrometre, except at free edges: PyBullet lets triangles reach 1e-4 of their height too far.
         """

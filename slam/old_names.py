@@ -12,9 +12,17 @@ from types import ModuleType
 from typing import Final
 
 MOVED: Final = {
+    "sim.bench.long_life": "sim.bench.memory",
+    "sim.bench.scene": "sim.bench.speed",
     "sim.casters": "sim.ray_casters",
-    "sim.lent": "sim.reused_lists",
+    "sim.friction_arm": "sim.furniture",
+    "sim.lent": "sim.mesh",
+    "sim.movable": "sim.furniture",
+    "sim.ramp": "sim.firmware",
     "sim.range_noise": "sim.lidar_noise",
+    "sim.resources": "sim.p3dx",
+    "sim.stall_guard": "sim.firmware",
+    "sim.traction": "sim.wheels",
     "slam.late": "slam.named_code",
     "slam.own_code": "slam.named_code",
     "slam.line_continuation": "slam.localize_then_map",

@@ -3,8 +3,8 @@
 import pytest
 
 from sim.bench import report, speed
-from sim.bench.long_life import memory_growth
-from sim.bench.scene import corridor
+from sim.bench.memory import memory_growth
+from sim.bench.speed import corridor
 from slam.console.terminal import Terminal
 
 

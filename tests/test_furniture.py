@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from sim.bench.blocked import FORWARD, drive, scene, wall
-from sim.friction_arm import friction_arm
-from sim.furniture import MovingOutlines
+from sim.furniture import friction_arm
 from sim.plan_grid import cast_in_plan, plan_grid
 from sim.plant import SimPlant
+from sim.rays import MovingOutlines
 from sim.robot import SimRobot
 from slam.env.p3dx_env import P3DXEnv
 from slam.pose import Pose2D

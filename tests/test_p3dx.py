@@ -8,11 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.p3dx import TICKS_PER_TURN, WHEEL_RADIUS, P3dx, Ticks
-from sim.ramp import ramped
-from sim.resources import asset
-from sim.traction import TRACK, TractionModel
+from sim.firmware import ramped
+from sim.p3dx import P3dx, asset
 from sim.wheel_odometry import ANGLE_UNIT, MILLIMETRE, WheelOdometry
+from sim.wheels import TICKS_PER_TURN, TRACK, WHEEL_RADIUS, Ticks, TractionModel
 from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Twist2D, wheel_motion
@@ -175,9 +174,9 @@ def test_a_firmware_that_knows_the_effective_track_turns_right():
 
 
 @given(st.floats(0.0, 0.9), st.floats(0.2, 0.6), st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
-def test_what_rolls_and_what_turns_are_inverse(slip, effective_track, left, right):
-    grip = TractionModel(Traction(slip=slip, effective_track=effective_track))
-    assert grip.turned(*grip.rolled(left, right)) == pytest.approx((left, right), abs=1e-9)
+def test_traction_to_robot_inverts_to_simulated(slip, effective_track, left, right):
+    model = TractionModel(Traction(slip=slip, effective_track=effective_track))
+    assert model.to_robot(*model.to_simulated(left, right)) == pytest.approx((left, right), abs=1e-9)
 
 
 def test_the_firmware_reports_whole_units():

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from sim.bumpers import segment_at
-from sim.p3dx import Contact
+from sim.bumpers import Contact, segment_at
 from sim.robot import SimRobot
 from slam.errors import RobotError
 from slam.odometry import Twist2D

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from sim.bench.blocked import CASES, drive, scene, sill, sill_outcome, wall
-from sim.p3dx import MOTOR_TORQUE, WHEEL_RADIUS
+from sim.firmware import RECOVERY_TIME, STALL_TIME, StallGuard
+from sim.p3dx import MOTOR_TORQUE, asset
 from sim.plant import SimPlant
-from sim.resources import asset
 from sim.robot import SimRobot
-from sim.stall_guard import RECOVERY_TIME, STALL_TIME, StallGuard
+from sim.wheels import WHEEL_RADIUS
 from sim.world import GRAVITY
 from slam.env.p3dx_env import P3DXEnv
 from slam.odometry import Twist2D

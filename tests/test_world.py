@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from sim.bullet import pybullet
-from sim.p3dx import P3dx
-from sim.resources import asset
+from sim.p3dx import P3dx, asset
 from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Twist2D

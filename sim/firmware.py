@@ -1,6 +1,7 @@
-"""The stall protection of the base's firmware: motors that push in vain are cut, and tried again a little later.
+"""The parts of the base's firmware that move its motors: the speed ramps and the stall protection.
 
-ARCOS has two settings for it, which every P3-DX reports (Pioneer 3 Operations Manual, CONFIGpac): StallVal, "maximum
+The stall protection cuts motors that push in vain, and tries them again a little later. ARCOS has two settings for it,
+which every P3-DX reports (Pioneer 3 Operations Manual, CONFIGpac): StallVal, "maximum
 PWM before stall", and StallCount, milliseconds after a stall in which the motors are not engaged. The manual gives no
 factory values, so the effort (``sim.p3dx.MOTOR_TORQUE``) and both times are ours.
 """
@@ -27,11 +28,11 @@ class StallGuard:
         self._rest = round(RECOVERY_TIME * rate)
         self._in_vain = self._in_order = self._cut_for = 0  # control steps
         self.stalled = False
-        """Whether the motors were cut, and have not worked in order for STALL_TIME since."""
+        """True from when the motors are cut until they have worked in order for STALL_TIME."""
 
     @property
     def engaged(self) -> bool:
-        """Whether the motors have power."""
+        """True while the motors have power."""
         return self._cut_for == 0
 
     def watch(self, speeds: Sequence[float], torques: Sequence[float], limit: float) -> None:
@@ -48,10 +49,23 @@ class StallGuard:
 
 
 def pushing_in_vain(speeds: Sequence[float], torques: Sequence[float], limit: float) -> bool:
-    """Whether a motor strains at its limit and a wheel stands, while no wheel turns with ease.
+    """Tell whether a motor strains at its limit and a wheel stands, while no wheel turns with ease.
 
     A wheel that turns with ease swings the robot around what it has met.
     """
     standing = [abs(speed) <= STANDING for speed in speeds]
     straining = [abs(torque) > 0.99 * limit for torque in torques]
     return any(straining) and any(standing) and all(map(or_, standing, straining))
+
+
+def ramped(speed: float, target: float, rise: float, fall: float) -> float:
+    """Speed one control step later: it grows by at most ``rise`` and shrinks by at most ``fall``.
+
+    A reversal goes through zero: it falls first and rises afterwards.
+    """
+    if speed * target < 0.0:
+        target = 0.0
+    largest = rise if abs(target) > abs(speed) else fall
+    if abs(target - speed) <= largest:
+        return target
+    return speed + largest if target > speed else speed - largest

@@ -1,4 +1,4 @@
-"""Whether memory grows with what a process has done."""
+"""Growth of memory over a long life of a process."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from slam.scenario.schema import Scenario
 
 
 @dataclass(frozen=True, slots=True)
-class Growth:
+class MemoryGrowth:
     """Megabytes by which the most memory that this process ever held has grown on the way."""
 
     resets: int
@@ -23,12 +23,12 @@ class Growth:
 
 
 def peak_memory() -> float:
-    """Of this process until now, megabytes."""
+    """Most memory that this process ever held, megabytes."""
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak / (1e6 if sys.platform == "darwin" else 1e3)  # macOS counts bytes, Linux kB
 
 
-def memory_growth(scenario: Scenario, resets: int, scans_each: int, robots: int) -> Growth:
+def memory_growth(scenario: Scenario, resets: int, scans_each: int, robots: int) -> MemoryGrowth:
     """One robot restarted and driven again and again, then so many robots made, driven for a scan and closed.
 
     The first hundredth of each is not counted: caches fill.
@@ -47,4 +47,4 @@ def memory_growth(scenario: Scenario, resets: int, scans_each: int, robots: int)
             begun = peak_memory()
         with SimRobot(scenario, seed) as robot:
             robot.observe()
-    return Growth(resets, resets * scans_each * scenario.clock.steps_per_scan, robots, one, peak_memory() - begun)
+    return MemoryGrowth(resets, resets * scans_each * scenario.clock.steps_per_scan, robots, one, peak_memory() - begun)

@@ -14,7 +14,7 @@ from PIL import Image
 
 from slam.bench.match_report import Comparison, draw_comparison
 from slam.bench.match_score import BEAMS, Runs
-from slam.bench.paper import fig_7, fig_8, fig_10
+from slam.bench.paper import fig_3, fig_7, fig_8, fig_10, fig_21
 from slam.config import ChiSquareConfig
 from slam.env import top_view
 from slam.files.figure_file import save_figure
@@ -118,9 +118,11 @@ def test_a_scan_with_a_long_name_is_drawn_whole(scan_of: Scanner, room: FloatArr
 
 
 def test_the_pictures_of_benches_are_whole(tmp_path: Path) -> None:
+    fig_3.draw(fig_3.measure(), tmp_path / "3.png")
     fig_7.draw(list(fig_7.measure(2)), tmp_path / "7.png")
     fig_8.draw(fig_8.measure(1), tmp_path / "8.png")
     fig_10.draw(tmp_path / "10.png")
+    fig_21.draw(fig_21.measure(1.0), tmp_path / "21.png")
     runs = Runs(np.full(9, 1e-3), np.zeros((9, 2)))
     names = [f"matcher {k} with a long name" for k in range(6)]
     near = {name: dict.fromkeys(BEAMS, runs) for name in names}

@@ -42,7 +42,7 @@ def paper(
     ),
     quick: Annotated[bool, typer.Option("--quick", help="Fewer points and trials: seconds, not minutes.")] = False,
 ) -> None:
-    """Measure Table 2 and Figs. 7, 8 and 10 of the paper again, beside its own numbers.
+    """Measure Table 2, Figs. 3, 7, 8 and 10 and the time of Fig. 21 of the paper again, beside its own numbers.
 
     The whole of Table 2 takes some minutes, nearly all of it for the full U that the paper's SVD has.
 

@@ -93,7 +93,7 @@ class LineSlam:
         return Estimate(scan.stamp, self.T_map_base, segments, match, len(self.points), *times)
 
     def _predict(self, odometry: Odometry) -> Pose2D:
-        """Where the base is before the scan is looked at: moved as the wheels say, or still where it was."""
+        """Where the base is before the scan is looked at: moved as the wheels say, or where it was, as in eq. (20)."""
         last, self.last_odometry = self.last_odometry, odometry.T_odom_base
         if last is None or not self.config.odometry:
             return self.T_map_base
@@ -101,6 +101,6 @@ class LineSlam:
 
     def _moved_enough(self, prior: Pose2D) -> bool:
         if self.last_mapped is None:
-            return True
+            return True  # the paper uses every scan: update_distance = 0
         motion = self.last_mapped.between(prior)
         return motion.distance(Pose2D()) >= self.config.update_distance or abs(motion.theta) >= self.config.update_angle

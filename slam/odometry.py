@@ -40,6 +40,7 @@ def wheel_motion(left: float, right: float, track: float) -> Pose2D:
 
     The exact circular arc of eqs. (38)-(44). The paper divides by the turning angle beta and treats straight motion
     apart; written as a chord, length d sinc(beta/2) in direction beta/2, one formula holds for every beta, 0 included.
+    Eq. (42) prints a minus before the radius R + W_r / 2; with the centre of eq. (40) it must be a plus, as here.
     """
     beta = (right - left) / track  # eq. (38)
     d = (left + right) / 2.0  # = beta (R + W_r / 2), eq. (39)

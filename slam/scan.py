@@ -36,7 +36,8 @@ class Lidar:
 
     @property
     def angles(self) -> FloatArray:
-        """Bearings of all beams in the sensor frame, shape (beams,): theta_k(j) of eq. (1)."""
+        """Bearings of all beams in the sensor frame, shape (beams,), from ahead: theta_k(j) of eq. (1) less 90 degrees,
+        as the paper has its y axis ahead (Fig. 2)."""
         return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
 
 

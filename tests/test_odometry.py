@@ -14,7 +14,7 @@ travels = st.floats(-1.0, 1.0)
 
 
 def printed(left: float, right: float, x: float, y: float, theta: float) -> Pose2D:
-    """Eqs. (38) to (42), word for word."""
+    """Eqs. (38) to (42), word for word but for the sign before the radius in eq. (42): see the test below."""
     beta = (right - left) / TRACK
     R = left / beta
     cx = x - (R + TRACK / 2) * sin(theta)
@@ -29,6 +29,20 @@ def test_the_arc_is_the_printed_one(left: float, right: float, x: float, y: floa
     moved, expected = Pose2D(x, y, theta) @ wheel_motion(left, right, TRACK), printed(left, right, x, y, theta)
     assert moved.distance(expected) < 1e-9
     assert abs(wrap_angle(moved.theta - expected.theta)) < 1e-9
+
+
+@given(travels, travels, st.floats(-pi, pi))
+def test_the_minus_that_eq_42_prints_is_a_slip(left: float, right: float, theta: float) -> None:
+    """With it the robot lands on the far side of its circle, twice the radius away."""
+    assume(abs(left - right) > 1e-4)
+    beta = (right - left) / TRACK
+    radius = left / beta + TRACK / 2
+    turned = theta + beta
+    cx, cy = -radius * sin(theta), radius * cos(theta)
+    with_minus = Pose2D(cx - radius * sin(turned), cy + radius * cos(turned), turned)
+    assert with_minus.distance(Pose2D(theta=theta) @ wheel_motion(left, right, TRACK)) == pytest.approx(
+        2.0 * abs(radius), rel=1e-6, abs=1e-9
+    )
 
 
 @given(travels, st.floats(-1e-6, 1e-6))

@@ -54,8 +54,8 @@ def hop_by_svd(
     N, runs = len(points), []
     i, l, psi, previous = 0, 3, J, 2  # Proc. 1
     while i + 3 <= N:
-        if i + l <= N and sigma_3(points[i : i + l]) < sigma_Th:  # Proc. 2 and 3
-            previous, l = l, l + 1 + psi  # Proc. 4: hop over psi points
+        if i + l <= N and sigma_3(points[i : i + l]) < sigma_Th:  # Proc. 2 and 3; a hop past the end is a failed test
+            previous, l = l, l + 1 + psi  # Proc. 4: hop over psi points; the printed l + 1 is for psi = 0
         elif l == 3:
             i, psi = i + 1, J  # three points that are no line: begin one point further
         elif psi >= 1:
@@ -72,7 +72,7 @@ def _by_svd(points: FloatArray, config: HoppingConfig) -> tuple[IntArray, FloatA
         (begin + P, begin + Q)
         for begin, stop in zip(*_pieces(points, config.split_gap), strict=True)
         for P, Q in hop_by_svd(points[begin:stop], config.sigma_Th, config.psi, SIGMA_3[config.kernel])
-        if Q - P + 1 > config.L_Th  # Proc. 7
+        if Q - P + 1 > config.L_Th  # Proc. 7, which prints P - Q + 1
     ]
     lines = [hough_line(points[P : Q + 1])[:2] for P, Q in kept]
     return np.array(kept, dtype=np.int64).reshape(-1, 2), np.array(lines, dtype=np.float64).reshape(-1, 2)

@@ -15,7 +15,11 @@ class HoughLine(NamedTuple):
     rho: float
     theta: float
     sigma_3: float
-    """The smallest singular value of A, metres: how far the points are from lying on one line."""
+    """The smallest singular value of A, metres: how far the points are from lying on one line.
+
+    Not the distance from the line: it grows with the root of the number of points, and the column of -1 makes it, and
+    v_3, depend on where the origin is.
+    """
 
 
 def design_matrix(points: FloatArray) -> FloatArray:

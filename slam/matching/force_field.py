@@ -1,7 +1,7 @@
 """Self-localisation by a force field: the segments of the present scan pull the points of the map. Section 4.2.
 
 The map points move and the segments stand still (Fig. 9); the motion that brings the points onto the segments is the
-inverse of the motion of the sensor.
+inverse of the motion of the sensor: hence the minus signs of eqs. (21), (34) and (35).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def _lines(segments: Segments) -> FloatArray:
     e_t = np.column_stack([-e_n[:, 1], e_n[:, 0]])  # eq. (29)
     length = np.sum(e_t * (segments.end - segments.start), axis=1)  # eq. (30)
     e_t[length < 0.0] *= -1.0  # from P to Q, or the window of eq. (24) is empty
-    start = np.sum(e_t * segments.start, axis=1)
+    start = np.sum(e_t * segments.start, axis=1)  # where lambda_t is 0: eq. (31)
     return np.column_stack([e_n, segments.rho, e_t, start, np.abs(length)])
 
 
@@ -53,7 +53,7 @@ def _iterate(
             wx[i] = c * x[i] + s * y[i] - dx
             wy[i] = c * y[i] - s * x[i] - dy
         fx, fy, M = _correction(wx, wy, lines, weighted, gamma_f, kappa, epsilon, gamma_M)
-        dx = xi * dx - eta * fx - zeta * sum_fx  # eq. (34)
+        dx = xi * dx - eta * fx - zeta * sum_fx  # eq. (34); from rest, where 1 - xi = zeta, it is -sum f
         dy = xi * dy - eta * fy - zeta * sum_fy
         dphi = xi * dphi - eta * M - zeta * sum_M  # eq. (35)
         if np.hypot(fx, fy) < rho_f and abs(M) < rho_M:
@@ -68,7 +68,7 @@ def _correction(
     gamma_M: float,
 ) -> tuple[float, float, float]:  # fmt: skip
     """f_q (x, y) and M_q, the averages of eq. (33) over all points and segments, or weighted ones."""
-    gx, gy = wx.mean(), wy.mean()  # eq. (23)
+    gx, gy = wx.mean(), wy.mean()  # eq. (23): of the N* points in sight, where eq. (22) prints N_map
     fx = fy = M = weight = inertia = 0.0
     for m in range(len(lines)):
         nx, ny, rho, tx, ty, start, length = lines[m]

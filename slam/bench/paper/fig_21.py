@@ -103,7 +103,7 @@ def draw(result: Fig21, path: Path) -> None:
     for (kernel, name), style in zip(KERNELS.items(), ("-", "--", ":"), strict=True):
         steps.semilogy(1e3 * result.extraction[kernel], style, color=PAPER.odometry, label=f"lines: {name}")
     steps.set(title="(a) time of every mapped scan", xlabel="mapped scan", ylabel="ms")
-    steps.legend(fontsize="small")
+    steps.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, frameon=False)
     _draw_shares(shares, result)
     save_figure(figure, path)
 

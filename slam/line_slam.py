@@ -100,7 +100,8 @@ class LineSlam:
         return self.T_map_base @ last.between(odometry.T_odom_base)
 
     def _moved_enough(self, prior: Pose2D) -> bool:
+        """Enough for a scan to be used; the paper uses every one, as update_distance = 0 does."""
         if self.last_mapped is None:
-            return True  # the paper uses every scan: update_distance = 0
+            return True
         motion = self.last_mapped.between(prior)
         return motion.distance(Pose2D()) >= self.config.update_distance or abs(motion.theta) >= self.config.update_angle

@@ -27,6 +27,7 @@ MOVED: Final = {
     "slam.own_code": "slam.named_code",
     "slam.line_continuation": "slam.localize_then_map",
     "slam.run.bench": "slam.bench",
+    "slam.run.bench.paper.speed_up": "slam.bench.paper.table_2",
     "slam.run.cli": "slam.cli.main",
     "slam.run.commands": "slam.cli",
     "slam.run.env": "slam.env",

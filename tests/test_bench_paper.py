@@ -9,7 +9,7 @@ import pytest
 
 from slam.bench.paper import fig_3, fig_7, fig_8, fig_10, fig_21, table_2, tables
 from slam.bench.paper.report import reproduce
-from slam.bench.paper.speed_up import hops, predicted_speed_up
+from slam.bench.paper.table_2 import hops, predicted_speed_up
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 from slam.lidars import TABLE1

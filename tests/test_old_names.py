@@ -11,6 +11,7 @@ from slam.named_code import find_code
 from slam.old_names import MOVED
 
 
+@pytest.mark.filterwarnings("ignore:.* is an old name")  # of the packages on the way to the module
 @pytest.mark.parametrize("old", MOVED)
 def test_old_module_is_found_and_said_to_be_old(old: str) -> None:
     sys.modules.pop(old, None)

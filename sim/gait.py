@@ -77,21 +77,21 @@ def walk(
 
 @compiled
 def walk_all(
-    nodes: FloatArray, distances: FloatArray, corners: NDArray[np.int64], habits: FloatArray, state: FloatArray,
-    robot: tuple[float, float], seconds: float, middles: FloatArray, legs: FloatArray,
+    nodes: FloatArray, distances: FloatArray, node_counts: NDArray[np.int64], habits: FloatArray, state: FloatArray,
+    robot: tuple[float, float], seconds: float, positions: FloatArray, legs: FloatArray,
 ) -> None:  # fmt: skip
     """Let ``seconds`` pass for P people, and write where they are.
 
-    Their ways are rows of ``nodes`` (P, K, 2) and ``distances`` (P, K), as long as ``corners`` (P,) says; ``habits``
-    (P, 5) are speed, pause, keep, stance, stride; ``state`` (P, 2) is what was walked and the rest left. Written are
-    that, ``middles`` (P, 2) and ``legs`` (P, 2, 2).
+    Their ways are rows of ``nodes`` (P, K, 2) and ``distances`` (P, K), as long as ``node_counts`` (P,) says;
+    ``habits`` (P, 5) are speed, pause, keep, stance, stride; ``state`` (P, 2) is what was walked and the rest left.
+    Written are that, ``positions`` (P, 2) and ``legs`` (P, 2, 2).
     """
     for p in range(len(state)):
-        way, at = nodes[p, : corners[p]], distances[p, : corners[p]]
+        way, at = nodes[p, : node_counts[p]], distances[p, : node_counts[p]]
         speed, pause, keep, stance, stride = habits[p]
         if seconds > 0.0:
             state[p, 0], state[p, 1] = walk(
                 way, at, state[p, 0], state[p, 1], speed, pause, keep, robot, seconds
             )  # fmt: skip
-        middles[p, 0], middles[p, 1], _, _ = point_on(way, at, state[p, 0])
+        positions[p, 0], positions[p, 1], _, _ = point_on(way, at, state[p, 0])
         legs[p] = legs_at(way, at, state[p, 0], stance, stride)

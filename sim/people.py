@@ -25,7 +25,7 @@ class People:
         self._world = world
         self._persons = persons
         ways = [_closed_way(person) for person in persons]
-        self._corners = np.array([len(way) for way in ways], np.int64)
+        self._node_counts = np.array([len(way) for way in ways], np.int64)
         self._nodes = np.zeros((len(ways), max(map(len, ways), default=0), 2))
         self._distances = np.zeros(self._nodes.shape[:2])
         for p, way in enumerate(ways):
@@ -43,7 +43,7 @@ class People:
     def restart(self) -> None:
         """Put each of them back at their start."""
         self._state = np.array([[p.start, 0.0] for p in self._persons]).reshape(-1, 2)
-        self.middles = np.zeros((len(self._persons), 2))
+        self.positions = np.zeros((len(self._persons), 2))
         self._legs = np.zeros((len(self._persons), 2, 2))
         self._in_physics = [False] * len(self._persons)
         for pillar in self._pillars:
@@ -62,20 +62,13 @@ class People:
 
     def _walk(self, robot: tuple[float, float], seconds: float) -> None:
         walk_all(
-            self._nodes,
-            self._distances,
-            self._corners,
-            self._habits,
-            self._state,
-            robot,
-            seconds,
-            self.middles,
-            self._legs,
-        )
+            self._nodes, self._distances, self._node_counts, self._habits, self._state, robot, seconds,
+            self.positions, self._legs,
+        )  # fmt: skip
 
     def _place_legs(self, robot: tuple[float, float]) -> None:
         """Put the legs of people near the robot into the physics, and take the others out."""
-        for p, (x, y) in enumerate(self.middles.tolist()):
+        for p, (x, y) in enumerate(self.positions.tolist()):
             near = (x - robot[0]) ** 2 + (y - robot[1]) ** 2 < NEAR**2
             if near or self._in_physics[p]:
                 for pillar, leg in zip(self._pillars[2 * p : 2 * p + 2], self._legs[p].tolist(), strict=True):

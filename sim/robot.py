@@ -83,7 +83,7 @@ class SimRobot(Closing):
         scan = self._lidar.scan(sweep, stamp, self._lidar_rng)
         collided, bumpers = self._bumpers.read()
         odometry = Odometry(stamp, T_odom_base, twist)
-        people = tuple((x, y) for x, y in self._people.middles.tolist())
+        people = tuple((x, y) for x, y in self._people.positions.tolist())
         return Observation(scan, odometry, T_map_base, collided, self._base.stalled, bumpers, sonar, people)
 
     def drive(self, command: Twist2D) -> Twist2D:

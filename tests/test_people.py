@@ -44,7 +44,7 @@ def walked_by(person: Person, seconds: float, robot: tuple[float, float] = FAR) 
         people = People(world, [person])
         for _ in range(round(seconds * 60)):
             people.step(robot, 1.0 / 60)
-        return people.middles[0]
+        return people.positions[0]
 
 
 def test_they_go_there_and_back_or_around():

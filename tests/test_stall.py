@@ -69,7 +69,7 @@ def test_a_stall_is_over_when_the_motors_have_worked_for_a_while():
 def test_a_blocked_base_stalls_and_its_odometry_stands(case):
     driven = drive(scene(**CASES[case]))
     assert driven.stalled_at - driven.stood_at < 0.7
-    metres, turn = driven.growth
+    metres, turn = driven.odometry_after_stall
     assert metres < 0.02
     assert turn < 0.02
     first = int(np.flatnonzero(driven.stalled)[0])
@@ -83,8 +83,8 @@ def test_at_any_speed_and_in_reverse(speed, angle):
     at = 1.0 if speed < 0.5 else 2.0
     driven = drive(scene(wall(radians(angle), at=at if speed > 0 else -0.6)), Twist2D(speed), seconds=11.0)
     assert driven.stalled_at - driven.stood_at < 0.7
-    assert driven.growth[0] < 0.02
-    assert driven.growth[1] < 0.02
+    assert driven.odometry_after_stall[0] < 0.02
+    assert driven.odometry_after_stall[1] < 0.02
 
 
 @pytest.mark.parametrize("turn", [0.8, -0.8])
@@ -92,7 +92,7 @@ def test_a_base_that_turns_on_the_spot_between_walls_stalls(turn):
     walls = [{"points": [[-2.0, y], [2.0, y]]} for y in (0.27, -0.27)]
     driven = drive(scene({"walls": walls}), Twist2D(0.0, turn), seconds=5.0)
     assert driven.stalled_at < 1.5
-    assert driven.growth[1] < 0.01
+    assert driven.odometry_after_stall[1] < 0.01
 
 
 def test_along_a_wall_that_it_grazes_the_base_goes_on_and_its_odometry_is_true():

@@ -43,7 +43,7 @@ class Drive:
         return float(self.seconds[first[0]]) if len(first) else float("nan")
 
     @property
-    def growth(self) -> tuple[float, float]:
+    def odometry_after_stall(self) -> tuple[float, float]:
         """Farthest way and turn of the odometry from the first stall on: metres, radians; nan without a stall."""
         if not self.stalled.any():
             return float("nan"), float("nan")
@@ -103,7 +103,7 @@ def sill_outcome(
     speed = 10.0 * np.hypot(*(driven.truth[-1, :2] - driven.truth[-2, :2]))
     if not driven.stalled.any() and abs(speed - abs(command.linear)) < 0.02:
         return "over"
-    return "stopped" if driven.stalled[-1] and driven.growth[0] < 0.02 else "hung"
+    return "stopped" if driven.stalled[-1] and driven.odometry_after_stall[0] < 0.02 else "hung"
 
 
 CASES: Final[dict[str, dict[str, Any]]] = {

@@ -66,7 +66,7 @@ def _blocked() -> ResultTable:
     rows = []
     for name, case in CASES.items():
         driven = drive(scene(**case))
-        metres, turn = driven.growth
+        metres, turn = driven.odometry_after_stall
         late = driven.stalled_at - driven.stood_at
         rows.append((name, f"{late:.1f}", f"{1e3 * metres:.1f}", f"{degrees(turn):.2f}"))
     columns = ("blocked by", "stalled after\ns", "odometry then\nmm", "heading then\ndeg")

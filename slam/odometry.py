@@ -44,5 +44,5 @@ def wheel_motion(left: float, right: float, track: float) -> Pose2D:
     """
     beta = (right - left) / track  # eq. (38)
     d = (left + right) / 2.0  # = beta (R + W_r / 2), eq. (39)
-    chord = d * _sinc(beta / 2.0)  # eqs. (40) and (42) between them; eq. (44) at beta = 0
-    return Pose2D(chord * cos(beta / 2.0), chord * sin(beta / 2.0), wrap_angle(beta))  # eqs. (41)-(44)
+    chord = d * _sinc(beta / 2.0)  # eqs. (40) and (42) between them; eqs. (43), (44) at beta = 0
+    return Pose2D(chord * cos(beta / 2.0), chord * sin(beta / 2.0), wrap_angle(beta))  # eqs. (41), (42), (44)

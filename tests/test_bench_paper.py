@@ -1,5 +1,6 @@
 """The paper's figures measured again: its formulas by hand, and what does not depend on the clock."""
 
+import re
 import sys
 from math import cos, degrees, radians
 from pathlib import Path
@@ -15,6 +16,15 @@ from slam.errors import InputError
 from slam.lidars import TABLE1
 from slam.lines.hopping import segments_by_hopping
 from slam.scenario.file import load_scenario
+
+
+def test_every_equation_is_cited_beside_the_code() -> None:
+    """Eqs. (1) to (44) by their own numbers, not only inside a range such as (38)-(44)."""
+    cited: set[int] = set()
+    for path in (Path(__file__).parents[1] / "slam").rglob("*.py"):
+        for numbers in re.findall(r"[Ee]qs?\. \(\d+\)(?:(?:, | and )\(\d+\))*(?![-\d])", path.read_text()):
+            cited.update(map(int, re.findall(r"\d+", numbers)))
+    assert set(range(1, 45)) - cited == set()
 
 
 def test_hops_by_hand() -> None:

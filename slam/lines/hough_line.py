@@ -23,7 +23,7 @@ class HoughLine(NamedTuple):
 
 
 def design_matrix(points: FloatArray) -> FloatArray:
-    """A_i(l) of eq. (6) for points (l, 2): one row [x, y, -1] a point, eq. (4)."""
+    """A_i(l) of eq. (6) for points (l, 2): one row [x, y, -1] a point, eqs. (3) and (4)."""
     return np.column_stack([points, -np.ones(len(points))])
 
 

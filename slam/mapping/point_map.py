@@ -32,7 +32,7 @@ class PointMap:
             store = np.empty((max(count, 2 * len(self._store)), 2))
             store[: self._count] = self.points
             self._store = store
-        self._store[self._count : count] = T_map_laser.transform(points)  # eq. (17)
+        self._store[self._count : count] = T_map_laser.transform(points)  # V_k: eqs. (15) and (17)
         self._count = count
 
     def draw_visible(

@@ -16,6 +16,7 @@ MOVED: Final = {
     "sim.bench.scene": "sim.bench.speed",
     "sim.casters": "sim.ray_casters",
     "sim.friction_arm": "sim.furniture",
+    "sim.ids": "slam.env.ids",
     "sim.lent": "sim.mesh",
     "sim.movable": "sim.furniture",
     "sim.ramp": "sim.firmware",

@@ -21,7 +21,7 @@ from slam.run.experiment import scenario_experiment
 from slam.run.results.keep import Keep
 from slam.scenario.file import load_scenario, read_scenario
 from slam.scenario.schema import Scenario
-from slam.sweep.options import make_plan
+from slam.sweep.make_plan import make_plan
 
 GADGET = """
 from pathlib import Path

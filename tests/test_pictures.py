@@ -36,7 +36,7 @@ from slam.run.results.world_picture import draw_world
 from slam.run.viewer import palette
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
-from slam.sweep.report.groups import Group
+from slam.sweep.report.groups import RunGroup
 from slam.sweep.report.pictures import draw_bands, draw_boxes, draw_samples
 
 Scanner = Callable[[FloatArray, Pose2D, int], LaserScan]
@@ -137,7 +137,7 @@ def test_the_squares_of_a_calibration_are_drawn_whole(tmp_path: Path) -> None:
 
 def test_the_pictures_of_a_sweep_are_whole(tmp_path: Path) -> None:
     grids = [{"slam.matching.floor": 0.01 * k, "robot.odometry.travel_noise": 0.001 * k} for k in range(8)]
-    groups = [Group("a_scenario_of_a_long_name", "hopslam", grid) for grid in grids]
+    groups = [RunGroup("a_scenario_of_a_long_name", "hopslam", grid) for grid in grids]
     for group in groups:
         group.values, group.curves = [0.1, 0.2, 300.0], [(9.0, [0.1, 0.2]), (9.0, [0.1, 0.3])]
         group.drawn = [{"robot.odometry.travel_noise": 0.1 * k} for k in range(3)]

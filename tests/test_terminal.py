@@ -22,7 +22,7 @@ from slam.console.terminal_table import TerminalTable
 from slam.errors import InputError
 from slam.run.results.progress import RunProgress
 from slam.run.results.summary import summary_tables
-from slam.sweep.report import write_report
+from slam.sweep.report.write import write_report
 from slam.sweep.sweep import SweepOutcome
 
 ROOT = Path(__file__).parents[1]

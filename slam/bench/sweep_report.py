@@ -13,7 +13,7 @@ from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.run.results.keep import Keep
 from slam.sweep.executor import Executor
-from slam.sweep.pool import Pool
+from slam.sweep.process_pool import ProcessPool
 
 TURNS: Final = 5
 """Others load the machine meanwhile, now more and now less: ratios are of one turn, and the middle one is told."""
@@ -77,7 +77,7 @@ def _executors(ray: bool) -> Mapping[str, Callable[[str, int], Executor]]:
 
 
 def _pool(runs: str, jobs: int) -> Executor:
-    return Pool(jobs, runs, Keep(pictures=False))
+    return ProcessPool(jobs, runs, Keep(pictures=False))
 
 
 def _ray(runs: str, jobs: int) -> Executor:

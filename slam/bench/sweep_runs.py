@@ -12,13 +12,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 
-from slam.sweep.driver import Driver
-from slam.sweep.executor import Executor, Finished, Lost
+from slam.sweep.executor import Executor, FinishedJob, LostJob
 from slam.sweep.folder import Folder
 from slam.sweep.job import Job
-from slam.sweep.options import make_plan
-from slam.sweep.row import job_columns
-from slam.sweep.store import SweepStore
+from slam.sweep.make_plan import make_plan
+from slam.sweep.result_rows import job_columns
+from slam.sweep.result_store import ResultStore
+from slam.sweep.scheduler import Scheduler
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,10 +36,10 @@ class SweepSpeed:
 def sweep_speed(make: Callable[[str, int], Executor], at_a_time: int, runs: int) -> SweepSpeed:
     """With the executor that ``make`` gives for the address of the runs and a number of jobs."""
     with TemporaryDirectory() as here, closing(make(f"{here}/runs", at_a_time)) as executor:
-        jobs, store = _jobs(runs + at_a_time, duration=30.0), SweepStore(Folder(here))
+        jobs, store = _jobs(runs + at_a_time, duration=30.0), ResultStore(Folder(here))
         _warm(executor, list(islice(jobs, at_a_time)))
         began, cpu = perf_counter(), process_time()
-        Driver(executor, store, retry=0, show=_nothing).run(jobs)
+        Scheduler(executor, store, retry=0, show=_nothing).run(jobs)
         elapsed, used = perf_counter() - began, process_time() - cpu
         driving = [row["duration_s"] / row["wall.real_time_factor"] for row in store.rows()]
     return SweepSpeed(runs / elapsed, used / elapsed, (at_a_time * elapsed - sum(driving)) / runs)
@@ -48,8 +48,8 @@ def sweep_speed(make: Callable[[str, int], Executor], at_a_time: int, runs: int)
 def memory_of_rows(count: int) -> float:
     """Megabytes that this process holds after so many rows, of runs that are only made up."""
     with TemporaryDirectory() as here:
-        store = SweepStore(Folder(here))
-        Driver(_Imagined(), store, retry=0, show=_nothing).run(_jobs(count, duration=1.0))
+        store = ResultStore(Folder(here))
+        Scheduler(_Imagined(), store, retry=0, show=_nothing).run(_jobs(count, duration=1.0))
         kept = len(store.done())
     assert kept == count
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
@@ -73,11 +73,11 @@ class _Imagined:
     def submit(self, job: Job) -> None:
         self._jobs.append(job)
 
-    def collect(self, timeout: float) -> Iterator[Finished | Lost]:
+    def collect(self, timeout: float) -> Iterator[FinishedJob | LostJob]:
         job = self._jobs.popleft()
         metrics = {f"metric_{index}": job.seed + index / 7 for index in range(40)}
         curve = {"error_m": [job.seed / 7] * 64}
-        yield Finished(job, job_columns(job) | {"status": "done", "error": None} | metrics | curve)
+        yield FinishedJob(job, job_columns(job) | {"status": "done", "error": None} | metrics | curve)
 
     def close(self) -> None:
         self._jobs.clear()

@@ -1,4 +1,4 @@
-"""Where the rows of a sweep are: each exactly once, whatever is killed when."""
+"""Storage of a sweep's rows: each exactly once, whatever is killed when."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from typing import Final
 
 from slam.errors import InputError
 from slam.sweep.folder import Folder
-from slam.sweep.row import Row
-from slam.sweep.table import BATCH, read_rows, write_table
+from slam.sweep.result_rows import BATCH, Row, read_rows, write_table
 
 RESULTS: Final = "results.parquet"
 _JOURNAL: Final = "rows"
-_EVERY: Final = 30.0
+_COMPACTION_PERIOD: Final = 30.0
 """Seconds after which the results are brought up to date, while there are few new rows."""
 
 
-class SweepStore:
+class ResultStore:
     """``results.parquet`` in a folder, by path or URL, and beside it a journal of the rows that it does not have yet.
 
     A row is first a small file of its own in ``rows``, named by its job's id and written whole. Then and when a new
@@ -37,7 +36,7 @@ class SweepStore:
         """Keep a row; when this returns, it is on the disk."""
         self._journal.write(f"{row['id']}.json", json.dumps(row))
         self._waiting += 1
-        if self._waiting >= BATCH or monotonic() - self._compacted > _EVERY:
+        if self._waiting >= BATCH or monotonic() - self._compacted > _COMPACTION_PERIOD:
             self.compact()
 
     def compact(self) -> None:
@@ -50,7 +49,7 @@ class SweepStore:
         self._waiting, self._compacted = 0, monotonic()
 
     def rows(self, columns: list[str] | None = None) -> Iterator[Row]:
-        """Those of ``results.parquet``, one after another: all but what was added since it was last compacted."""
+        """Rows of ``results.parquet``, one after another: all but those added since it was last compacted."""
         try:
             with self.folder.open(RESULTS) as file:
                 yield from read_rows(file, columns)
@@ -58,14 +57,14 @@ class SweepStore:
             return
 
     def done(self) -> set[str]:
-        """Ids of the jobs that need not be run again: those that are in the file, and did not fail."""
+        """Ids of the jobs that need not be run again: those in the file that did not fail."""
         return {row["id"] for row in self.rows(["id", "status"]) if row["status"] == "done"}
 
     def _rewrite(self, names: list[str]) -> None:
         ids = {name.removesuffix(".json") for name in names}
         with self.folder.draft() as draft:
             self._write(draft / RESULTS, names, ids)
-            self.folder.take_in(draft / RESULTS, RESULTS)
+            self.folder.move_in(draft / RESULTS, RESULTS)
 
     def _write(self, path: Path, names: list[str], ids: set[str]) -> None:
         try:

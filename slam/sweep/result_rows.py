@@ -1,16 +1,70 @@
-"""The Parquet file of a sweep's results, written anew from the old one and new rows; a batch at a time in memory."""
+"""Rows of a sweep's results, and the Parquet file that holds them.
+
+A row has plain values, as JSON has them. The file is written anew from the old one and new rows, a batch at a time in
+memory.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import IO, Any, Final
+from typing import IO, TYPE_CHECKING, Any, Final, TypeAlias
 
 from slam.optional import optional
-from slam.sweep.row import Row
+from slam.sweep.job import Job, format_setting
 
+if TYPE_CHECKING:
+    from slam.run.experiment import Outcome
+
+Row: TypeAlias = dict[str, Any]
+"""``id``, ``name``, ``source``, ``kind``, ``mode``, ``seed``; ``set.<key>`` and ``drawn.<key>`` for settings;
+``status`` (``done`` or ``failed``), ``ending``, ``error``, ``tries``; every number of ``metrics.json`` by its name,
+those of WALL_TIMES after ``wall.``; ``error_m``: the error along the way, (CURVE_POINTS,); ``seconds``, ``host`` and
+``version``; ``settings`` and ``command``, which repeat the run."""
+
+WALL_TIMES: Final = frozenset(
+    {"slam_ms_median", "slam_ms_p99", "slam_s_total", "extraction_ms_median", "real_time_factor"}
+)
+"""Metrics that are wall times, others in every run; all others are the same bits when a run is repeated."""
+_OTHER_COLUMNS: Final = frozenset({"seed", "version", "ending"})
+"""Metrics that a row has in other columns."""
 BATCH: Final = 200
-"""Rows that are in memory, and in a row group of the file, at most."""
+"""Rows in memory, and in a row group of the file, at most."""
+
+
+def job_columns(job: Job) -> Row:
+    """Columns that describe the job."""
+    row = job.model_dump(include={"id", "name", "source", "kind", "mode", "seed"})
+    row |= {f"set.{key}": _plain(value) for key, value in job.grid.items()}
+    row |= {f"drawn.{key}": _plain(value) for key, value in job.drawn.items()}
+    return row | {"settings": list(job.settings), "command": job.command}
+
+
+def done_row(job: Job, outcome: Outcome) -> Row:
+    """Row of a run that came to an end; ``failed`` where the robot did."""
+    metrics = {
+        f"wall.{key}" if key in WALL_TIMES else key: value
+        for key, value in outcome.metrics.items()
+        if isinstance(value, int | float) and key not in _OTHER_COLUMNS
+    }
+    error = None if outcome.error is None else str(outcome.error)
+    status = "done" if error is None else "failed"
+    return job_columns(job) | {"status": status, "ending": outcome.ending, "error": error} | metrics
+
+
+def failed_row(job: Job, error: str) -> Row:
+    """Row of a run that came to no end."""
+    return job_columns(job) | {"status": "failed", "ending": None, "error": error}
+
+
+def repeatable_columns(row: Row) -> Row:
+    """Columns that must be the same when the run is repeated: all but times, and those without a value."""
+    excluded = {"seconds", "host", "tries", "started", "version", "command"}
+    return {
+        key: value
+        for key, value in row.items()
+        if value is not None and key not in excluded and not key.startswith(("wall.", "set.", "drawn."))
+    }
 
 
 def write_table(path: Path, old: IO[bytes] | None, ids: set[str], batches: Callable[[], Iterable[list[Row]]]) -> None:
@@ -33,12 +87,17 @@ def read_rows(file: IO[bytes], columns: list[str] | None = None) -> Iterator[Row
         yield from batch.to_pylist()
 
 
+def _plain(value: Any) -> Any:
+    """Convert a value to a number or text."""
+    return value if isinstance(value, int | float | str) else format_setting("", value)[1:]
+
+
 def _open(file: IO[bytes] | None) -> Any:
     return None if file is None else optional("pyarrow.parquet", "sweep").ParquetFile(file)
 
 
 def _table(rows: list[Row]) -> Any:
-    """Columns whose values are of several kinds become text."""
+    """Arrow table of the rows; columns whose values are of several kinds become text."""
     pa = optional("pyarrow", "sweep")
     names = dict.fromkeys(name for row in rows for name in row)
     return pa.table({name: _column(pa, [row.get(name) for row in rows]) for name in names})
@@ -52,7 +111,7 @@ def _column(pa: Any, values: list[Any]) -> Any:
 
 
 def _text(value: Any) -> str | None:
-    """As a cast of the whole column would write it."""
+    """Convert a value as a cast of the whole column would write it."""
     if isinstance(value, bool):
         return str(value).lower()
     return None if value is None else str(value)

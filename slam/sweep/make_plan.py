@@ -1,4 +1,4 @@
-"""The options of ``hopslam sweep`` as a sweep's configuration, and sweep files."""
+"""Plan of a sweep from the arguments of ``hopslam sweep`` or from a sweep file."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _CALL: Final = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 
 
 def make_plan(names: str | Sequence[str], changes: dict[str, Any], allow_modules: str | Sequence[str] = ()) -> Plan:
-    """Of scenarios and logs, or of one sweep file, which ``changes`` then overrule key by key.
+    """Plan the runs of scenarios and logs, or of one sweep file, which ``changes`` then overrule key by key.
 
     What ``changes`` name as ``module:name`` may run, and what the files name so where ``allow_modules`` has its module.
     InputError, where the fault is in a file with file, line and key.
@@ -36,24 +36,24 @@ def make_plan(names: str | Sequence[str], changes: dict[str, Any], allow_modules
     allowed = [*texts(allow_modules), *(place for _, place in _code_in(changes))]
     files = [path for path in map(_sweep_file, names) if path is not None]
     if not files:
-        return Plan(_config(_given_by_hand(names) | changes, None), allowed=allowed)
+        return Plan(_config(_config_of_names(names) | changes, None), allowed=allowed)
     if len(names) > 1:
         raise InputError(f"{files[0]}: a sweep file stands alone; put the other scenarios into it")
     file = YamlFile(files[0])
     config = _config({"name": files[0].stem} | file.data | changes, file)
-    _refuse_code(config, file, allowed)
+    _check_code(config, file, allowed)
     return Plan(config, files[0].parent, allowed)
 
 
 def parse_grid(text: str) -> tuple[str, list[Any]]:
-    """``key=a,b,c`` as key and values, each read as YAML."""
-    key, value = _halves("--grid", text, "slam.update_distance=0,0.1")
+    """Parse ``key=a,b,c`` into key and values, each read as YAML."""
+    key, value = _split("--grid", text, "slam.update_distance=0,0.1")
     return key, _yaml("--grid", text, f"[{value}]")
 
 
 def parse_sample(text: str) -> tuple[str, dict[str, Any]]:
-    """``key=uniform(0.2, 0.6)`` as key and what scenarios write for it: ``{uniform: [0.2, 0.6]}``."""
-    key, value = _halves("--sample", text, "robot.start.y=uniform(-0.5,0.5)")
+    """Parse ``key=uniform(0.2, 0.6)`` into key and what scenarios write for it: ``{uniform: [0.2, 0.6]}``."""
+    key, value = _split("--sample", text, "robot.start.y=uniform(-0.5,0.5)")
     call = _CALL.fullmatch(value)
     if call is None or call[1] not in KINDS:
         close = get_close_matches(call[1], KINDS, n=1) if call else []
@@ -62,7 +62,7 @@ def parse_sample(text: str) -> tuple[str, dict[str, Any]]:
     return key, {call[1]: _yaml("--sample", text, f"[{call[2]}]")}
 
 
-def _halves(option: str, text: str, example: str) -> tuple[str, str]:
+def _split(option: str, text: str, example: str) -> tuple[str, str]:
     key, equals, value = text.partition("=")
     if not equals or not all(key.strip().split(".")) or not value.strip():
         raise ScenarioError(f"{option} {text}: expected key=values, for example {option} {example}")
@@ -86,8 +86,8 @@ def _sweep_file(name: str) -> Path | None:
     return path if {"scenarios", "logs", "seeds"} & YamlFile(path).data.keys() else None
 
 
-def _given_by_hand(names: Sequence[str]) -> dict[str, Any]:
-    """Files that are no YAML are logs."""
+def _config_of_names(names: Sequence[str]) -> dict[str, Any]:
+    """Configuration for these names; files that are no YAML are logs."""
     logs = [name for name in names if Path(name).is_file() and Path(name).suffix not in {".yaml", ".yml"}]
     scenarios = [name for name in names if name not in logs]
     stems = [re.sub(r"[^A-Za-z0-9._-]", "-", Path(name).name.split(".")[0].lstrip("-_")) or "sweep" for name in names]
@@ -103,7 +103,7 @@ def _code_in(config: dict[str, Any]) -> Iterator[tuple[Location, str]]:
             yield (part, key), place
 
 
-def _refuse_code(config: SweepConfig, file: YamlFile, allowed: Sequence[str]) -> None:
+def _check_code(config: SweepConfig, file: YamlFile, allowed: Sequence[str]) -> None:
     for location, place in _code_in(config.model_dump()):
         if not is_allowed(place, allowed):
             raise ScenarioError(f"{file.place(location)}: {'.'.join(map(str, location))}: {refusal(place)}")

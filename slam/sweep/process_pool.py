@@ -5,41 +5,45 @@ from __future__ import annotations
 import json
 import os
 import signal
+import threading
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from multiprocessing import connection, get_context
+from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Final
 
 from slam.run.results.keep import Keep
-from slam.sweep.executor import Finished, Lost
+from slam.sweep.executor import FinishedJob, LostJob
 from slam.sweep.job import Job
-from slam.sweep.worker import work
 
 ONE_THREAD: Final = dict.fromkeys(
     ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
-"""The environment of a worker: there are as many of them as processors, and the same sums in the same order."""
+"""Environment of a worker: there are as many of them as processors, and sums must be made in the same order."""
+_PARENT_CHECK_PERIOD: Final = 1.0
+"""Seconds between two looks at whether the driver still lives."""
 
 
-class Pool:
+class ProcessPool:
     """``size`` workers, which stay warm from job to job; each has one job at a time.
 
-    ``allowed`` is the code that the user allows: see slam/config/own.py.
+    ``allowed`` is the code that the user allows.
     """
 
     def __init__(self, size: int, runs: str, keep: Keep, allowed: Sequence[str] = ()) -> None:
-        self._made_with = runs, keep, tuple(allowed)
-        self._workers = [_Worker(*self._made_with) for _ in range(size)]
+        self._worker_arguments = runs, keep, tuple(allowed)
+        self._workers = [_Worker(*self._worker_arguments) for _ in range(size)]
 
     @property
     def free(self) -> int:
-        """Workers without a job."""
+        """Number of workers without a job."""
         return len(self._workers) - self.busy
 
     @property
     def busy(self) -> int:
-        """Workers with one."""
+        """Number of workers with a job."""
         return sum(worker.job is not None for worker in self._workers)
 
     @property
@@ -48,21 +52,21 @@ class Pool:
         return [worker.pid for worker in self._workers]
 
     def submit(self, job: Job) -> None:
-        """Give it to a worker without one; a dead one is replaced."""
+        """Give the job to a worker without one; a dead worker is replaced."""
         index = next(i for i, worker in enumerate(self._workers) if worker.job is None)
-        if not self._workers[index].take(job):
+        if not self._workers[index].send(job):
             self._replace(index)
-            self._workers[index].take(job)
+            self._workers[index].send(job)
 
-    def collect(self, timeout: float) -> Iterator[Finished | Lost]:
+    def collect(self, timeout: float) -> Iterator[FinishedJob | LostJob]:
         """See Executor."""
         pipes = [worker.pipe for worker in self._workers if worker.job is not None]
         ready = connection.wait(pipes, timeout)
         for index, worker in enumerate(self._workers):
-            if worker.pipe in ready and (came := worker.give()) is not None:
-                if isinstance(came, Lost):
+            if worker.pipe in ready and (result := worker.receive()) is not None:
+                if isinstance(result, LostJob):
                     self._replace(index)
-                yield came
+                yield result
 
     def close(self) -> None:
         """See Executor."""
@@ -71,7 +75,7 @@ class Pool:
 
     def _replace(self, index: int) -> None:
         self._workers[index].kill()
-        self._workers[index] = _Worker(*self._made_with)
+        self._workers[index] = _Worker(*self._worker_arguments)
 
 
 class _Worker:
@@ -81,7 +85,7 @@ class _Worker:
         self.job: Job | None = None
         self.pipe, far_end = get_context("spawn").Pipe()
         self._process: SpawnProcess = get_context("spawn").Process(
-            target=work, args=(far_end, os.getpid(), runs, keep, allowed), daemon=True
+            target=_work, args=(far_end, os.getpid(), runs, keep, allowed), daemon=True
         )
         with _environment(ONE_THREAD):
             self._process.start()
@@ -92,7 +96,7 @@ class _Worker:
         assert self._process.pid is not None
         return self._process.pid
 
-    def take(self, job: Job) -> bool:
+    def send(self, job: Job) -> bool:
         """False where the process is gone."""
         try:
             self.pipe.send_bytes(job.model_dump_json().encode())
@@ -101,8 +105,8 @@ class _Worker:
         self.job = job
         return True
 
-    def give(self) -> Finished | Lost | None:
-        """What came through the pipe; None where there was no job."""
+    def receive(self) -> FinishedJob | LostJob | None:
+        """Result that came through the pipe; None where there was no job."""
         job, self.job = self.job, None
         if job is None:
             return None
@@ -110,8 +114,8 @@ class _Worker:
             row = json.loads(self.pipe.recv_bytes())
         except (EOFError, OSError):
             self._process.join()
-            return Lost(job, f"the worker died: {_death(self._process.exitcode)}")
-        return Lost(job, "the run was interrupted") if row is None else Finished(job, row)
+            return LostJob(job, f"the worker died: {_describe_exit(self._process.exitcode)}")
+        return LostJob(job, "the run was interrupted") if row is None else FinishedJob(job, row)
 
     def kill(self) -> None:
         self._process.kill()
@@ -119,7 +123,31 @@ class _Worker:
         self.pipe.close()
 
 
-def _death(exitcode: int | None) -> str:
+def _work(pipe: Connection, driver: int, runs: str, keep: Keep, allowed: Sequence[str]) -> None:
+    """Run jobs until the pipe is closed, or the driver (its process id) is gone: then stop at once, even in a run."""
+    os.setsid()  # Ctrl-C is for the driver, which then ends its workers
+    threading.Thread(target=_exit_with, args=(driver,), daemon=True).start()
+    from slam.sweep.run_job import run_job  # here, so that the time it takes is the worker's
+
+    while (message := _next(pipe)) is not None:
+        row = run_job(Job.model_validate_json(message), runs, keep, allowed)
+        pipe.send_bytes(json.dumps(row).encode())
+
+
+def _next(pipe: Connection) -> bytes | None:
+    try:
+        return pipe.recv_bytes()
+    except (EOFError, OSError):
+        return None
+
+
+def _exit_with(driver: int) -> None:
+    while os.getppid() == driver:
+        time.sleep(_PARENT_CHECK_PERIOD)
+    os._exit(1)
+
+
+def _describe_exit(exitcode: int | None) -> str:
     if exitcode is None or exitcode >= 0:
         return f"exit code {exitcode}"
     return f"killed by {signal.Signals(-exitcode).name}"
@@ -127,7 +155,7 @@ def _death(exitcode: int | None) -> str:
 
 @contextmanager
 def _environment(changes: dict[str, str]) -> Iterator[None]:
-    """For processes that are started in the block."""
+    """Change the environment for processes that are started in the block."""
     before = {name: os.environ.get(name) for name in changes}
     os.environ.update(changes)
     try:

@@ -9,15 +9,12 @@ import pytest
 from evo.core import metrics
 from evo.core.trajectory import PosePath3D
 
-from slam.bench.crispness import crispness
-from slam.bench.hour_report import hour_tables
-from slam.bench.loop_fit import loop_fit
-from slam.bench.open_report import open_tables
-from slam.bench.shape_report import off_axes
+from slam.bench.log_runs import doubled_noise, run_log
+from slam.bench.map_shape import crispness, loop_gap, off_axes
+from slam.bench.sim_report import hour_tables, unconstrained_tables
 from slam.bench.sim_report import tables as sim_tables
 from slam.bench.sim_runs import run_scenario
 from slam.bench.slam_report import tables
-from slam.bench.slam_runs import doubled_noise, run_log
 from slam.config import SlamConfig
 from slam.console.terminal import Terminal
 from slam.pose import FloatArray
@@ -123,23 +120,23 @@ def test_a_loop_is_as_open_as_it_was_made() -> None:
     turn, middle = np.radians(2.0), first.mean(axis=0)
     c, s = np.cos(turn), np.sin(turn)
     last = (first - middle) @ np.array([[c, s], [-s, c]]) + middle - [0.3, 0.2]
-    fit = loop_fit(first, last, 0.0)
-    np.testing.assert_allclose([fit.along, fit.across, fit.turn], [0.3, 0.2, -turn], atol=0.06)
-    assert fit.agreement > 0.95 > 0.7 > fit.before
+    gap = loop_gap(first, last, 0.0)
+    np.testing.assert_allclose([gap.along, gap.across, gap.turn], [0.3, 0.2, -turn], atol=0.06)
+    assert gap.agreement > 0.95 > 0.7 > gap.before
 
 
 def test_where_the_scans_leave_a_direction_open_the_way_is_the_odometer_s() -> None:
     """An odometer with the heading of the truth tells the error along the walls that is not the method's own."""
     run = run_scenario("featureless_corridor", 1, ("duration=12",))
-    assert run.open[1:].mean() >= 0.95
+    assert run.unconstrained[1:].mean() >= 0.95
     np.testing.assert_allclose(run.offsets[:, 0], run.odometer_offsets[:, 0], atol=0.002)
-    (table,) = open_tables([("featureless_corridor", 1, run)])
+    (table,) = unconstrained_tables([("featureless_corridor", 1, run)])
     assert [row[0] for row in table.rows] == ["featureless_corridor, 1", "median", "worst"]
-    assert open_tables([("cluttered_room", 0, run_scenario("cluttered_room", 0, ("duration=1",)))]) == []
+    assert unconstrained_tables([("cluttered_room", 0, run_scenario("cluttered_room", 0, ("duration=1",)))]) == []
 
 
 def test_the_tables_of_the_hour() -> None:
-    cost, growth = hour_tables(run_scenario("office_loop", 0, ("duration=3",)))
+    cost, sizes = hour_tables(run_scenario("office_loop", 0, ("duration=3",)))
     assert cost.rows[0][0] == "30"
-    assert [row[0] for row in growth.rows][-1] == "60 min"
-    assert len(growth.rows) == 12
+    assert [row[0] for row in sizes.rows][-1] == "60 min"
+    assert len(sizes.rows) == 12

@@ -12,8 +12,8 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from slam.bench.match_report import Comparison, draw_comparison
-from slam.bench.match_score import BEAMS, Runs
+from slam.bench.match_report import MatcherComparison, draw_comparison
+from slam.bench.match_score import BEAMS, MatchRuns
 from slam.bench.paper import fig_7, fig_8, fig_10
 from slam.config import ChiSquareConfig
 from slam.env import top_view
@@ -121,10 +121,10 @@ def test_the_pictures_of_benches_are_whole(tmp_path: Path) -> None:
     fig_7.draw(list(fig_7.measure(2)), tmp_path / "7.png")
     fig_8.draw(fig_8.measure(1), tmp_path / "8.png")
     fig_10.draw(tmp_path / "10.png")
-    runs = Runs(np.full(9, 1e-3), np.zeros((9, 2)))
+    runs = MatchRuns(np.full(9, 1e-3), np.zeros((9, 2)))
     names = [f"matcher {k} with a long name" for k in range(6)]
     near = {name: dict.fromkeys(BEAMS, runs) for name in names}
-    draw_comparison(tmp_path / "match.png", Comparison(near, {name: np.full((5, 7), 0.5) for name in names}, 9))
+    draw_comparison(tmp_path / "match.png", MatcherComparison(near, {name: np.full((5, 7), 0.5) for name in names}, 9))
     for path in tmp_path.glob("*.png"):
         assert_nothing_is_cut(path)
 

@@ -1,4 +1,4 @@
-"""What line extraction costs beside the least that it could: one pass that fills prefix sums."""
+"""Time of line extraction beside the least that it could take: one pass that fills prefix sums."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ROUNDS: Final = 7
 
 
 def time_table(seeds: int) -> ResultTable:
-    """One call a scan, in turn with the pass of prefix sums; and many scans at once on one thread and on all."""
+    """Time one call a scan, in turn with the pass of prefix sums; and many scans at once on one thread and on all."""
     found = [scene.scan for scene in scenes(HELD_OUT_SEEDS[:seeds], "spec/3")]
     points = [scan.points() for scan in found]
     ours, unnamed, paper = ChiSquareConfig(sensor="urg04lx"), ChiSquareConfig(), HoppingConfig(psi=0, L_Th=8)

@@ -1,4 +1,4 @@
-"""The line extractors side by side on a recorded log, where no truth is known."""
+"""Score of line extractors on a recorded log, where no truth is known: how many beams their segments explain."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.bench.compare import warm_up
-from slam.bench.methods import OURS, Method
+from slam.bench.line_extractors import OURS, LineExtractor, warm_up
 from slam.console.result_table import ResultTable
 from slam.files.logs import Log
 from slam.lines.segments import Segments
@@ -24,13 +23,13 @@ COLUMNS: Final = ("method", "explained\n%", "rmse\nmm", "segments\na scan", "tim
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LogScore:
-    """One method on a log."""
+    """Result of one extractor on a log."""
 
     method: str
     explained: float
     """Share of the beams with an echo."""
     rmse: float
-    """Of the explained beams to their segments, metres."""
+    """Distance of the explained beams from their segments, metres."""
     segments: float
     """A scan, on average."""
     times: FloatArray
@@ -38,24 +37,24 @@ class LogScore:
 
 
 def scans_of(log: Log) -> list[int]:
-    """The scans that are used: all, or MAX_SCANS evenly drawn."""
+    """Indices of the scans that are used: all, or MAX_SCANS evenly drawn."""
     return [round(place) for place in np.linspace(0, len(log) - 1, min(len(log), MAX_SCANS)).tolist()]
 
 
-def score_log(log: Log, methods: Sequence[Method], advance: Callable[[], object]) -> list[LogScore]:
-    """The methods on these scans of the log; ``advance`` is called after every scan."""
+def score_log(log: Log, extractors: Sequence[LineExtractor], advance: Callable[[], object]) -> list[LogScore]:
+    """Run the extractors on these scans of the log; ``advance`` is called after every scan."""
     scans = [log.scan(index) for index in scans_of(log)]
-    warm_up(scans[0], methods)
-    found: list[list[tuple[FloatArray, int, float]]] = [[] for _ in methods]
+    warm_up(scans[0], extractors)
+    found: list[list[tuple[FloatArray, int, float]]] = [[] for _ in extractors]
     for scan in scans:
         points = scan.points()
-        for m, method in enumerate(methods):
+        for m, extractor in enumerate(extractors):
             began = perf_counter()
-            segments = method.extract(scan)
+            segments = extractor.extract(scan)
             taken = perf_counter() - began
             found[m].append((distances(points, segments), len(segments), taken))
         advance()
-    return [_score(method.name, rows) for method, rows in zip(methods, found, strict=True)]
+    return [_score(extractor.name, rows) for extractor, rows in zip(extractors, found, strict=True)]
 
 
 def distances(points: FloatArray, segments: Segments) -> FloatArray:
@@ -68,7 +67,7 @@ def distances(points: FloatArray, segments: Segments) -> FloatArray:
 
 
 def table(name: str, log: Log, scores: list[LogScore]) -> ResultTable:
-    """The table of a log."""
+    """Table of a log."""
     ours = next(float(np.median(row.times)) for row in scores if row.method == OURS)
     rows = [
         (

@@ -1,4 +1,4 @@
-"""The tables of ``hopslam bench sweep``."""
+"""``hopslam bench sweep``: speed and memory of sweeps."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from dataclasses import astuple
 from statistics import median
 from typing import Final, NamedTuple
 
-from slam.bench.sweep_runs import SweepSpeed, memory_of_rows, sweep_speed
-from slam.bench.two_processes import arithmetic_ratio
+from slam.bench.sweep_runs import SweepSpeed, arithmetic_ratio, memory_of_rows, sweep_speed
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.run.results.keep import Keep
@@ -39,7 +38,7 @@ def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTabl
 
 
 class _Turn(NamedTuple):
-    """What the machine does with two processes, then one job and two."""
+    """Measurements of one turn: additions by two processes over one, then the sweep with one job and with two."""
 
     allowed: float
     one: SweepSpeed

@@ -52,7 +52,7 @@ def localize(
 
     hopslam localize runs/latest --map /tmp/office/map.json
     """
-    from slam.cli.recorded import recorded_experiment
+    from slam.cli.inputs import recorded_experiment
     from slam.files.logs import BagTopics
     from slam.run.experiment import scenario_experiment
     from slam.run.localization import localized

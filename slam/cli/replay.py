@@ -52,7 +52,7 @@ def replay(
 
     hopslam replay second_half.log --map runs/latest/map.json --start saved
     """
-    from slam.cli.recorded import recorded_experiment
+    from slam.cli.inputs import recorded_experiment
     from slam.files.logs import BagTopics
     from slam.run.run_and_report import run_and_report
 

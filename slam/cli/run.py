@@ -44,7 +44,7 @@ def run(
 
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
     """
-    from slam.cli.scenario_warnings import draw_with_warnings
+    from slam.cli.inputs import draw_with_warnings
     from slam.run.experiment import scenario_experiment
     from slam.run.run_and_report import run_and_report
     from slam.scenario.file import load_template

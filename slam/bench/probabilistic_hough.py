@@ -25,7 +25,7 @@ class ProbabilisticHough:
     max_gap: float = 0.3
 
     def __call__(self, scan: LaserScan) -> Segments:
-        """The segments of a scan, sensor frame."""
+        """Extract the segments of a scan, sensor frame."""
         cv2 = optional("cv2", "bench")
         points = scan.points()
         if not len(points):

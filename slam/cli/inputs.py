@@ -1,7 +1,8 @@
-"""A recorded run as an experiment: what ``hopslam replay`` and ``hopslam localize`` take."""
+"""Inputs of commands: scenarios, with warnings about strange values, and recorded runs."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +12,16 @@ from slam.console.terminal import Terminal
 if TYPE_CHECKING:
     from slam.files.logs import BagTopics
     from slam.run.experiment import Experiment
+    from slam.scenario.schema import Scenario
+    from slam.scenario.template import ScenarioTemplate
+
+
+def draw_with_warnings(template: ScenarioTemplate) -> Scenario:
+    """Draw the scenario of the template's own seed; warn of strange values on standard error, a line each."""
+    scenario = template.draw()
+    for caution in template.cautions(scenario):
+        print(f"hopslam: warning: {caution}", file=sys.stderr)
+    return scenario
 
 
 def recorded_experiment(
@@ -21,8 +32,10 @@ def recorded_experiment(
     topics: BagTopics,
     console: Terminal,
 ) -> Experiment:
-    """The log, bag or run folder at this path, with the settings of the method from a scenario: by default the run's
-    own, or ``replay``. Prints what was read."""
+    """Experiment on the log, bag or run folder at this path; prints what was read.
+
+    The settings of the method are those of a scenario: by default the run's own, or ``replay``.
+    """
     from slam.run.experiment import replay_experiment
     from slam.scenario.file import load_scenario
 

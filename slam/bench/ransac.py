@@ -31,7 +31,7 @@ class Ransac:
     min_length: float = 0.15
 
     def __call__(self, scan: LaserScan) -> Segments:
-        """The segments of a scan, sensor frame."""
+        """Extract the segments of a scan, sensor frame."""
         measure = optional("skimage.measure", "bench")
         points = scan.points()
         ranges = np.hypot(*points.T)
@@ -66,7 +66,7 @@ class Ransac:
 
 
 def _longest(indices: IntArray, max_hole: int) -> tuple[int, int]:
-    """First and last of the longest run without a hole of more than that many."""
+    """First and last of the longest run of indices without a larger hole."""
     parts = np.split(indices, np.flatnonzero(np.diff(indices) > max_hole + 1) + 1)
     longest = max(parts, key=len)
     return int(longest[0]), int(longest[-1])

@@ -1,4 +1,4 @@
-"""The method on the recorded logs, each in a process of its own."""
+"""Runs of the method on recorded logs."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ LOGS: Final = {
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SlamRun:
-    """What came out for one log."""
+class LogRun:
+    """Result of the method on one log."""
 
     name: str
     log: Log
     poses: FloatArray
     """``T_map_base`` at every scan, as the method had it then, (N, 3)."""
     odometry: FloatArray
-    """What it was given, (N, 3)."""
+    """Odometry that the method was given, (N, 3)."""
     times: FloatArray
     """Seconds of every update on the wall clock, (N,) ..."""
     cpu_times: FloatArray
@@ -51,8 +51,8 @@ class SlamRun:
     """Segments of the map at the end, (M, 2, 2)."""
 
 
-def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) -> SlamRun:
-    """The whole log, every scan; ``odometry`` (N, 3) replaces the recorded one."""
+def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) -> LogRun:
+    """Run the method on every scan of a log; ``odometry`` (N, 3) replaces the recorded one."""
     warm_up(Terminal(quiet=True), config)
     log = read_log(path)
     given = log.T_odom_base if odometry is None else odometry
@@ -64,7 +64,7 @@ def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) 
         rows.append(slam.update(scan, wheels))
         cpu_times.append(thread_time() - began)
     matches = [row.match for row in rows]
-    return SlamRun(
+    return LogRun(
         name=path.name.split(".")[0],
         log=log,
         poses=np.array([(row.T_map_base.x, row.T_map_base.y, row.T_map_base.theta) for row in rows]),
@@ -81,8 +81,10 @@ def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) 
 
 
 def doubled_noise(truth: FloatArray, seed: int) -> FloatArray:
-    """Wheel odometry (N, 3) of these poses (N, 3) with twice the errors of corridor_synthetic: translations x 1.04, a
-    heading that walks by 3 deg a square root of a metre, and turns off by 4 %."""
+    """Make wheel odometry (N, 3) of these poses (N, 3) with twice the errors of corridor_synthetic.
+
+    Translations x 1.04, a heading that walks by 3 deg a square root of a metre, and turns off by 4 %.
+    """
     motions = [Pose2D(*a).between(Pose2D(*b)) for a, b in zip(truth[:-1].tolist(), truth[1:].tolist(), strict=True)]
     random, pose = np.random.default_rng(seed), Pose2D()
     poses = [pose]

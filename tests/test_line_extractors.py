@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slam.bench.hough_peer import ProbabilisticHough
 from slam.bench.log_score import distances
-from slam.bench.ransac_peer import Ransac
+from slam.bench.probabilistic_hough import ProbabilisticHough
+from slam.bench.ransac import Ransac
 from slam.bench.split_and_merge import SplitAndMerge, fitted_line
 from slam.errors import InputError
 from slam.lidars import URG04LX
@@ -19,7 +19,7 @@ from slam.lines.segments import Segments
 from slam.pose import FloatArray
 from slam.scan import LaserScan
 
-PEERS = [SplitAndMerge(), Ransac(), ProbabilisticHough()]
+EXTRACTORS = [SplitAndMerge(), Ransac(), ProbabilisticHough()]
 
 
 def scan_of(ranges: FloatArray) -> LaserScan:
@@ -57,12 +57,12 @@ def test_split_and_merge_does_not_bridge_a_gap() -> None:
     np.testing.assert_allclose(segments.end, [[2.0, -0.2], [2.0, 2.0]], atol=0.02)
 
 
-@pytest.mark.parametrize("peer", PEERS)
-def test_every_peer_finds_both_walls(peer: Callable[[LaserScan], Segments]) -> None:
-    if not isinstance(peer, SplitAndMerge):
+@pytest.mark.parametrize("extractor", EXTRACTORS)
+def test_every_extractor_finds_both_walls(extractor: Callable[[LaserScan], Segments]) -> None:
+    if not isinstance(extractor, SplitAndMerge):
         pytest.importorskip("skimage")
         pytest.importorskip("cv2")
-    segments = peer(corner_scan(noise=0.002))
+    segments = extractor(corner_scan(noise=0.002))
     for rho, normal in ((1.5, [0.0, -1.0]), (2.0, [1.0, 0.0])):
         near = (np.abs(segments.rho - rho) < 0.05) & (segments.normals @ normal > 0.998)
         assert near.any()
@@ -71,14 +71,14 @@ def test_every_peer_finds_both_walls(peer: Callable[[LaserScan], Segments]) -> N
         np.testing.assert_allclose(np.sum(segments.normals * ends, axis=1), segments.rho, atol=1e-9)
 
 
-@pytest.mark.parametrize("peer", PEERS)
+@pytest.mark.parametrize("extractor", EXTRACTORS)
 @pytest.mark.parametrize("echoes", [0, 1, 2, 5])
-def test_few_echoes_give_no_segment(peer: Callable[[LaserScan], Segments], echoes: int) -> None:
+def test_few_echoes_give_no_segment(extractor: Callable[[LaserScan], Segments], echoes: int) -> None:
     pytest.importorskip("skimage")
     pytest.importorskip("cv2")
     ranges = np.full(URG04LX.lidar.beams, np.inf)
     ranges[300 : 300 + echoes] = 1.0
-    segments = peer(scan_of(ranges))
+    segments = extractor(scan_of(ranges))
     assert len(segments) == 0
     assert segments.start.shape == (0, 2)
 
@@ -103,10 +103,10 @@ def test_distance_to_the_nearest_segment() -> None:
     assert np.isinf(distances(points, empty)).all()
 
 
-@pytest.mark.parametrize(("peer", "module"), [(Ransac(), "skimage.measure"), (ProbabilisticHough(), "cv2")])
+@pytest.mark.parametrize(("extractor", "module"), [(Ransac(), "skimage.measure"), (ProbabilisticHough(), "cv2")])
 def test_a_missing_package_is_named(
-    peer: Callable[[LaserScan], Segments], module: str, monkeypatch: pytest.MonkeyPatch
+    extractor: Callable[[LaserScan], Segments], module: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(InputError, match=r"pip install 'hopslam\[bench\]'"):
-        peer(corner_scan())
+        extractor(corner_scan())

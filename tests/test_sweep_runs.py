@@ -23,7 +23,7 @@ from slam.sweep.run_job import run_job
 from slam.sweep.scheduler import Scheduler
 
 
-class Unsteady:
+class UnreliableExecutor:
     """An executor that runs nothing: the first tries of some jobs are lost, and one job fails always."""
 
     def __init__(self, jobs: list[Job], lost: int, interrupt_after: int = 10**9) -> None:
@@ -61,7 +61,7 @@ class Unsteady:
 def test_each_job_has_one_row_whatever_is_lost(tmp_path: Path, lost: int, retry: int, failed: int) -> None:
     """Five jobs of ten lose their worker, so often; the last one fails."""
     jobs = list(make_plan(["paper_simulation"], {"seeds": "0:10"}).jobs())
-    executor, store = Unsteady(jobs, lost), ResultStore(Folder(str(tmp_path)))
+    executor, store = UnreliableExecutor(jobs, lost), ResultStore(Folder(str(tmp_path)))
     scheduler = Scheduler(executor, store, retry, lambda done, failed: None)
     assert not scheduler.run(iter(jobs))
     assert (scheduler.done, scheduler.failed) == (10, failed)
@@ -71,7 +71,7 @@ def test_each_job_has_one_row_whatever_is_lost(tmp_path: Path, lost: int, retry:
 
 def test_what_was_done_before_ctrl_c_is_kept(tmp_path: Path) -> None:
     jobs = list(make_plan(["paper_simulation"], {"seeds": "0:10"}).jobs())
-    executor, store = Unsteady(jobs, 0, interrupt_after=4), ResultStore(Folder(str(tmp_path)))
+    executor, store = UnreliableExecutor(jobs, 0, interrupt_after=4), ResultStore(Folder(str(tmp_path)))
     assert Scheduler(executor, store, 0, lambda done, failed: None).run(iter(jobs))
     assert len(store.done()) == 4
 

@@ -50,8 +50,10 @@ TUNED: Final = {
 
 
 def compared_extractors(noise_level: str = "spec/3", ours: ChiSquareConfig | None = None) -> tuple[LineExtractor, ...]:
-    """The paper's as printed, and tuned; this project's; and three of the field, tuned: split-and-merge, scikit-image's
-    RANSAC, OpenCV's HoughLinesP. Without settings ours knows no sensor, and estimates the noise from every scan.
+    """Extractors that are compared: the paper's, this project's, and three of the field.
+
+    The paper's is as printed, and tuned; split-and-merge, scikit-image's RANSAC and OpenCV's HoughLinesP are tuned.
+    Without settings ours knows no sensor, and estimates the noise from every scan.
     """
     hopping, split_and_merge, ransac, hough = TUNED[noise_level]
     return (

@@ -50,8 +50,8 @@ class MappedWorld:
 
 
 @dataclass(frozen=True, slots=True)
-class Stay:
-    """Result of one trial: a robot was set down, or moved."""
+class TrialResult:
+    """Result of setting a robot down at one place, or of moving it there."""
 
     right_after: float | None
     """Seconds to the first scan since which it was sure and right, to the end; None where it was not at the end."""
@@ -72,11 +72,11 @@ def localization_table(scenario: Scenario, trials: int, seconds: float, seed: in
         world = map_world(scenario)
     places = draw_start_poses(world, np.random.default_rng(seed))
     with console.progress(transient=True) as bar:
-        stays = [
+        results = [
             trial(world, (next(places), next(places)), seconds, seed + k)
             for k in bar.track(range(trials), description=scenario.name)
         ]
-    relocate, moved = zip(*stays, strict=True)
+    relocate, moved = zip(*results, strict=True)
     return ResultTable(
         f"Localisation in {scenario.name}, seed {scenario.seed}: {trials} trials of {seconds:g} s",
         ["", "right", "after, s", "95 %, s", "worst, s", "scans\nwrong", "in map,\nm", "true,\nm", "first,\nms",
@@ -119,20 +119,22 @@ def draw_start_poses(world: MappedWorld, random: np.random.Generator) -> Iterato
             yield Pose2D(float(place[0]), float(place[1]), theta)
 
 
-def trial(world: MappedWorld, places: tuple[Pose2D, Pose2D], seconds: float, seed: int) -> tuple[Stay, Stay]:
+def trial(
+    world: MappedWorld, places: tuple[Pose2D, Pose2D], seconds: float, seed: int
+) -> tuple[TrialResult, TrialResult]:
     """Set a robot down at the first place, then move it to the second, which its wheels do not notice.
 
     It wanders at each for so many simulated seconds.
     """
     localizer = LineLocalizer(world.scenario.slam, world.scenario.lidar.mount.pose, world.map)
-    first, T_odom_base = _stay(world, localizer, places[0], Pose2D(), seconds, seed)
-    second, _ = _stay(world, localizer, places[1], T_odom_base, seconds, seed)
+    first, T_odom_base = _wander_at(world, localizer, places[0], Pose2D(), seconds, seed)
+    second, _ = _wander_at(world, localizer, places[1], T_odom_base, seconds, seed)
     return first, second
 
 
-def _stay(
+def _wander_at(
     world: MappedWorld, localizer: LineLocalizer, place: Pose2D, T_odom_base: Pose2D, seconds: float, seed: int
-) -> tuple[Stay, Pose2D]:
+) -> tuple[TrialResult, Pose2D]:
     """Let the robot wander at one place; also gives the odometry at the end."""
     robot = world.scenario.robot.model_copy(update={"start": Place(x=place.x, y=place.y, theta=place.theta)})
     scenario = world.scenario.model_copy(update={"robot": robot, "duration": seconds})
@@ -146,7 +148,7 @@ def _stay(
     return _evaluated(world, seen), T_odom_base
 
 
-def _evaluated(world: MappedWorld, seen: list[tuple[Observation, Estimate]]) -> Stay:
+def _evaluated(world: MappedWorld, seen: list[tuple[Observation, Estimate]]) -> TrialResult:
     sure = [not estimate.lost for _, estimate in seen]
     truth = [observation.T_map_base or Pose2D() for observation, _ in seen]
     poses = [estimate.T_map_base for _, estimate in seen]
@@ -155,7 +157,7 @@ def _evaluated(world: MappedWorld, seen: list[tuple[Observation, Estimate]]) -> 
     since = len(right)
     while since > 0 and right[since - 1]:
         since -= 1
-    return Stay(
+    return TrialResult(
         right_after=seen[since][1].stamp - seen[0][1].stamp if since < len(right) else None,
         wrong=sum(a and not b for a, b in zip(sure, near, strict=True)),
         errors=tuple(a.distance(b) for a, b in zip(truth[since:], poses[since:], strict=True)),
@@ -168,18 +170,18 @@ def _row(pose: Pose2D) -> tuple[float, float, float]:
     return pose.x, pose.y, pose.theta
 
 
-def _table_row(name: str, stays: tuple[Stay, ...]) -> list[str]:
-    after = [stay.right_after for stay in stays if stay.right_after is not None]
-    times = np.array([stay.times[0] for stay in stays])
+def _table_row(name: str, results: tuple[TrialResult, ...]) -> list[str]:
+    after = [result.right_after for result in results if result.right_after is not None]
+    times = np.array([result.times[0] for result in results])
     return [
         name,
-        f"{len(after)} of {len(stays)}",
+        f"{len(after)} of {len(results)}",
         *(f"{np.percentile(after, share):.1f}" if after else "-" for share in (50, 95, 100)),
-        str(sum(stay.wrong for stay in stays)),
-        _rmse(chain.from_iterable(stay.errors_in_map for stay in stays)),
-        _rmse(chain.from_iterable(stay.errors for stay in stays)),
+        str(sum(result.wrong for result in results)),
+        _rmse(chain.from_iterable(result.errors_in_map for result in results)),
+        _rmse(chain.from_iterable(result.errors for result in results)),
         f"{1e3 * np.median(times):.0f}",
-        f"{1e3 * np.median(np.concatenate([stay.times for stay in stays])):.2f}",
+        f"{1e3 * np.median(np.concatenate([result.times for result in results])):.2f}",
     ]
 
 

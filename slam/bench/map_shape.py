@@ -153,7 +153,7 @@ def _around(best: FloatArray, reach: float, step: float, reach_turn: float, step
 
 
 def _share(near: np.ndarray, corner: FloatArray, last: FloatArray, middle: FloatArray, moved: FloatArray) -> float:
-    """Of the points that lie near the first ones, moved so (3,)."""
+    """Share of the last points that lie near the first ones when they are moved so (3,)."""
     c, s = np.cos(moved[2]), np.sin(moved[2])
     points = (last - middle) @ np.array([[c, s], [-s, c]]) + middle + moved[:2]
     index = np.floor((points - corner) / (0.5 * CELL)).astype(int)

@@ -40,7 +40,7 @@ class MatcherComparison:
     """Results of each matcher, by its name."""
 
     near: Mapping[str, Mapping[int, MatchRuns]]
-    """From starts nearby, by the number of beams."""
+    """Runs from starts nearby, by the number of beams."""
     basins: Mapping[str, FloatArray]
     """Share that converged, (turns, shifts), at 682 beams."""
     places: int

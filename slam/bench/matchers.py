@@ -101,7 +101,7 @@ class IcpMatcher:
         small_gicp.estimate_normals_covariances(self._target, self._tree, num_neighbors=20)
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
-        """All points, and for GICP their covariances."""
+        """Alignment of all points, for GICP with their covariances."""
         points = scan.points()
         source = self._library.PointCloud(np.column_stack([points, np.zeros(len(points))]))
         if self._kind == "GICP":

@@ -26,7 +26,7 @@ class Ransac:
     """Neighbouring points farther apart than this, plus ``gap_share`` of their range, are on different walls."""
     gap_share: float = 0.06
     max_hole: int = 5
-    """That many points in a row may lie off a line without ending its segment."""
+    """Points in a row that may lie off a line without ending its segment."""
     min_points: int = 6
     min_length: float = 0.15
 

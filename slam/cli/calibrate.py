@@ -1,4 +1,4 @@
-"""``hopslam calibrate``: what the wheels really are."""
+"""``hopslam calibrate``: wheel sizes and track, from driven squares."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from slam.run.calibration.square import Square
     from slam.scenario.schema import Scenario
 
-app = typer.Typer(help="Find what the wheels really are, by driving.", no_args_is_help=True, add_completion=False)
+app = typer.Typer(no_args_is_help=True, add_completion=False)
 
 
 @app.callback()
@@ -91,7 +91,7 @@ def square(
 
 
 def _driven(scenario: Scenario, path: Square, backend: str, yes: bool, console: Terminal) -> Calibration:
-    """Drive the squares, and say how far it is."""
+    """Drive the squares, with a progress bar."""
     from slam.run.calibration.calibrate import calibrate
 
     legs = len(list(path.turns)) * 2

@@ -16,6 +16,11 @@ if TYPE_CHECKING:
     from slam.scenario.template import ScenarioTemplate
 
 
+def with_seed(settings: Sequence[str] | None, seed: int | None) -> list[str]:
+    """Settings of a scenario, with those of ``--seed`` where it is given."""
+    return [*(settings or []), *([] if seed is None else [f"seed={seed}"])]
+
+
 def draw_with_warnings(template: ScenarioTemplate) -> Scenario:
     """Draw the scenario of the template's own seed; warn of strange values on standard error, a line each."""
     scenario = template.draw()

@@ -52,7 +52,7 @@ def localize(
 
     hopslam localize runs/latest --map /tmp/office/map.json
     """
-    from slam.cli.inputs import recorded_experiment
+    from slam.cli.inputs import recorded_experiment, with_seed
     from slam.files.logs import BagTopics
     from slam.run.experiment import scenario_experiment
     from slam.run.localization import localized
@@ -69,13 +69,12 @@ def localize(
         _refuse_options_of_logs(
             source, {"--scenario": scenario, "--scan-topic": scan_topic, "--odom-topic": odom_topic}
         )
-        by_seed = [] if seed is None else [f"seed={seed}"]
-        experiment = scenario_experiment(load_scenario(source, [*(settings or []), *by_seed], allowed))
+        experiment = scenario_experiment(load_scenario(source, with_seed(settings, seed), allowed))
     run_and_report(localized(experiment, saved_map), out, rerun, console)
 
 
 def _is_recorded(source: str) -> bool:
-    """Whether a file or folder of this name exists that is no scenario. A shipped scenario comes before a folder."""
+    """True for a file or folder that is no scenario. A shipped scenario comes before a folder of its name."""
     from slam.scenario.shipped import shipped_scenarios
 
     path = Path(source)

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from slam.run.experiment import Outcome
 
 Row: TypeAlias = dict[str, Any]
-"""``id``, ``name``, ``source``, ``kind``, ``mode``, ``seed``; ``set.<key>`` and ``drawn.<key>`` for settings;
-``status`` (``done`` or ``failed``), ``ending``, ``error``, ``tries``; every number of ``metrics.json`` by its name,
-those of WALL_TIMES after ``wall.``; ``error_m``: the error along the way, (CURVE_POINTS,); ``seconds``, ``host`` and
-``version``; ``settings`` and ``command``, which repeat the run."""
+"""Columns by name: ``id``, ``name``, ``source``, ``kind``, ``mode``, ``seed``; ``set.<key>`` and ``drawn.<key>`` for
+settings; ``status`` (``done`` or ``failed``), ``ending``, ``error``, ``tries``; every number of ``metrics.json`` by its
+name, those of WALL_TIMES after ``wall.``; ``error_m``: the error along the way, (CURVE_POINTS,); ``seconds``, ``host``
+and ``version``; ``settings`` and ``command``, which repeat the run."""
 
 WALL_TIMES: Final = frozenset(
     {"slam_ms_median", "slam_ms_p99", "slam_s_total", "extraction_ms_median", "real_time_factor"}

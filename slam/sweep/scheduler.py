@@ -22,7 +22,7 @@ class Scheduler:
         self._executor, self._store, self._retry, self._show = executor, store, retry, show
         self._again: deque[Job] = deque()
         self._tries: Counter[str] = Counter()
-        """By id, of the jobs that were submitted and have no row."""
+        """Tries of the jobs that were submitted and have no row, by id."""
         self.done = 0
         """Jobs that have a row ..."""
         self.failed = 0

@@ -28,7 +28,10 @@ class Folder:
         self.path = None if "://" in address else Path(address).absolute()
         """None where it is a URL."""
         self.address = address if self.path is None else str(self.path)
-        self._remote = None if self.path is not None else _open(address)
+        self._fs: Any = None
+        self._root = ""
+        if self.path is None:
+            self._fs, self._root = _open(address)
 
     def __truediv__(self, name: str) -> Folder:
         return Folder(f"{self.address.rstrip('/')}/{name}")
@@ -107,16 +110,6 @@ class Folder:
             self._fs.rm(place, recursive=True)  # else the folder would be put into it
         self._fs.put(str(draft), place, recursive=draft.is_dir())
 
-    @property
-    def _fs(self) -> Any:
-        assert self._remote is not None
-        return self._remote[0]
-
-    @property
-    def _root(self) -> str:
-        assert self._remote is not None
-        return str(self._remote[1]).rstrip("/")
-
     def _place(self, name: str) -> str:
         return f"{self._root}/{name}"
 
@@ -127,6 +120,7 @@ def _sync(path: Path) -> None:
 
 
 def _open(url: str) -> tuple[Any, str]:
+    """File system of a URL, and the path there."""
     fsspec = optional("fsspec", "sweep")
     try:
         fs, root = fsspec.core.url_to_fs(url)
@@ -134,4 +128,4 @@ def _open(url: str) -> tuple[Any, str]:
         raise InputError(f"{url}: {error}") from error
     except Exception as error:
         raise StorageError(f"{url}: cannot be reached: {error}") from error
-    return fs, root
+    return fs, str(root).rstrip("/")

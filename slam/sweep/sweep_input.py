@@ -36,9 +36,8 @@ class SweepInput:
         path = find_scenario(name, beside)
         source = ScenarioSource(path)
         given = path.stem if path.parent == SHIPPED else str(path.resolve())
-        return cls(
-            "scenario", str(source.data["name"]), given, given, _digest_of(source), _slam_of(source), _own_files(source)
-        )
+        files = tuple(path for path in source.paths if SHIPPED not in path.parents)
+        return cls("scenario", str(source.data["name"]), given, given, _digest_of(source), _slam_of(source), files)
 
     @classmethod
     def from_log(cls, name: str, beside: Path = Path()) -> Self:
@@ -70,10 +69,6 @@ class SweepInput:
 def _slam_of(source: ScenarioSource) -> dict[str, Any]:
     slam = source.data.get("slam")
     return slam if isinstance(slam, dict) else {}
-
-
-def _own_files(source: ScenarioSource) -> tuple[Path, ...]:
-    return tuple(path for path in source.paths if SHIPPED not in path.parents)
 
 
 def _paper_slam(kind: str) -> dict[str, Any]:

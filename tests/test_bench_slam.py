@@ -9,12 +9,11 @@ import pytest
 from evo.core import metrics
 from evo.core.trajectory import PosePath3D
 
-from slam.bench.log_runs import doubled_noise, run_log
+from slam.bench.log_runs import odometry_with_doubled_noise, run_log
 from slam.bench.map_shape import crispness, loop_gap, off_axes
-from slam.bench.sim_report import hour_tables, unconstrained_tables
-from slam.bench.sim_report import tables as sim_tables
+from slam.bench.sim_report import hour_tables, sim_tables, unconstrained_tables
 from slam.bench.sim_runs import run_scenario
-from slam.bench.slam_report import tables
+from slam.bench.slam_report import slam_tables
 from slam.config import SlamConfig
 from slam.console.terminal import Terminal
 from slam.pose import FloatArray
@@ -76,15 +75,15 @@ def test_a_run_over_a_small_log(small_log: Path) -> None:
 
 def test_noisy_wheels_are_noisy_and_the_same_again() -> None:
     truth = np.column_stack([np.linspace(0, 20, 200), np.zeros(200), np.zeros(200)])
-    once = doubled_noise(truth, 0)
-    np.testing.assert_array_equal(once, doubled_noise(truth, 0))
+    once = odometry_with_doubled_noise(truth, 0)
+    np.testing.assert_array_equal(once, odometry_with_doubled_noise(truth, 0))
     assert np.hypot(*np.diff(once[:, :2], axis=0).T).sum() == pytest.approx(20.8)
 
 
 def test_logs_that_are_not_there_are_skipped_and_named(tmp_path: Path) -> None:
     told = StringIO()
     console = Terminal(file=told)
-    assert tables(["fr079"], tmp_path, SlamConfig(), console) == []
+    assert slam_tables(["fr079"], tmp_path, SlamConfig(), console) == []
     assert "fr079.log.gz; skipped" in told.getvalue()
 
 
@@ -129,7 +128,7 @@ def test_where_the_scans_leave_a_direction_open_the_way_is_the_odometer_s() -> N
     """An odometer with the heading of the truth tells the error along the walls that is not the method's own."""
     run = run_scenario("featureless_corridor", 1, ("duration=12",))
     assert run.unconstrained[1:].mean() >= 0.95
-    np.testing.assert_allclose(run.offsets[:, 0], run.odometer_offsets[:, 0], atol=0.002)
+    np.testing.assert_allclose(run.offsets[:, 0], run.true_heading_offsets[:, 0], atol=0.002)
     (table,) = unconstrained_tables([("featureless_corridor", 1, run)])
     assert [row[0] for row in table.rows] == ["featureless_corridor, 1", "median", "worst"]
     assert unconstrained_tables([("cluttered_room", 0, run_scenario("cluttered_room", 0, ("duration=1",)))]) == []

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slam.bench.log_score import distances
+from slam.bench.log_score import distances_to_segments
 from slam.bench.probabilistic_hough import ProbabilisticHough
 from slam.bench.ransac import Ransac
 from slam.bench.split_and_merge import SplitAndMerge, fitted_line
@@ -98,9 +98,9 @@ def test_distance_to_the_nearest_segment() -> None:
     one, none = np.ones(1), np.empty(0)
     segment = Segments(np.zeros(1, int), np.ones(1, int), 0 * one, 0 * one, np.zeros((1, 2)), np.array([[2.0, 0.0]]))
     points = np.array([[1.0, 0.5], [5.0, 4.0], [-3.0, 4.0]])
-    np.testing.assert_allclose(distances(points, segment), [0.5, 5.0, 5.0])
+    np.testing.assert_allclose(distances_to_segments(points, segment), [0.5, 5.0, 5.0])
     empty = Segments(none.astype(int), none.astype(int), none, none, np.empty((0, 2)), np.empty((0, 2)))
-    assert np.isinf(distances(points, empty)).all()
+    assert np.isinf(distances_to_segments(points, empty)).all()
 
 
 @pytest.mark.parametrize(("extractor", "module"), [(Ransac(), "skimage.measure"), (ProbabilisticHough(), "cv2")])

@@ -72,7 +72,7 @@ def score_lines(walls: VisibleWalls, segments: Segments) -> LineScore:
     )
 
 
-def total(scores: Sequence[LineScore]) -> LineScore:
+def total_score(scores: Sequence[LineScore]) -> LineScore:
     """The score of many scans together."""
     columns = {field.name: [getattr(score, field.name) for score in scores] for field in fields(LineScore)}
     sums: dict[str, Any] = {

@@ -20,7 +20,7 @@ from slam.lines.wall_runs import prefix_sums
 from slam.pose import FloatArray
 from slam.scan import LaserScan
 
-MANY: Final = 2000
+BATCH_SCANS: Final = 2000
 ROUNDS: Final = 7
 
 
@@ -38,13 +38,13 @@ def time_table(seeds: int) -> ResultTable:
     times = _times(calls)
     least = float(np.median(times["prefix sums alone"]))
     rows = [(name, *_cells(taken, least)) for name, taken in times.items()]
-    many = (found * (MANY // len(found) + 1))[:MANY]
+    many = (found * (BATCH_SCANS // len(found) + 1))[:BATCH_SCANS]
     threads = os.cpu_count() or 1
     one, every = _batch(many, ours, 1), _batch(many, ours, threads)
     notes = (
-        f"One call from Python, 682 beams, spec/3, arrays ready; {ROUNDS} rounds in one process. {MANY} scans at once: "
-        f"{1e6 * one / MANY:.1f} us a scan on one thread, {1e6 * every / MANY:.1f} on {threads}: "
-        f"{one / every:.2f} times as fast."
+        f"One call from Python, 682 beams, spec/3, arrays ready; {ROUNDS} rounds in one process. "
+        f"{BATCH_SCANS} scans at once: {1e6 * one / BATCH_SCANS:.1f} us a scan on one thread, "
+        f"{1e6 * every / BATCH_SCANS:.1f} on {threads}: {one / every:.2f} times as fast."
     )
     return ResultTable("Time of one scan", ("", "median\nus", "p99\nus", "x\nsums"), rows, notes)
 

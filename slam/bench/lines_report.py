@@ -20,7 +20,7 @@ from slam.bench.line_extractors import (
     ours_with_wrong_noise,
     warm_up,
 )
-from slam.bench.line_score import LineScore, score_lines, total
+from slam.bench.line_score import LineScore, score_lines, total_score
 from slam.bench.line_times import time_table
 from slam.bench.scenes import HELD_OUT_SEEDS, NOISE_LEVELS, Scene, scenes
 from slam.console.result_table import ResultTable
@@ -72,8 +72,8 @@ def log_tables(path: Path, console: Terminal, sensor: str | None = None) -> list
     log = read_log(path)
     console.print(log.report)
     with console.progress() as bar:
-        task = bar.add_task(path.name, total=len(log_score.scans_of(log)))
-        return [log_score.table(path.name, log, log_score.score_log(log, extractors, partial(bar.advance, task)))]
+        task = bar.add_task(path.name, total=len(log_score.sampled_scans(log)))
+        return [log_score.log_table(path.name, log, log_score.score_log(log, extractors, partial(bar.advance, task)))]
 
 
 def _compare(
@@ -90,7 +90,7 @@ def _compare(
             times[m, k] = perf_counter() - began
             scores[m].append(score_lines(scene.walls, segments))
         advance()
-    return [_Comparison(extractor.name, total(scores[m]), times[m]) for m, extractor in enumerate(extractors)]
+    return [_Comparison(extractor.name, total_score(scores[m]), times[m]) for m, extractor in enumerate(extractors)]
 
 
 def _table(noise_level: str, comparisons: Sequence[_Comparison], seeds: range) -> ResultTable:

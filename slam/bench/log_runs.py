@@ -80,7 +80,7 @@ def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) 
     )
 
 
-def doubled_noise(truth: FloatArray, seed: int) -> FloatArray:
+def odometry_with_doubled_noise(truth: FloatArray, seed: int) -> FloatArray:
     """Make wheel odometry (N, 3) of these poses (N, 3) with twice the errors of corridor_synthetic.
 
     Translations x 1.04, a heading that walks by 3 deg a square root of a metre, and turns off by 4 %.

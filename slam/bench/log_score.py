@@ -15,7 +15,7 @@ from slam.files.logs import Log
 from slam.lines.segments import Segments
 from slam.pose import FloatArray
 
-NEAR: Final = 0.10
+EXPLAINED_WITHIN: Final = 0.10
 """A beam is explained when it ends nearer than this, metres, to a segment."""
 MAX_SCANS: Final = 200
 COLUMNS: Final = ("method", "explained\n%", "rmse\nmm", "segments\na scan", "time\nus", "p99\nus", "x\nours")
@@ -36,14 +36,14 @@ class LogScore:
     """Seconds a scan."""
 
 
-def scans_of(log: Log) -> list[int]:
+def sampled_scans(log: Log) -> list[int]:
     """Indices of the scans that are used: all, or MAX_SCANS evenly drawn."""
     return [round(place) for place in np.linspace(0, len(log) - 1, min(len(log), MAX_SCANS)).tolist()]
 
 
 def score_log(log: Log, extractors: Sequence[LineExtractor], advance: Callable[[], object]) -> list[LogScore]:
     """Run the extractors on these scans of the log; ``advance`` is called after every scan."""
-    scans = [log.scan(index) for index in scans_of(log)]
+    scans = [log.scan(index) for index in sampled_scans(log)]
     warm_up(scans[0], extractors)
     found: list[list[tuple[FloatArray, int, float]]] = [[] for _ in extractors]
     for scan in scans:
@@ -52,12 +52,12 @@ def score_log(log: Log, extractors: Sequence[LineExtractor], advance: Callable[[
             began = perf_counter()
             segments = extractor.extract(scan)
             taken = perf_counter() - began
-            found[m].append((distances(points, segments), len(segments), taken))
+            found[m].append((distances_to_segments(points, segments), len(segments), taken))
         advance()
     return [_score(extractor.name, rows) for extractor, rows in zip(extractors, found, strict=True)]
 
 
-def distances(points: FloatArray, segments: Segments) -> FloatArray:
+def distances_to_segments(points: FloatArray, segments: Segments) -> FloatArray:
     """Metres from each point (N, 2) to the nearest segment, shape (N,); ``inf`` where there is none."""
     start, along = segments.start, segments.end - segments.start
     squared = np.maximum(np.sum(along**2, axis=1), 1e-12)
@@ -66,7 +66,7 @@ def distances(points: FloatArray, segments: Segments) -> FloatArray:
     return np.asarray(np.linalg.norm(offset - share[..., None] * along, axis=2).min(axis=1, initial=np.inf))
 
 
-def table(name: str, log: Log, scores: list[LogScore]) -> ResultTable:
+def log_table(name: str, log: Log, scores: list[LogScore]) -> ResultTable:
     """Table of a log."""
     ours = next(float(np.median(row.times)) for row in scores if row.method == OURS)
     rows = [
@@ -88,7 +88,7 @@ def table(name: str, log: Log, scores: list[LogScore]) -> ResultTable:
 
 def _score(name: str, rows: list[tuple[FloatArray, int, float]]) -> LogScore:
     distance = np.concatenate([row[0] for row in rows])
-    near = distance[distance < NEAR]
+    near = distance[distance < EXPLAINED_WITHIN]
     return LogScore(
         method=name,
         explained=len(near) / max(len(distance), 1),

@@ -31,7 +31,7 @@ from slam.scan import LaserScan
 
 VOXEL: Final = 0.05
 """Metres: point maps have one point, the mean, in each square of this side."""
-PRIOR: Final = np.diag([0.5**2, 0.5**2, 0.3**2])
+START_COVARIANCE: Final = np.diag([0.5**2, 0.5**2, 0.3**2])
 """Covariance of the start that ours is given: next to nothing is known."""
 
 
@@ -62,7 +62,7 @@ class OurMatcher:
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
         """Extraction, facets, match."""
-        memory = SurfelMemory(self._map, Drift(), start, None, PRIOR)
+        memory = SurfelMemory(self._map, Drift(), start, None, START_COVARIANCE)
         segments = extract_segments(scan, self._config.lines)
         match = SurfelMapper(memory, self._matching, Pose2D()).locate(scan, segments, start)
         return start @ match.T_prior_laser
@@ -75,7 +75,7 @@ class PaperMatcher:
 
     def __init__(self, scans: Sequence[PlacedScan]) -> None:
         self._map = PointMap()
-        self._map.add(mean_points(scans), Pose2D())
+        self._map.add(voxel_means(scans), Pose2D())
         self._draw_all = PointMapConfig(draw=1.0)
         self._matching = ForceFieldConfig(gamma_M=0.3, max_iterations=300)
 
@@ -94,7 +94,7 @@ class IcpMatcher:
     def __init__(self, scans: Sequence[PlacedScan], small_gicp: Any, kind: str = "PLANE_ICP", reach: float = 1.0):
         self.name = {"PLANE_ICP": "ICP, point to plane", "ICP": "ICP, point to point", "GICP": "GICP"}[kind]
         self._library, self._kind, self._reach = small_gicp, kind, reach
-        points = mean_points(scans)
+        points = voxel_means(scans)
         layers = [np.column_stack([points, np.full(len(points), z)]) for z in (-VOXEL, 0.0, VOXEL)]
         self._target = small_gicp.PointCloud(np.concatenate(layers))
         self._tree = small_gicp.KdTree(self._target)
@@ -124,7 +124,7 @@ def compared_matchers(scans: Sequence[PlacedScan]) -> list[Matcher]:
     return [*ours, PaperMatcher(scans), *(IcpMatcher(scans, small_gicp, kind) for kind in kinds)]
 
 
-def mean_points(scans: Sequence[PlacedScan]) -> FloatArray:
+def voxel_means(scans: Sequence[PlacedScan]) -> FloatArray:
     """Mean (N, 2) of the points of the scans in each square; squares that have one point are left out."""
     points = np.concatenate([placed.T_map_laser.transform(placed.scan.points()) for placed in scans])
     _, place, count = np.unique(np.floor(points / VOXEL), axis=0, return_inverse=True, return_counts=True)

@@ -29,7 +29,7 @@ HOUR_PARTS: Final = 12
 """Parts of the hour: five minutes each."""
 
 
-def tables(
+def sim_tables(
     names: Sequence[str],
     seeds: Sequence[int],
     hour: bool,
@@ -128,9 +128,8 @@ def _unconstrained_errors(run: SimRun) -> FloatArray:
     way = run.truth[-1, :2] - run.truth[0, :2]
     along = way / np.hypot(*way)
     across = 100.0 * np.abs(run.offsets[:, :2] @ np.array([-along[1], along[0]]))
-    ends = [
-        abs(100.0 * offsets[-1, :2] @ along) for offsets in (run.offsets, run.odometer_offsets, run.odometry_offsets)
-    ]
+    compared = run.offsets, run.true_heading_offsets, run.odometry_offsets
+    ends = [abs(100.0 * offsets[-1, :2] @ along) for offsets in compared]
     turned = np.degrees(np.abs(run.offsets[:, 2])).max()
     return np.array([*ends, across.max(), np.sqrt(np.mean(across**2)), turned, run.unconstrained[1:].mean()])
 

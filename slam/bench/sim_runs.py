@@ -100,7 +100,7 @@ class SimRun:
         return _offsets(self.odometry, self.truth)
 
     @property
-    def odometer_offsets(self) -> FloatArray:
+    def true_heading_offsets(self) -> FloatArray:
         """Offsets (N, 3) of an odometry whose heading is always right: the error of its way alone."""
         steps = relative_poses(self.odometry[:-1], self.odometry[1:])
         c, s = np.cos(self.truth[:-1, 2]), np.sin(self.truth[:-1, 2])

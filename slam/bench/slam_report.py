@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.bench.log_runs import LOGS, LogRun, doubled_noise, run_log
+from slam.bench.log_runs import LOGS, LogRun, odometry_with_doubled_noise, run_log
 from slam.bench.map_shape import crispness, shape_table
 from slam.config import SlamConfig
 from slam.console.result_table import ResultTable
@@ -26,7 +26,7 @@ from slam.run.scoring.poses_at import poses_at
 from slam.run.scoring.relations import read_relations, relation_errors
 
 WORKERS: Final = 2
-DOUBLED: Final = "corridor, noise x 2"
+DOUBLED_NOISE: Final = "corridor, noise x 2"
 PEERS: Final = {
     "corridor_synthetic": "ATE 0.077 (Karto), heading 0.10 (LaMa, 30 particles), extent 1.005 (Karto)",
     "fr079": "relations 0.047 m, 1.13 deg (LaMa)",
@@ -42,7 +42,7 @@ CRISP_OTHERS: Final = 0, 15.0
 """... and of other sensors."""
 
 
-def tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Terminal) -> list[ResultTable]:
+def slam_tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Terminal) -> list[ResultTable]:
     """Run the logs of these names in the folder, all without a name; those not there are skipped."""
     asked = list(names) or list(LOGS)
     paths = {name: folder / LOGS.get(name, name) for name in asked}
@@ -52,10 +52,8 @@ def tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Term
     jobs: list[tuple[str, Path, FloatArray | None]] = [(n, p, None) for n, p in paths.items() if p.is_file()]
     reference = folder / "corridor_synthetic.gt.tum"
     if reference.is_file() and any(name == "corridor_synthetic" for name, *_ in jobs):
-        jobs += [
-            (f"{DOUBLED}, {s}", paths["corridor_synthetic"], doubled_noise(read_tum(reference)[1], s))
-            for s in (0, 1, 2)
-        ]
+        path, truth = paths["corridor_synthetic"], read_tum(reference)[1]
+        jobs += [(f"{DOUBLED_NOISE}, {s}", path, odometry_with_doubled_noise(truth, s)) for s in (0, 1, 2)]
     with ProcessPoolExecutor(WORKERS) as pool:
         runs = [(name, pool.submit(run_log, path, config, odometry)) for name, path, odometry in jobs]
         with console.progress() as bar:

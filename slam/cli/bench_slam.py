@@ -32,9 +32,9 @@ def bench_slam(
     hopslam bench slam corridor_synthetic --set slam.matching.floor=0.02
     """
     use_one_thread()
-    from slam.bench.slam_report import tables
+    from slam.bench.slam_report import slam_tables
     from slam.scenario.file import load_scenario
 
-    made = tables(logs or [], data, load_scenario("replay", settings or []).slam, console)
+    made = slam_tables(logs or [], data, load_scenario("replay", settings or []).slam, console)
     print_tables(made)
     write_tables(out, made, "SLAM on recorded logs")

@@ -38,9 +38,9 @@ def bench_slam_sim(
     hopslam bench slam-sim crowded_corridor --set slam.map.free_margin=0.1 --out /tmp/crowd.md
     """
     use_one_thread()
-    from slam.bench.sim_report import tables
+    from slam.bench.sim_report import sim_tables
 
     runs = range(first_seed, first_seed + seeds)
-    made = tables(scenarios or [], runs, hour, tuple(settings or ()), console, tuple(allow_modules or ()))
+    made = sim_tables(scenarios or [], runs, hour, tuple(settings or ()), console, tuple(allow_modules or ()))
     print_tables(made)
     write_tables(out, made, "SLAM in the simulator")

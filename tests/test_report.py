@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from slam.cli.main import app
 from slam.errors import InputError
-from slam.run.experiment import scenario_experiment
+from slam.run.experiment_setup import scenario_experiment
 from slam.run.report.animation import write_animation
 from slam.run.report.chapter import command
 from slam.run.report.faults import faults

@@ -20,12 +20,12 @@ from slam.line_slam import Estimate
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
-from slam.run.results.map_picture import draw_map
+from slam.run.pictures.map_picture import draw_map
 from slam.run.results.metrics import measure
-from slam.run.results.progress import RunProgress
 from slam.run.results.recorder import STEP_COLUMNS
 from slam.run.results.run_folder import make_run_folder
 from slam.run.step import Step
+from slam.run.watchers import RunProgress
 from slam.scan import LaserScan
 
 
@@ -167,10 +167,11 @@ def test_the_true_walls_are_drawn(tmp_path: Path) -> None:
 KILLED = """
     import os, sys
     from slam.run import experiment
+    from slam.run.experiment_setup import scenario_experiment
     from slam.scenario.file import load_scenario
     from pathlib import Path
 
-    class Assassin:
+    class KillAtStep20:
         def __init__(self, *_): pass
         def __enter__(self): return self
         def __exit__(self, *_): pass
@@ -178,8 +179,8 @@ KILLED = """
             if step.index == 20:
                 os.kill(os.getpid(), {signal})
 
-    experiment.RunProgress = Assassin
-    outcome = experiment.scenario_experiment(load_scenario("paper_simulation")).run(Path(sys.argv[1]))
+    experiment.RunProgress = KillAtStep20
+    outcome = scenario_experiment(load_scenario("paper_simulation")).run(Path(sys.argv[1]))
     print(outcome.ending)
 """
 

@@ -11,10 +11,10 @@ from slam.matching.match import Match
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
-from slam.run.experiment import Experiment, replay_experiment
-from slam.run.results.log_reader import logged_mount, logged_observations
+from slam.run.experiment import Experiment
+from slam.run.experiment_setup import replay_experiment
 from slam.run.results.recorder import Recorder
-from slam.run.results.run_log import RunLog
+from slam.run.results.run_log import RunLog, logged_mount, logged_observations
 from slam.run.results.run_record import RunRecord
 from slam.run.step import Step
 from slam.scan import LaserScan

@@ -13,12 +13,12 @@ from hardware.emulator.emulator import Emulator
 from hardware.robot import HardwareRobot
 from slam.console.terminal import Terminal
 from slam.pose import FloatArray, Pose2D
-from slam.run.experiment import Experiment, scenario_experiment
-from slam.run.interruption import Interruption
+from slam.run.experiment import Experiment
+from slam.run.experiment_setup import scenario_experiment
 from slam.run.loop import run_loop
-from slam.run.results.progress import RunProgress
 from slam.run.step import Step, Watcher
 from slam.run.warm_up import warm_up
+from slam.run.watchers import Interruption, RunProgress
 from slam.scenario.schema import Scenario
 
 Load = Callable[[Sequence[str]], Scenario]

@@ -15,11 +15,10 @@ from slam.bench.match_score import BEAMS, NEAR, SHIFTS, TURNS, Runs, basin, race
 from slam.bench.matchers import Icp, Matcher, Ours, Paper
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
 from slam.files.whole_files import whole_file
 from slam.optional import optional
 from slam.pose import FloatArray
+from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.scenario.schema import Scenario
 
 FEW: Final = 5

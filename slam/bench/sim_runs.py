@@ -14,7 +14,7 @@ from slam.line_slam import Estimate, LineSlam
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
-from slam.run.experiment import scenario_experiment
+from slam.run.experiment_setup import scenario_experiment
 from slam.run.loop import Ending, run_loop
 from slam.run.step import Step
 from slam.run.warm_up import warm_up

@@ -11,7 +11,6 @@ from slam.bench.sweep_runs import SweepSpeed, memory_of_rows, sweep_speed
 from slam.bench.two_processes import arithmetic_ratio
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
-from slam.run.results.keep import Keep
 from slam.sweep.executor import Executor
 from slam.sweep.pool import Pool
 
@@ -77,10 +76,10 @@ def _executors(ray: bool) -> Mapping[str, Callable[[str, int], Executor]]:
 
 
 def _pool(runs: str, jobs: int) -> Executor:
-    return Pool(jobs, runs, Keep(pictures=False))
+    return Pool(jobs, runs, pictures=False)
 
 
 def _ray(runs: str, jobs: int) -> Executor:
     from slam.sweep.ray_cluster import LOCAL, RayCluster
 
-    return RayCluster(LOCAL, jobs, runs, Keep(pictures=False))
+    return RayCluster(LOCAL, jobs, runs, pictures=False)

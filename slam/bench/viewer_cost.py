@@ -12,13 +12,13 @@ from typing import Final, NamedTuple
 
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
-from slam.run.experiment import Experiment, scenario_experiment
+from slam.run.experiment import Experiment
+from slam.run.experiment_setup import scenario_experiment
 from slam.run.loop import run_loop
 from slam.run.step import Step
-from slam.run.viewer.address import listens
 from slam.run.viewer.broadcast import Broadcast
-from slam.run.viewer.programs import data_address, serve_page
-from slam.run.viewer.run_viewer import RunViewer
+from slam.run.viewer.live_run import RunViewer
+from slam.run.viewer.rerun_program import data_address, listens, serve_page
 from slam.run.warm_up import warm_up
 from slam.scenario.schema import Scenario
 
@@ -104,8 +104,8 @@ def _measured(
 ) -> Cost:
     experiment = scenario_experiment(scenario)
     seconds: list[float] = []
-    with Broadcast(files, urls, experiment.setting, lambda text: None) as broadcast:
-        watcher = _Stopwatch(RunViewer(broadcast, experiment.setting), seconds, scans, period, victim)
+    with Broadcast(files, urls, experiment.scene, lambda text: None) as broadcast:
+        watcher = _Stopwatch(RunViewer(broadcast, experiment.scene), seconds, scans, period, victim)
         _drive(experiment, watcher)
         began, began_cpu = perf_counter(), thread_time()
     cpu = watcher.cpu + thread_time() - began_cpu

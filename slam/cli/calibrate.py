@@ -70,7 +70,7 @@ def square(
     from slam.run.calibration.picture import draw_squares
     from slam.run.calibration.report import summary
     from slam.run.calibration.square import Square
-    from slam.run.results.world_picture import check_picture
+    from slam.run.pictures.world_picture import check_picture
     from slam.run.warm_up import warm_up
     from slam.scenario.file import load_scenario
 

@@ -54,8 +54,7 @@ def localize(
     """
     from slam.cli.recorded import recorded_experiment
     from slam.files.logs import BagTopics
-    from slam.run.experiment import scenario_experiment
-    from slam.run.localization import localized
+    from slam.run.experiment_setup import localize_in_map, scenario_experiment
     from slam.run.run_and_report import run_and_report
     from slam.scenario.file import load_scenario
 
@@ -71,7 +70,7 @@ def localize(
         )
         by_seed = [] if seed is None else [f"seed={seed}"]
         experiment = scenario_experiment(load_scenario(source, [*(settings or []), *by_seed], allowed))
-    run_and_report(localized(experiment, saved_map), out, rerun, console)
+    run_and_report(localize_in_map(experiment, saved_map), out, rerun, console)
 
 
 def _is_recorded(source: str) -> bool:

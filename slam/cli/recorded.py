@@ -23,7 +23,7 @@ def recorded_experiment(
 ) -> Experiment:
     """The log, bag or run folder at this path, with the settings of the method from a scenario: by default the run's
     own, or ``replay``. Prints what was read."""
-    from slam.run.experiment import replay_experiment
+    from slam.run.experiment_setup import replay_experiment
     from slam.scenario.file import load_scenario
 
     own = log / "config.yaml"

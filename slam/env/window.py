@@ -11,9 +11,8 @@ from slam.env.episode import Episode
 from slam.line_slam import Estimate
 from slam.odometry import Twist2D
 from slam.run.step import Step
-from slam.run.viewer.address import listens
-from slam.run.viewer.programs import data_address, has_display
-from slam.run.viewer.run_viewer import RunViewer
+from slam.run.viewer.live_run import RunViewer
+from slam.run.viewer.rerun_program import data_address, has_display, listens
 from slam.run.viewer.scene import Scene
 from slam.run.viewer.targets import GRPC_PORT
 from slam.run.viewer.viewers import Viewers

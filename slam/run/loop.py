@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from math import inf
-from typing import Final, Literal
+from time import monotonic
+from typing import Final, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slam.errors import RobotTimeout
 from slam.odometry import Twist2D
 from slam.robot import Observation
 from slam.run.estimator import Estimator
-from slam.run.patience import step_patiently
-from slam.run.pilot import Pilot
+from slam.run.pilots import Pilot
 from slam.run.robot_env import RobotEnv
 from slam.run.step import Step, Watcher
 
@@ -59,3 +60,22 @@ def run_loop(
 
 def _action(twist: Twist2D) -> NDArray[np.float32]:
     return np.array([twist.linear, twist.angular], np.float32)
+
+
+Taken = TypeVar("Taken")
+
+
+def step_patiently(step: Callable[[Twist2D], Taken], command: Twist2D, patience: float) -> tuple[Taken, int]:
+    """Make a step, which drives until the next scan comes; where no scan comes, stand and wait for one.
+
+    Returns what the step returned, and how often the robot was silent for too long. RobotTimeout after ``patience``
+    seconds.
+    """
+    until, timeouts = monotonic() + patience, 0
+    while True:
+        try:
+            return step(command), timeouts
+        except RobotTimeout:
+            if monotonic() >= until:
+                raise
+            command, timeouts = Twist2D(), timeouts + 1

@@ -25,4 +25,4 @@ def run_and_report(experiment: Experiment, out: Path | None, rerun: list[str] | 
             raise outcome.error
         if outcome.ending == "interrupted":
             raise typer.Exit(128 + outcome.signal)
-        viewers.linger()
+        viewers.serve_until_interrupted()

@@ -11,7 +11,6 @@ from multiprocessing import connection, get_context
 from multiprocessing.context import SpawnProcess
 from typing import Final
 
-from slam.run.results.keep import Keep
 from slam.sweep.executor import Finished, Lost
 from slam.sweep.job import Job
 from slam.sweep.worker import work
@@ -28,8 +27,8 @@ class Pool:
     ``allowed`` is the code that the user allows: see slam/config/own.py.
     """
 
-    def __init__(self, size: int, runs: str, keep: Keep, allowed: Sequence[str] = ()) -> None:
-        self._made_with = runs, keep, tuple(allowed)
+    def __init__(self, size: int, runs: str, pictures: bool, allowed: Sequence[str] = ()) -> None:
+        self._made_with = runs, pictures, tuple(allowed)
         self._workers = [_Worker(*self._made_with) for _ in range(size)]
 
     @property
@@ -77,11 +76,11 @@ class Pool:
 class _Worker:
     """One process and the pipe to it."""
 
-    def __init__(self, runs: str, keep: Keep, allowed: Sequence[str]) -> None:
+    def __init__(self, runs: str, pictures: bool, allowed: Sequence[str]) -> None:
         self.job: Job | None = None
         self.pipe, far_end = get_context("spawn").Pipe()
         self._process: SpawnProcess = get_context("spawn").Process(
-            target=work, args=(far_end, os.getpid(), runs, keep, allowed), daemon=True
+            target=work, args=(far_end, os.getpid(), runs, pictures, allowed), daemon=True
         )
         with _environment(ONE_THREAD):
             self._process.start()

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from slam.errors import InputError, ScenarioError
-from slam.run.results.keep import Keep
 from slam.scenario.file import checked_template
 from slam.sweep.executor import Finished
 from slam.sweep.folder import Folder
@@ -46,7 +45,7 @@ def repeated(out: str, run_id: str, pictures: bool = False, allow_modules: Seque
         checked_template(job.source if job.kind == "scenario" else "replay", job.settings, allow_modules)
     except ScenarioError as error:
         raise InputError(f"{out}: run {job.id}: {error}") from error
-    pool = Pool(1, (folder / REPEATED).address, Keep(pictures), allow_modules)
+    pool = Pool(1, (folder / REPEATED).address, pictures, allow_modules)
     try:
         pool.submit(job)
         came = next(iter(pool.collect(timeout=1e6)))

@@ -9,8 +9,8 @@ from pathlib import Path
 from time import perf_counter
 
 from slam.errors import HopslamError
-from slam.run.experiment import Experiment, replay_experiment, scenario_experiment
-from slam.run.results.keep import Keep
+from slam.run.experiment import Experiment
+from slam.run.experiment_setup import replay_experiment, scenario_experiment
 from slam.scenario.file import checked_template
 from slam.sweep.bundled_file import shipped_file
 from slam.sweep.error_curve import error_curve
@@ -20,7 +20,7 @@ from slam.sweep.row import Row, done, failed
 from slam.sweep.versions import versions
 
 
-def run_job(job: Job, runs: str, keep: Keep, allowed: Sequence[str] = ()) -> Row | None:
+def run_job(job: Job, runs: str, pictures: bool, allowed: Sequence[str] = ()) -> Row | None:
     """Run it, and keep its folder as ``<id>`` under the address ``runs``; None when it was interrupted.
 
     A run that fails has a row that says so: only an interruption leaves here. ``allowed`` is the code that the user
@@ -28,7 +28,7 @@ def run_job(job: Job, runs: str, keep: Keep, allowed: Sequence[str] = ()) -> Row
     """
     began, started = perf_counter(), datetime.now(UTC)
     try:
-        row = _run(job, runs, keep, allowed)
+        row = _run(job, runs, pictures, allowed)
     except HopslamError as error:
         row = failed(job, str(error))
     except Exception as error:  # whatever it is, the other runs go on
@@ -48,10 +48,10 @@ def experiment_of(job: Job, allowed: Sequence[str] = ()) -> Experiment:
     return scenario_experiment(checked_template(source, settings, allowed).draw())
 
 
-def _run(job: Job, runs: str, keep: Keep, allowed: Sequence[str]) -> Row | None:
+def _run(job: Job, runs: str, pictures: bool, allowed: Sequence[str]) -> Row | None:
     folder = Folder(runs)
     with folder.draft() as draft:
-        outcome = experiment_of(job, allowed).run(draft / job.id, keep=keep)
+        outcome = experiment_of(job, allowed).run(draft / job.id, pictures=pictures)
         if outcome.ending == "interrupted":
             return None
         row = done(job, outcome) | {"error_m": error_curve(outcome.folder)}

@@ -9,7 +9,6 @@ import yaml
 
 from slam.console.terminal import Terminal
 from slam.errors import StorageError
-from slam.run.results.keep import Keep
 from slam.sweep.driver import Driver
 from slam.sweep.executor import Executor
 from slam.sweep.folder import Folder
@@ -86,12 +85,12 @@ def _run_in(folder: Folder, plan: Plan, means: SweepOptions, console: Terminal) 
 
 
 def _executor(plan: Plan, folder: Folder, means: SweepOptions, todo: int) -> Executor:
-    runs, keep = (folder / RUNS).address, Keep(means.pictures)
+    runs, pictures = (folder / RUNS).address, means.pictures
     if means.ray is None:
-        return Pool(max(min(means.jobs, todo), 1), runs, keep, plan.allowed)
+        return Pool(max(min(means.jobs, todo), 1), runs, pictures, plan.allowed)
     from slam.sweep.ray_cluster import RayCluster
 
-    return RayCluster(means.ray, means.jobs, runs, keep, plan.files(), plan.allowed)
+    return RayCluster(means.ray, means.jobs, runs, pictures, plan.files(), plan.allowed)
 
 
 def _whole(plan: Plan) -> dict[str, object]:

@@ -16,7 +16,7 @@ from typing import Final
 import lz4.frame
 
 from slam.errors import LogError
-from slam.files.ros.raw_message import RawMessage, ros2_type
+from slam.files.ros.messages import RawMessage, ros2_type
 from slam.files.text_lines import CutShort
 
 MAGIC: Final = b"#ROSBAG V2.0\n"

@@ -10,8 +10,7 @@ import numpy as np
 from rosbags.serde import SerdeError
 
 from slam.files.fields import LARGEST, BadLine
-from slam.files.ros.raw_message import RawMessage
-from slam.files.ros.typestores import ros1_types, ros2_types
+from slam.files.ros.messages import RawMessage, ros1_types, ros2_types
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import LaserScan

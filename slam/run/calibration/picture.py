@@ -7,12 +7,11 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
 from slam.files.whole_files import whole_file
 from slam.pose import FloatArray, Pose2D
 from slam.run.calibration.calibrate import Calibration
 from slam.run.calibration.wheel_fit import WheelFit, corrected
+from slam.run.pictures.figure_style import PAPER, save_figure
 
 
 def draw_squares(path: Path, calibration: Calibration) -> None:

@@ -1,7 +1,7 @@
 """The log of a run as CARMEN text: ``PARAM``, and for each scan ``ODOM``, ``TRUEPOS`` and ``ROBOTLASER1``.
 
 What the messages have no field for stands in ``PARAM hopslam_...`` lines, which other readers pass by: see
-slam/files/logs/carmen_params.py. With it, a replay gives the same run.
+slam/files/logs/carmen_message.py. With it, a replay gives the same run.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.files.logs.carmen_params import CarmenParams
+from slam.files.logs.carmen_message import CarmenParams
 from slam.files.whole_files import whole_file
 from slam.pose import Pose2D
 from slam.robot import Observation

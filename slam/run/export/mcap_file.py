@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Final
 
 from slam.files.ros.encoder import Encoder
-from slam.files.ros.mcap_writer import McapWriter
+from slam.files.ros.mcap_files import McapWriter
 from slam.files.whole_files import whole_file
-from slam.run.results.log_reader import logged_messages
-from slam.run.results.run_log import LOG
+from slam.run.results.run_log import LOG, logged_messages
 from slam.run.results.run_record import RunRecord
 
 _CHUNK: Final = 1 << 20

@@ -8,11 +8,9 @@ from typing import Final
 from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import Writer
 
-from slam.files.ros.topics import TF_STATIC
-from slam.files.ros.typestores import ros2_types
+from slam.files.ros.messages import TF_STATIC, ros2_types
 from slam.files.whole_files import whole_folder
-from slam.run.results.log_reader import logged_messages
-from slam.run.results.run_log import LOG
+from slam.run.results.run_log import LOG, logged_messages
 from slam.run.results.run_record import RunRecord
 
 _VERSION: Final = 8

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
+from slam.run.pictures.map_picture import Plan, map_figure, where_it_ends
 from slam.run.report.faults import faults
 from slam.run.report.inline_svg import THEMED, inline_svg
 from slam.run.report.run_plots import (
@@ -23,9 +24,7 @@ from slam.run.report.run_plots import (
     timing_figure,
 )
 from slam.run.report.settings import Change, changes
-from slam.run.results.map_picture import map_figure, where_it_ends
 from slam.run.results.metrics import measure
-from slam.run.results.plan import Plan
 from slam.run.results.run_record import RunRecord
 
 PERCENTILES = (50, 90, 99, 100)

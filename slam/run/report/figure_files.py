@@ -8,14 +8,14 @@ from typing import Final
 
 from matplotlib.figure import Figure
 
-from slam.files.figure_file import save_figure
 from slam.files.whole_files import whole_file
+from slam.run.pictures.error_curves import paper_curves
+from slam.run.pictures.figure_style import save_figure
+from slam.run.pictures.map_picture import map_figure
 from slam.run.report.chapter import plan_of
-from slam.run.report.paper_curves import paper_curves
 from slam.run.report.paper_maps import fig_15, fig_16, fig_21
 from slam.run.report.run_plots import distance_figure, error_figure, iterations_figure, timing_figure
 from slam.run.report.scan_points import scan_points
-from slam.run.results.map_picture import map_figure
 from slam.run.results.run_record import RunRecord
 
 _DPI: Final = 200

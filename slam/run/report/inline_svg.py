@@ -12,8 +12,7 @@ from markupsafe import Markup
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from slam.files.figure_file import save_figure
-from slam.files.palette import Palette
+from slam.run.pictures.figure_style import Palette, save_figure
 
 _NAMES: Final = tuple(field.name for field in fields(Palette))
 _STAND_INS: Final = {name: f"#0101{number:02x}" for number, name in enumerate(_NAMES, 1)}

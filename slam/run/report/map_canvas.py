@@ -7,9 +7,9 @@ from typing import Final
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from slam.files.palette import PAPER
 from slam.pose import FloatArray, Pose2D
-from slam.run.results.plan import ROBOT, Plan
+from slam.run.pictures.figure_style import PAPER
+from slam.run.pictures.map_picture import ROBOT, Plan
 from slam.run.results.run_record import RunRecord
 
 _FINE: Final = 2

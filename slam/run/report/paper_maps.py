@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
-from slam.files.palette import PAPER
 from slam.pose import FloatArray, Pose2D
+from slam.run.pictures.figure_style import PAPER
 from slam.run.report.scan_points import ScanPoints
 from slam.run.results.run_record import RunRecord
 

@@ -16,8 +16,7 @@ from slam.files.maps.file import read_map
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
-from slam.run.results.log_reader import logged_mount, logged_observations, logged_start
-from slam.run.results.run_log import LOG
+from slam.run.results.run_log import LOG, logged_mount, logged_observations, logged_start
 from slam.run.results.traces import Traces
 from slam.saved_slam import SavedSlam
 from slam.scenario.file import read_scenario

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from slam.pose import FloatArray, Pose2D
 from slam.run.viewer.covariance_shapes import ellipses, free_directions, turned
-from slam.run.viewer.events import Event
-from slam.run.viewer.frame import Frame
 from slam.run.viewer.palette import END_MARK, START_MARK
+from slam.run.viewer.scene import PLOTS, Event, Frame
 
 Float32Array = NDArray[np.float32]
 
@@ -69,6 +68,15 @@ def stroke_chunks(before: Frame | None, frames: Sequence[Frame]) -> Iterator[Chu
             strips = raised(np.array([ends for _, *ends in strokes]), 0.02 + 0.005 * height)
             columns = rr.LineStrips3D.columns(strips=strips).partition([1] * len(strokes))
             yield Chunk(f"map/trajectory/{name}", when, columns)
+
+
+def plot_chunks(frames: Sequence[Frame], names: Sequence[str]) -> Iterator[Chunk]:
+    """The points of these curves at these scans."""
+    when = times_of(frames)
+    for name in names:
+        values = np.array([PLOTS[name].values(frame) for frame in frames], np.float64)
+        columns = rr.Scalars.columns(scalars=values.ravel()).partition([values.shape[1]] * len(frames))
+        yield Chunk(f"plots/{name}", when, columns)
 
 
 def event_chunk(events: Sequence[Event]) -> Chunk:

@@ -11,7 +11,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from slam.pose import FloatArray
-from slam.run.viewer.frame import Frame
+from slam.run.viewer.scene import Frame
 
 _RADIUS_95: Final = 2.4477
 """Of the circle that holds 95 % of a normal distribution of unit variance in the plane: sqrt(-2 ln 0.05)."""

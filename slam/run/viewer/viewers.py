@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, Self
 
 from slam.console.terminal import Terminal
 from slam.errors import InputError
-from slam.run.viewer.address import listens
+from slam.run.viewer.rerun_program import listens
 from slam.run.viewer.targets import GRPC_PORT, Target, parse_targets
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class Viewers:
         self._console = console or Terminal(quiet=True)
         self._servers: list[tuple[str, subprocess.Popen[bytes]]] = []
 
-    def open(self, setting: Scene, folder: Path | None = None) -> Broadcast | None:
+    def open(self, scene: Scene, folder: Path | None = None) -> Broadcast | None:
         """Start them; None without a target. With a file, one is also made in the folder of the run."""
         if not self._targets:
             return None
@@ -47,7 +47,7 @@ class Viewers:
         if files and folder is not None:
             files.append((folder / "run.rrd").resolve())
         urls = list(dict.fromkeys(url for target in self._targets if (url := self._url(target))))
-        return Broadcast(files, urls, setting, self.say)
+        return Broadcast(files, urls, scene, self.say)
 
     def open_file(self, recording: Path) -> None:
         """Show a recording that is whole."""
@@ -65,7 +65,7 @@ class Viewers:
         """Tell the user, in one line."""
         self._console.print(text)
 
-    def linger(self) -> None:
+    def serve_until_interrupted(self) -> None:
         """While a page is served, wait for Ctrl-C."""
         for address, server in self._servers:
             self.say(f"still served: {address}\nCtrl-C ends it")
@@ -81,7 +81,7 @@ class Viewers:
         return self._served(target.port) if target.kind == "serve" else target.url
 
     def _spawned(self, *files: Path) -> str | None:
-        from slam.run.viewer.programs import data_address, has_display, spawn_viewer
+        from slam.run.viewer.rerun_program import data_address, has_display, spawn_viewer
 
         url = data_address(GRPC_PORT)
         if not files and listens(url):
@@ -93,7 +93,7 @@ class Viewers:
         return url
 
     def _served(self, port: int, *files: Path) -> str:
-        from slam.run.viewer.programs import data_address, page_address, serve_page
+        from slam.run.viewer.rerun_program import data_address, page_address, serve_page
 
         self._servers.append((page_address(port), serve_page(port, *files)))
         self.say(f"viewer: {page_address(port)}")

@@ -10,10 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
 from slam.files.whole_files import whole_file
 from slam.pose import FloatArray
+from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.sweep.report.groups import Group, by_name
 
 _MODES: Final = ("hopslam", "dead_reckoning", "paper")

@@ -1,4 +1,4 @@
-"""Gathers what is to be shown of the scans, and hands it on in batches."""
+"""Frames and events gathered, and sent as chunks in batches; with the map as it grows."""
 
 from __future__ import annotations
 
@@ -7,12 +7,51 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from time import monotonic
 from typing import Final, NamedTuple
 
-from slam.run.viewer.chunks import Chunk, event_chunk, frame_chunks, map_chunks, stroke_chunks
-from slam.run.viewer.events import Event
-from slam.run.viewer.frame import Frame
-from slam.run.viewer.map_layer import MapAt, MapLayer
-from slam.run.viewer.plots import plot_chunks
-from slam.run.viewer.scene import Scene
+from slam.pose import FloatArray
+from slam.run.estimator import Estimator
+from slam.run.viewer.chunks import Chunk, event_chunk, frame_chunks, map_chunks, plot_chunks, stroke_chunks
+from slam.run.viewer.scene import Event, Frame, Scene
+
+_BYTES_A_SCAN: Final = 500.0
+_LEAST_WAIT: Final = 20
+"""Scans."""
+_MOST_POINTS, _MOST_LINES = 4000, 2000
+"""A larger map is thinned evenly."""
+
+
+class MapSnapshot(NamedTuple):
+    """The map as it was at one scan."""
+
+    scan: int
+    stamp: float
+    points: FloatArray
+    """(N, 2)."""
+    ends: FloatArray
+    """(M, 2, 2)."""
+
+
+class MapUpdates:
+    """Watches how a map grows."""
+
+    def __init__(self, slam: Estimator) -> None:
+        self._slam = slam
+        self._shown, self._due = -1, 0
+
+    def due(self, frame: Frame, last: bool = False) -> MapSnapshot | None:
+        """The map at this scan, if it has changed and is due, or is the last."""
+        size = len(self._slam.points)
+        if not size or (frame.index < self._due and not last) or size == self._shown:
+            return None
+        points = _thinned(self._slam.points.points, _MOST_POINTS)
+        lines = _thinned(self._slam.lines.ends, _MOST_LINES)
+        sent = 12 * len(points) + 24 * len(lines)
+        self._shown, self._due = size, frame.index + max(_LEAST_WAIT, round(sent / _BYTES_A_SCAN))
+        return MapSnapshot(frame.index, frame.stamp, points, lines)
+
+
+def _thinned(array: FloatArray, most: int) -> FloatArray:
+    return array[:: len(array) // most + 1].copy()  # the map goes on growing
+
 
 Send = Callable[[Sequence[Chunk]], None]
 
@@ -42,7 +81,7 @@ class Batch(NamedTuple):
     before: Frame | None
     """... and where the strokes begin."""
     events: Sequence[Event]
-    map: MapAt | None
+    map: MapSnapshot | None
 
     def chunks(self, plots: Sequence[str]) -> Iterator[Chunk]:
         """As rerun takes it."""
@@ -57,13 +96,13 @@ class Batch(NamedTuple):
             yield from map_chunks(*self.map)
 
 
-class Feed:
+class Batcher:
     """Frames in, chunks out. A thread beside the loop makes the chunks, one batch at a time; what goes wrong there is
     raised at the next batch."""
 
-    def __init__(self, sends: Sequence[Send], pace: Pace, setting: Scene) -> None:
-        self._sends, self._pace, self._plots = sends, pace, setting.plots
-        self._layer = None if setting.slam is None else MapLayer(setting.slam)
+    def __init__(self, sends: Sequence[Send], pace: Pace, scene: Scene) -> None:
+        self._sends, self._pace, self._plots = sends, pace, scene.plots
+        self._map_updates = None if scene.slam is None else MapUpdates(scene.slam)
         self._frames: list[Frame] = []
         self._trail: list[Frame] = []
         self._events: list[Event] = []
@@ -82,11 +121,11 @@ class Feed:
         if monotonic() - self._sent_at >= self._pace.scans or len(self._frames) >= _MOST:
             self._flush()
 
-    def tell(self, event: Event) -> None:
+    def add_event(self, event: Event) -> None:
         """Take an event that came without a scan."""
         self._events.append(event)
 
-    def put(self, chunks: Sequence[Chunk]) -> None:
+    def send(self, chunks: Sequence[Chunk]) -> None:
         """Send these as they are."""
         self._submit(lambda: chunks)
 
@@ -101,7 +140,11 @@ class Feed:
         trail: list[Frame] = []
         if last or now - self._trail_sent_at >= self._pace.trail or len(self._trail) >= _MOST:
             trail, self._trail, self._trail_sent_at = self._trail, [], now
-        seen = self._layer.due(self._last, last) if self._layer is not None and self._last is not None else None
+        seen = (
+            self._map_updates.due(self._last, last)
+            if self._map_updates is not None and self._last is not None
+            else None
+        )
         batch = Batch(self._frames, trail, self._before, self._events, seen)
         self._before = trail[-1] if trail else self._before
         self._frames, self._events = [], []

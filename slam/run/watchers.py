@@ -1,14 +1,49 @@
-"""Ctrl-C, and the other signals that ask a program to end, between two steps of a run."""
+"""Watchers that keep no file: the progress bar of a run, and the signals that end it."""
 
 from __future__ import annotations
 
 from contextlib import ExitStack
 from signal import SIGINT
+from time import perf_counter
 from types import FrameType
 from typing import Self
 
 from slam.console.ending_signals import ENDING_SIGNALS, handled
+from slam.console.terminal import Terminal
+from slam.pose import Pose2D
 from slam.run.step import Step
+
+
+class RunProgress:
+    """A watcher that shows how far the run is, its scan rate, and its present error where the truth is known."""
+
+    def __init__(self, console: Terminal, name: str) -> None:
+        self._bar = console.progress(
+            "{task.percentage:>3.0f}%", "{task.fields[scans]} scans", "{task.fields[rate]}", "{task.fields[error]}"
+        )
+        self._task = self._bar.add_task(name, total=1.0, scans=0, rate="", error="")
+        self._began = perf_counter()
+
+    def see(self, step: Step) -> None:
+        """Show one step."""
+        scans = step.index + 1
+        rate = f"{scans / max(perf_counter() - self._began, 1e-9):.0f}/s"
+        self._bar.update(self._task, completed=step.progress, scans=scans, rate=rate, error=_error(step))
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+
+def _error(step: Step) -> str:
+    truth = step.observation.T_map_base
+    if truth is None:
+        return ""
+    error: Pose2D = truth.between(step.estimate.T_map_base)
+    return f"error {100 * error.distance(Pose2D()):.1f} cm"
 
 
 class Interruption:

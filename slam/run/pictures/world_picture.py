@@ -15,10 +15,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from slam.errors import InputError
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
 from slam.files.whole_files import whole_file
 from slam.pose import FloatArray
+from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.scenario.people import Person
 from slam.scenario.prism import Prism, rectangle
 from slam.scenario.schema import Scenario

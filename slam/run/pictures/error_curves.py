@@ -1,16 +1,19 @@
-"""``errors.png``: errors and iterations step by step, in the manner of Figs. 17 to 20."""
+"""Errors and iterations step by step: ``errors.png``, and Figs. 17 to 20 of the paper."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
 from slam.files.whole_files import whole_file
-from slam.run.results.plan import plain_axes
+from slam.pose import FloatArray
+from slam.run.pictures.figure_style import PAPER, save_figure
+from slam.run.pictures.map_picture import plain_axes
 from slam.run.results.traces import Traces, pose_errors
 
 _ROWS = (("x", 100.0, "cm"), ("y", 100.0, "cm"), ("heading", 180.0 / np.pi, "deg"))
@@ -41,3 +44,30 @@ def draw_errors(folder: Path) -> None:
     figure.suptitle(title, fontsize="medium", color=PAPER.ink)
     with whole_file(folder / "errors.png") as draft:
         save_figure(figure, draft)
+
+
+_ERRORS = (
+    ("fig17", 100.0, "error in the X-axis [cm]"),
+    ("fig18", 100.0, "error in the Y-axis [cm]"),
+    ("fig19", 180.0 / np.pi, "error of the sensor angle φ [deg]"),
+)
+
+
+def paper_curves(traces: Traces) -> Iterator[tuple[str, Figure]]:
+    """Each by its name; Figs. 17 to 19 only where the truth is known."""
+    if traces.truth is not None:
+        for (name, scale, label), error in zip(_ERRORS, pose_errors(traces.estimate, traces.truth).T, strict=True):
+            yield name, _curve(np.arange(len(error)), scale * error, label)
+    matched = np.flatnonzero((traces.steps["mapped"] == 1) & (traces.steps["iterations"] > 0))
+    figure = _curve(matched, traces.steps["iterations"][matched], "iterations q")
+    figure.axes[0].set_ylim(bottom=0.0)
+    yield "fig20", figure
+
+
+def _curve(steps: NDArray[Any], values: FloatArray, label: str) -> Figure:
+    figure = Figure(figsize=(5.2, 3.0), layout="constrained")
+    axes = figure.add_subplot()
+    axes.plot(steps, values, color="black", linewidth=0.9)
+    axes.set(xlabel="step k", ylabel=label)
+    axes.margins(x=0.01)
+    return figure

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -10,25 +10,24 @@ import rerun as rr
 
 from slam.run.viewer import palette
 from slam.run.viewer.chunks import raised
-from slam.run.viewer.plots import plot_styles
-from slam.run.viewer.scene import Scene
+from slam.run.viewer.scene import PLOTS, Scene
 
 _BODY: Final = np.array([[0.21, -0.10], [0.21, 0.10], [0.13, 0.19], [-0.30, 0.19], [-0.30, -0.19], [0.13, -0.19]])
 """Of the P3-DX, base frame, metres."""
 _NOSE: Final = np.array([[0.0, -0.09], [0.17, 0.0], [0.0, 0.09]])
 
 
-def scenery(setting: Scene) -> Iterator[tuple[str, rr.AsComponents]]:
+def static_entities(scene: Scene) -> Iterator[tuple[str, rr.AsComponents]]:
     """Entities that are logged once, and the looks of those that are logged scan by scan."""
-    walls = [raised(np.vstack([outline, outline[:1]]), -0.01) for outline in setting.outlines]
+    walls = [raised(np.vstack([outline, outline[:1]]), -0.01) for outline in scene.outlines]
     yield "map/walls", rr.LineStrips3D(walls, colors=palette.TRUE_WALLS, radii=rr.Radius.ui_points(0.75))
-    if setting.route is not None and len(setting.route) > 1:
-        way = raised(setting.route, -0.005)
+    if scene.route is not None and len(scene.route) > 1:
+        way = raised(scene.route, -0.005)
         yield "map/route", rr.LineStrips3D([way], colors=palette.ROUTE, radii=rr.Radius.ui_points(0.75))
         yield "map/route/waypoints", rr.Points3D(way, colors=palette.ROUTE, radii=rr.Radius.ui_points(3.0))
     yield from _robot()
     yield from _looks()
-    yield from plot_styles(setting.plots)
+    yield from _plot_styles(scene.plots)
 
 
 def _robot() -> Iterator[tuple[str, rr.AsComponents]]:
@@ -57,3 +56,11 @@ def _looks() -> Iterator[tuple[str, rr.AsComponents]]:
         rr.Ellipsoids3D.from_fields(colors=palette.UNSURE, line_radii=points(1.0), fill_mode="MajorWireframe"),
     )
     yield "map/robot", rr.Arrows3D.from_fields(colors=palette.UNSURE, radii=points(1.5))
+
+
+def _plot_styles(names: Sequence[str]) -> Iterator[tuple[str, rr.SeriesLines]]:
+    """Names and colours of the curves, by entity."""
+    for name in names:
+        curves = PLOTS[name].curves
+        looks = palette.SERIES[: len(curves)]
+        yield f"plots/{name}", rr.SeriesLines(names=curves, colors=looks, widths=[1.5] * len(curves))

@@ -1,12 +1,14 @@
-"""Poses along the time of a bag, taken at the stamps of its scans."""
+"""Poses in a bag: along the time of its scans, and in the tree of its frames."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from slam.errors import LogError
+from slam.files.ros.decoder import Transform
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 
@@ -55,3 +57,31 @@ class Track:
 
 def _interpolated(at: FloatArray, stamps: FloatArray, rows: FloatArray) -> FloatArray:
     return np.column_stack([np.interp(at, stamps, column) for column in rows.T])
+
+
+class FrameTree:
+    """The first transform to each frame."""
+
+    def __init__(self, transforms: Iterable[Transform]) -> None:
+        self._links: dict[str, Transform] = {}
+        for transform in transforms:
+            self._links.setdefault(transform.child, transform)
+
+    def mount(self, base: str, sensor: str) -> Pose2D | None:
+        """``T_base_sensor``; None where nothing joins them. LogError where the sensor does not lie level."""
+        below_base = self._above(base)
+        for frame, T_frame_sensor, level in self._above(sensor):
+            for other, T_other_base, level_base in below_base:
+                if other == frame:
+                    if not (level and level_base):
+                        raise LogError(f"the transforms from {base} to {sensor} tilt the lidar; need it level")
+                    return T_other_base.inverse() @ T_frame_sensor
+        return None
+
+    def _above(self, frame: str) -> list[tuple[str, Pose2D, bool]]:
+        """The frame and all above it, with the pose of the frame in each, and whether it lies level there."""
+        pose, level, above = Pose2D(), True, [(frame, Pose2D(), True)]
+        while (link := self._links.get(frame)) is not None and len(above) <= len(self._links):
+            frame, pose, level = link.frame, link.pose @ pose, level and link.level
+            above.append((frame, pose, level))
+        return above

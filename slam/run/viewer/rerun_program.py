@@ -1,18 +1,19 @@
-"""The rerun program: a viewer's window, or a server of the viewer's web page."""
+"""The rerun program: a viewer's window, or a server of the viewer's web page; and who listens at an address."""
 
 from __future__ import annotations
 
 import os
+import socket
 import subprocess
 import sys
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from time import monotonic, sleep
 from typing import Final
-from urllib.parse import quote
+from urllib.parse import quote, urlsplit
 
 from slam.errors import InputError
-from slam.run.viewer.address import is_free, listens
 
 _START: Final = 15.0
 """Seconds for a program to begin to listen."""
@@ -68,3 +69,20 @@ def _start(*arguments: str) -> subprocess.Popen[bytes]:
     program = Path(spec.origin).with_name("rerun.exe" if sys.platform == "win32" else "rerun")
     silent = subprocess.DEVNULL
     return subprocess.Popen([program, *arguments], stdin=silent, stdout=silent, stderr=silent, start_new_session=True)
+
+
+def listens(url: str) -> bool:
+    """Whether anyone takes connections at the host and port of this address."""
+    place = urlsplit(url)
+    with suppress(OSError), socket.create_connection((place.hostname, place.port or 80), timeout=0.5):
+        return True
+    return False
+
+
+def is_free(port: int) -> bool:
+    """Whether this port of the loopback interface can be listened at."""
+    with suppress(OSError), socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        probe.bind(("127.0.0.1", port))
+        return True
+    return False

@@ -2,39 +2,65 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, Final
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from slam.deskew import deskewed
+from slam.errors import InputError
+from slam.files.whole_files import whole_file
 from slam.pose import FloatArray, Pose2D
 from slam.run.results.run_record import RunRecord
-from slam.run.viewer.broadcast import Broadcast
-from slam.run.viewer.chunks import map_chunks
-from slam.run.viewer.events import Event
-from slam.run.viewer.frame import Frame
 from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
-from slam.run.viewer.scene import Scene
+from slam.run.viewer.scene import Event, Frame, Scene, planned_route
+
+if TYPE_CHECKING:  # it imports rerun
+    from slam.run.viewer.broadcast import Broadcast
 
 _NEAR: Final = 0.06
 """Metres: a point so near to a segment is drawn as its own; the folder does not say which points made it."""
+Track = Callable[[Iterable[int], int], Iterable[int]]
+"""Shows the progress of something that has so many parts."""
 
 
-def setting_of(record: RunRecord) -> Scene:
-    """What the viewer is told of it."""
-    traces, config = record.traces, record.config
-    start, waypoints = config.robot.start.pose, config.route.waypoints
-    route = np.array([(start.x, start.y), *waypoints]) if waypoints else None
-    around = np.concatenate([traces.estimate[:, :2], record.walls.reshape(-1, 2)])
+def recording_of(folder: Path, track: Track) -> Path:
+    """``run.rrd`` in the folder of a run, made if it is not there; InputError for what is no such folder."""
+    path = folder / "run.rrd"
+    if not path.is_file():
+        make_recording(RunRecord.open(folder), path, track)
+    return path
+
+
+def make_recording(record: RunRecord, path: Path, track: Track) -> None:
+    """Write a run, as its folder has it, to an .rrd file; InputError where that cannot be written."""
+    from slam.run.viewer.broadcast import Broadcast
+
+    try:
+        with whole_file(path) as draft:
+            draft.touch()
+            with Broadcast([draft], [], scene_of(record), print) as broadcast:
+                for _ in track(show_finished(record, broadcast), len(record.traces.stamps)):
+                    pass
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}; give --rerun FILE.rrd elsewhere") from error
+
+
+def scene_of(record: RunRecord) -> Scene:
+    """Scene of a run, as its folder has it."""
+    around = np.concatenate([record.traces.estimate[:, :2], record.walls.reshape(-1, 2)])
+    route = planned_route(record.config)
     return Scene(record.T_base_laser, outlines=tuple(record.outlines), route=route, around=around)
 
 
 def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:
     """Send all of it; yields the number of each scan that was sent. The map is shown as it was in the end."""
+    from slam.run.viewer.chunks import map_chunks
+
     saved = record.saved_map
     points = np.empty((0, 2)) if saved is None else saved.memory.map.points
-    broadcast.put(list(map_chunks(0, float(record.traces.stamps[0]), points, record.walls)))
+    broadcast.send(list(map_chunks(0, float(record.traces.stamps[0]), points, record.walls)))
     lost = False
     for frame in frames_of(record):
         now = bool(record.traces.steps["lost"][frame.index])
@@ -43,7 +69,7 @@ def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:
         lost = now
         yield frame.index
     ending = "cut off" if record.metrics is None else str(record.metrics["ending"])
-    broadcast.tell(Event(len(record.traces.stamps) - 1, float(record.traces.stamps[-1]), "INFO", ending))
+    broadcast.add_event(Event(len(record.traces.stamps) - 1, float(record.traces.stamps[-1]), "INFO", ending))
 
 
 def frames_of(record: RunRecord) -> Iterator[Frame]:

@@ -1,12 +1,12 @@
-"""The colours of all pictures: one for each thing, the same everywhere, and told apart by the colour-blind too.
-
-Blue and vermilion are those of Okabe and Ito (jfly.uni-koeln.de/color). No two lines differ as green from red alone.
-"""
+"""Look of all pictures: colours, axes, and margins when a figure is saved."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from pathlib import Path
+from typing import IO, Any, Final
+
+from matplotlib.figure import Figure
 
 _DASHES: Final = ("-", "--", ":", "-.")
 
@@ -37,3 +37,15 @@ class Palette:
 
 PAPER = Palette()
 """Dark on white."""
+
+
+_MARGIN: Final = 0.1
+"""Inches around all that is drawn."""
+
+
+def save_figure(figure: Figure, file: str | Path | IO[Any], **options: Any) -> None:
+    """Write the figure with a margin around it: it grows by what names and labels stick out of it.
+
+    ``options`` are those of ``Figure.savefig``.
+    """
+    figure.savefig(file, bbox_inches="tight", pad_inches=_MARGIN, **options)

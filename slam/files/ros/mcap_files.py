@@ -1,14 +1,22 @@
-"""MCAP files that grow: https://mcap.dev/spec. What is cut off can be read up to the last whole chunk."""
+"""MCAP files, written as they grow and read to their end or to where they were cut: https://mcap.dev/spec."""
 
 from __future__ import annotations
 
 import os
+import struct
+from collections.abc import Generator, Iterator
 from pathlib import Path
+from typing import Final
 
+from mcap.exceptions import McapError
+from mcap.records import Channel, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
+from zstandard import ZstdError
 
 from slam.files.ros.encoder import Encoder
-from slam.files.ros.topics import TYPES
+from slam.files.ros.messages import TYPES, RawMessage, ros2_type
+from slam.files.text_lines import CutShort
 
 
 class McapWriter:
@@ -46,3 +54,31 @@ class McapWriter:
             self._schemas[name] = self._writer.register_schema(name, "ros2msg", definition)
         self._channels[topic] = self._writer.register_channel(topic, "cdr", self._schemas[name])
         return self._channels[topic]
+
+
+_LARGEST_RECORD: Final = 1 << 30
+_DAMAGE: Final = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, RuntimeError, MemoryError)
+
+
+def mcap_messages(path: Path) -> Generator[RawMessage]:
+    """The messages of all topics. OSError where the file cannot be opened; CutShort after the last message of one that
+    is cut or damaged."""
+    with path.open("rb") as file:
+        try:
+            yield from _messages(StreamReader(file, record_size_limit=_LARGEST_RECORD).records)
+        except _DAMAGE as error:
+            raise CutShort(f"{path}: the file is damaged or ends early") from error
+
+
+def _messages(records: Iterator[McapRecord]) -> Iterator[RawMessage]:
+    schemas: dict[int, Schema] = {}
+    channels: dict[int, Channel] = {}
+    for record in records:
+        if isinstance(record, Schema):
+            schemas[record.id] = record
+        elif isinstance(record, Channel):
+            channels[record.id] = record
+        elif isinstance(record, Message):
+            channel = channels[record.channel_id]
+            name = ros2_type(schemas[channel.schema_id].name) if channel.schema_id else ""
+            yield RawMessage(channel.topic, name, channel.message_encoding, record.data, record.log_time)

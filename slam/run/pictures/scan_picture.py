@@ -6,10 +6,9 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
 from slam.lines.segments import Segments
 from slam.pose import FloatArray
+from slam.run.pictures.figure_style import PAPER, save_figure
 
 
 def draw_scan(path: Path, points: FloatArray, segments: Segments, title: str) -> None:

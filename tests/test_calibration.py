@@ -15,7 +15,7 @@ from slam.errors import InputError
 from slam.odometry import Twist2D
 from slam.pose import FloatArray
 from slam.run.calibration.calibrate import calibrate
-from slam.run.calibration.file import check_onto, write_wheels
+from slam.run.calibration.report import check_onto, write_wheels
 from slam.run.calibration.square import Square
 from slam.run.calibration.wheel_fit import Leg, WheelFit, corrected, fit_errors, fit_wheels, reckoned, wheel_ways
 from slam.scenario.file import load_scenario

@@ -20,11 +20,11 @@ from slam.env import top_view
 from slam.lines.extraction import extract_segments
 from slam.pose import FloatArray, Pose2D
 from slam.run.calibration.calibrate import Calibration
-from slam.run.calibration.picture import draw_squares
+from slam.run.calibration.report import draw_squares
 from slam.run.calibration.wheel_fit import Leg, WheelFit
 from slam.run.experiment_setup import scenario_experiment
 from slam.run.pictures.figure_style import PAPER, save_figure
-from slam.run.pictures.map_picture import Plan, map_figure
+from slam.run.pictures.map_picture import MapContents, map_figure
 from slam.run.pictures.scan_picture import draw_scan
 from slam.run.pictures.world_picture import draw_world
 from slam.run.report.animation import write_animation
@@ -69,10 +69,10 @@ def test_a_map_of_any_shape_is_whole(size: tuple[float, float], tmp_path: Path) 
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) * size
     way = np.column_stack([np.linspace(corners[0], corners[2], 50), np.zeros(50)])
     walls = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
-    plan = Plan(walls, way, way + 0.1 * max(size), way, [corners])
-    save_figure(map_figure(plan), tmp_path / "map.png", dpi=100)
+    contents = MapContents(walls, way, way + 0.1 * max(size), way, [corners])
+    save_figure(map_figure(contents), tmp_path / "map.png", dpi=100)
     assert_nothing_is_cut(tmp_path / "map.png")
-    lone = Plan(walls, way, way)  # without truth
+    lone = MapContents(walls, way, way)  # without truth
     save_figure(map_figure(lone, longest=8.0), tmp_path / "lone.png", dpi=100)
     assert_nothing_is_cut(tmp_path / "lone.png")
 

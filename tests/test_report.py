@@ -15,14 +15,12 @@ from typer.testing import CliRunner
 from slam.cli.main import app
 from slam.errors import InputError
 from slam.run.experiment_setup import scenario_experiment
-from slam.run.report.animation import write_animation
-from slam.run.report.chapter import command
+from slam.run.report.animation import SeenWalls, write_animation
 from slam.run.report.faults import faults
 from slam.run.report.figure_files import write_figures
-from slam.run.report.growing_lines import SeenWalls
-from slam.run.report.metric_rows import METRICS, rows
-from slam.run.report.page import write_report
-from slam.run.report.settings import changes
+from slam.run.report.page import rows, write_report
+from slam.run.report.run_section import changes, command
+from slam.run.results.metric_table import METRICS
 from slam.run.results.run_names import run_names
 from slam.run.results.run_record import RunRecord
 from slam.scenario.file import load_scenario
@@ -202,8 +200,8 @@ def test_runs_of_one_name_are_told_apart(run: Path, tmp_path: Path) -> None:
 
 
 def test_every_number_of_a_run_has_a_meaning(run: Path) -> None:
-    assert {"ate_rmse_m", "scans", "slam_ms_p99"} <= {metric.key for metric in METRICS}
-    assert all(metric.meaning.endswith(".") for metric in METRICS)
+    assert {"ate_rmse_m", "scans", "slam_ms_p99"} <= set(METRICS)
+    assert all(metric.meaning.endswith(".") for metric in METRICS.values())
 
 
 def test_only_what_differs_from_the_defaults_is_a_change() -> None:

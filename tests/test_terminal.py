@@ -20,7 +20,7 @@ from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.console.terminal_table import TerminalTable
 from slam.errors import InputError
-from slam.run.results.summary import summary_tables
+from slam.run.run_and_report import summary_tables
 from slam.run.watchers import RunProgress
 from slam.sweep.report import write_report
 from slam.sweep.sweep import SweepOutcome

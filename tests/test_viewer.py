@@ -27,9 +27,9 @@ from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.step import Step
 from slam.run.viewer.broadcast import Broadcast
-from slam.run.viewer.live_run import RunViewer
+from slam.run.viewer.live_run import EventDetector, RunViewer, coloured, frame_of
 from slam.run.viewer.palette import NO_SEGMENT, wall_colours
-from slam.run.viewer.scene import PLOTS, EventDetector, Scene, coloured, frame_of
+from slam.run.viewer.scene import PLOTS, Scene
 from slam.run.viewer.targets import Target, parse_target, parse_targets
 from slam.run.viewer.viewers import NO_DISPLAY, Viewers
 from slam.scan import LaserScan

@@ -9,8 +9,7 @@ from typing import Annotated, Final
 import typer
 
 from slam.cli.lazy_group import lazy_group
-from slam.console.completion import complete_scenario
-from slam.console.options import AllowModules, ScenarioName, Settings
+from slam.console.options import AllowModules, ScenarioName, Settings, complete_scenario
 from slam.console.terminal import Terminal
 
 BENCHES: Final = {

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slam.console.completion import complete_scenario
-from slam.console.options import AllowModules, ScenarioName, Settings
+from slam.console.options import AllowModules, ScenarioName, Settings, complete_scenario
 from slam.errors import InputError
 
 if TYPE_CHECKING:
@@ -66,9 +65,7 @@ def square(
     """
     from slam.console.terminal import Terminal
     from slam.run.calibration.calibrate import require_backend
-    from slam.run.calibration.file import check_onto, write_wheels
-    from slam.run.calibration.picture import draw_squares
-    from slam.run.calibration.report import summary
+    from slam.run.calibration.report import check_onto, draw_squares, summary, write_wheels
     from slam.run.calibration.square import Square
     from slam.run.pictures.world_picture import check_picture
     from slam.run.warm_up import warm_up

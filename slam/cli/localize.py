@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from slam.console.completion import complete_scenario
-from slam.console.options import AllowModules, OdomTopic, Out, Rerun, ScanTopic, Settings
+from slam.console.options import AllowModules, OdomTopic, Out, Rerun, ScanTopic, Settings, complete_scenario
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 

@@ -10,9 +10,8 @@ from typing import Annotated, Final, NoReturn
 import typer
 
 from slam.cli.lazy_group import lazy_group
-from slam.console.ending_signals import ENDING_SIGNALS, handled
 from slam.console.lasting_output import LastingOutput
-from slam.console.suspensions import count_suspensions
+from slam.console.signals import ENDING_SIGNALS, count_suspensions, handled
 from slam.console.terminal import Terminal
 from slam.errors import HopslamError
 

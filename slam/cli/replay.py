@@ -7,8 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from slam.console.completion import complete_scenario
-from slam.console.options import AllowModules, OdomTopic, Out, Rerun, SavedMap, ScanTopic, Settings
+from slam.console.options import AllowModules, OdomTopic, Out, Rerun, SavedMap, ScanTopic, Settings, complete_scenario
 from slam.console.terminal import Terminal
 
 

@@ -8,7 +8,7 @@ from time import perf_counter
 from types import FrameType
 from typing import Self
 
-from slam.console.ending_signals import ENDING_SIGNALS, handled
+from slam.console.signals import ENDING_SIGNALS, handled
 from slam.console.terminal import Terminal
 from slam.pose import Pose2D
 from slam.run.step import Step

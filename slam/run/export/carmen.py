@@ -23,8 +23,8 @@ _STEP: Final = 1e-6
 """Metres by which a reading at the very reach of the lidar is drawn in, as CARMEN has that mean no echo."""
 
 
-def write(record: RunRecord, out: Path) -> None:
-    """Metres and radians; poses are those of the odometry, in its own frame."""
+def write_carmen(record: RunRecord, out: Path) -> None:
+    """Write metres and radians; poses are those of the odometry, in its own frame."""
     with whole_file(out) as draft, draft.open("w", encoding="ascii") as file:
         for index, seen in enumerate(record.observations()):
             if index == 0:

@@ -21,8 +21,8 @@ _FREE_THRESH: Final = 0.196
 """Just below what 205 stands for, 50 / 255: every map_server, old or new, takes it for unknown."""
 
 
-def write(record: RunRecord, out: Path) -> None:
-    """Cells of 5 cm: occupied black, free white, unknown grey; the origin is the lower left corner, map frame."""
+def write_ros_map(record: RunRecord, out: Path) -> None:
+    """Write cells of 5 cm: occupied black, free white, unknown grey; the origin is the lower left corner, map frame."""
     grid = occupancy(record, _CELL)
     header = {
         "image": "map.pgm",

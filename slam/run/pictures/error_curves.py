@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from slam.files.whole_files import whole_file
 from slam.pose import FloatArray
-from slam.run.pictures.figure_style import PAPER, save_figure
-from slam.run.pictures.map_picture import plain_axes
+from slam.run.pictures.figure_style import PAPER, plain_axes, save_figure
 from slam.run.results.traces import Traces, pose_errors
 
 _ROWS = (("x", 100.0, "cm"), ("y", 100.0, "cm"), ("heading", 180.0 / np.pi, "deg"))

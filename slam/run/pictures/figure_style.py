@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Final
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 _DASHES: Final = ("-", "--", ":", "-.")
@@ -49,3 +50,18 @@ def save_figure(figure: Figure, file: str | Path | IO[Any], **options: Any) -> N
     ``options`` are those of ``Figure.savefig``.
     """
     figure.savefig(file, bbox_inches="tight", pad_inches=_MARGIN, **options)
+
+
+def plain_axes(axes: Axes, colours: Palette) -> None:
+    """A light frame and grid, in the colours of the palette."""
+    axes.set_facecolor("none")
+    axes.grid(color=colours.grid, linewidth=0.6)
+    axes.set_axisbelow(True)
+    for side, spine in axes.spines.items():
+        spine.set_visible(side in ("left", "bottom"))
+        spine.set_color(colours.faint)
+    axes.tick_params(colors=colours.faint, labelcolor=colours.ink, labelsize=9, length=2.5)
+    for label in (axes.xaxis.label, axes.yaxis.label):
+        label.set_color(colours.ink)
+        label.set_fontsize(9)
+    axes.title.set_color(colours.ink)

@@ -15,7 +15,8 @@ from matplotlib.figure import Figure
 from slam.files.tum import read_tum
 from slam.files.whole_files import whole_file
 from slam.pose import FloatArray, Pose2D
-from slam.run.pictures.figure_style import PAPER, Palette, save_figure
+from slam.run.pictures.figure_style import PAPER, Palette, plain_axes, save_figure
+from slam.run.results.run_record import RunRecord
 from slam.scenario.prism import rectangle
 
 _MAX_POINTS: Final = 200_000
@@ -31,8 +32,8 @@ ROBOT: Final = rectangle((-0.045, 0.0), 0.51, 0.38, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plan:
-    """Metres, map frame."""
+class MapContents:
+    """True walls, map, and trajectories that a picture of the map shows; metres, map frame."""
 
     walls: FloatArray
     """(M, 2, 2): start and end of each line of the map."""
@@ -56,53 +57,44 @@ class Plan:
         return low - margin, high + margin
 
 
-def draw_plan(axes: Axes, plan: Plan, colours: Palette) -> None:
+def contents_of(record: RunRecord) -> MapContents:
+    """Map and trajectories of a run."""
+    traces = record.traces
+    return MapContents(record.walls, traces.estimate, traces.odometry, traces.truth, record.outlines)
+
+
+def draw_contents(axes: Axes, contents: MapContents, colours: Palette) -> None:
     """Draw all of it, with labels for a legend."""
-    low, high = plan.extent
+    low, high = contents.extent
     axes.add_collection(
         PolyCollection(
-            list(plan.outlines), facecolors=colours.solid, edgecolors=colours.edge, linewidths=0.4, zorder=1,
-            label="true walls" if len(plan.outlines) else "_",
+            list(contents.outlines), facecolors=colours.solid, edgecolors=colours.edge, linewidths=0.4, zorder=1,
+            label="true walls" if len(contents.outlines) else "_",
         )
     )  # fmt: skip
-    thinned = plan.points[:: len(plan.points) // _MAX_POINTS + 1]
+    thinned = contents.points[:: len(contents.points) // _MAX_POINTS + 1]
     axes.plot(*thinned.T, ",", color=colours.point, alpha=0.4, zorder=2, rasterized=True)
-    strength = max(0.25, min(1.0, (_FEW / max(len(plan.walls), 1)) ** 0.5))
-    many = len(plan.walls) > _MANY
+    strength = max(0.25, min(1.0, (_FEW / max(len(contents.walls), 1)) ** 0.5))
+    many = len(contents.walls) > _MANY
     axes.add_collection(
         LineCollection(
-            list(plan.walls), colors=_MIDDLE if many else colours.wall, linewidths=0.5 + 1.1 * strength,
+            list(contents.walls), colors=_MIDDLE if many else colours.wall, linewidths=0.5 + 1.1 * strength,
             alpha=0.4 + 0.6 * strength, zorder=3, capstyle="round", label="mapped lines", rasterized=many,
         )
     )  # fmt: skip
-    _draw_ways(axes, plan, colours)
+    _draw_ways(axes, contents, colours)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]", aspect="equal")
 
 
-def _draw_ways(axes: Axes, plan: Plan, colours: Palette) -> None:
-    axes.plot(*plan.odometry.T[:2], color=colours.odometry, linewidth=1.3, label="dead reckoning", zorder=4)
-    axes.plot(*plan.odometry[-1, :2], "o", color=colours.odometry, markersize=4, zorder=4)
-    axes.plot(*plan.estimate.T[:2], color=colours.slam, linewidth=2.0, label="SLAM", zorder=5)
-    if plan.truth is not None:
-        axes.plot(*plan.truth.T[:2], color=colours.truth, linewidth=0.8, dashes=(4, 3), label="truth", zorder=6)
-    robot = Pose2D(*plan.estimate[-1]).transform(ROBOT)
+def _draw_ways(axes: Axes, contents: MapContents, colours: Palette) -> None:
+    axes.plot(*contents.odometry.T[:2], color=colours.odometry, linewidth=1.3, label="dead reckoning", zorder=4)
+    axes.plot(*contents.odometry[-1, :2], "o", color=colours.odometry, markersize=4, zorder=4)
+    axes.plot(*contents.estimate.T[:2], color=colours.slam, linewidth=2.0, label="SLAM", zorder=5)
+    if contents.truth is not None:
+        axes.plot(*contents.truth.T[:2], color=colours.truth, linewidth=0.8, dashes=(4, 3), label="truth", zorder=6)
+    robot = Pose2D(*contents.estimate[-1]).transform(ROBOT)
     axes.fill(*robot.T, facecolor=colours.slam, alpha=0.35, linewidth=0.0, zorder=7)
     axes.fill(*robot.T, facecolor="none", edgecolor=colours.slam, linewidth=1.2, zorder=7)
-
-
-def plain_axes(axes: Axes, colours: Palette) -> None:
-    """A light frame and grid, in the colours of the palette."""
-    axes.set_facecolor("none")
-    axes.grid(color=colours.grid, linewidth=0.6)
-    axes.set_axisbelow(True)
-    for side, spine in axes.spines.items():
-        spine.set_visible(side in ("left", "bottom"))
-        spine.set_color(colours.faint)
-    axes.tick_params(colors=colours.faint, labelcolor=colours.ink, labelsize=9, length=2.5)
-    for label in (axes.xaxis.label, axes.yaxis.label):
-        label.set_color(colours.ink)
-        label.set_fontsize(9)
-    axes.title.set_color(colours.ink)
 
 
 def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outlines: Sequence[FloatArray]) -> None:
@@ -114,22 +106,22 @@ def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outline
     estimate, odometry = (read_tum(folder / f"{name}.tum")[1] for name in ("trajectory", "odometry"))
     truth_file = folder / "groundtruth.tum"
     truth = read_tum(truth_file)[1] if truth_file.is_file() else None
-    plan = Plan(segment_ends, estimate, odometry, truth, outlines, points)
+    contents = MapContents(segment_ends, estimate, odometry, truth, outlines, points)
     with whole_file(folder / "map.png") as draft:
-        save_figure(map_figure(plan), draft, dpi=130)
+        save_figure(map_figure(contents), draft, dpi=130)
 
 
-def map_figure(plan: Plan, colours: Palette = PAPER, longest: float = 13.0, bare: bool = False) -> Figure:
+def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float = 13.0, bare: bool = False) -> Figure:
     """The picture; at most ``longest`` inches wide. A ``bare`` one has neither title nor legend."""
-    low, high = plan.extent
+    low, high = contents.extent
     figure = Figure(figsize=_size(high - low, longest), layout="constrained")
     axes = figure.add_subplot()
     plain_axes(axes, colours)
-    draw_plan(axes, plan, colours)
+    draw_contents(axes, contents, colours)
     if bare:
         return figure
-    if plan.truth is not None:
-        axes.set_title(where_it_ends(plan, plan.truth), fontsize="medium", color=colours.ink)
+    if contents.truth is not None:
+        axes.set_title(where_it_ends(contents, contents.truth), fontsize="medium", color=colours.ink)
     columns = max(2, round(float(figure.get_figwidth()) / 1.7))
     figure.legend(
         loc="outside upper center", ncols=columns, fontsize="small", frameon=False, labelcolor=colours.ink,
@@ -138,9 +130,9 @@ def map_figure(plan: Plan, colours: Palette = PAPER, longest: float = 13.0, bare
     return figure
 
 
-def where_it_ends(plan: Plan, truth: FloatArray) -> str:
+def where_it_ends(contents: MapContents, truth: FloatArray) -> str:
     """How far the ends of both ways are from the true one."""
-    ends = (way[min(len(way), len(truth)) - 1] for way in (plan.estimate, plan.odometry))
+    ends = (way[min(len(way), len(truth)) - 1] for way in (contents.estimate, contents.odometry))
     ours, off = (length(float(np.hypot(*(end - truth[-1])[:2]))) for end in ends)
     return f"SLAM ends {ours} from the truth, dead reckoning {off}"
 

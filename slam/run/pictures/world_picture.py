@@ -18,12 +18,11 @@ from slam.errors import InputError
 from slam.files.whole_files import whole_file
 from slam.pose import FloatArray
 from slam.run.pictures.figure_style import PAPER, save_figure
+from slam.run.pictures.map_picture import ROBOT
 from slam.scenario.people import Person
-from slam.scenario.prism import Prism, rectangle
+from slam.scenario.prism import Prism
 from slam.scenario.schema import Scenario
 
-_ROBOT = rectangle((-0.045, 0.0), 0.51, 0.38, 0.0)
-"""The P3-DX, base frame, metres."""
 _FORMATS = (".png", ".svg", ".pdf")
 _LIGHT, _DARK = "0.82", "0.2"
 _ROUTE, _PEOPLE, _START = PAPER.slam, PAPER.odometry, PAPER.accent
@@ -86,7 +85,7 @@ def _draw_route(axes: Axes, scenario: Scenario) -> None:
         middle = (a + b) / 2.0
         style = {"arrowstyle": "-|>", "color": _ROUTE}
         axes.annotate("", middle + 0.01 * (b - a), middle - 0.01 * (b - a), arrowprops=style, zorder=4)
-    axes.fill(*start.transform(_ROBOT).T, color=_START, label="start", zorder=5)
+    axes.fill(*start.transform(ROBOT).T, color=_START, label="start", zorder=5)
     axes.plot(
         [start.x, start.x + 0.5 * cos(start.theta)], [start.y, start.y + 0.5 * sin(start.theta)], color=_START, zorder=5
     )

@@ -11,11 +11,9 @@ from matplotlib.figure import Figure
 from slam.files.whole_files import whole_file
 from slam.run.pictures.error_curves import paper_curves
 from slam.run.pictures.figure_style import save_figure
-from slam.run.pictures.map_picture import map_figure
-from slam.run.report.chapter import plan_of
-from slam.run.report.paper_maps import fig_15, fig_16, fig_21
+from slam.run.pictures.map_picture import contents_of, map_figure
+from slam.run.report.paper_maps import fig_15, fig_16, fig_21, scan_points
 from slam.run.report.run_plots import distance_figure, error_figure, iterations_figure, timing_figure
-from slam.run.report.scan_points import scan_points
 from slam.run.results.run_record import RunRecord
 
 _DPI: Final = 200
@@ -38,7 +36,7 @@ def write_figures(records: Sequence[RunRecord], folder: Path) -> int:
 def run_figures(record: RunRecord) -> Iterator[tuple[str, Figure]]:
     """Each by the name of its file; those that need the truth only where it is known."""
     traces = record.traces
-    yield "map", map_figure(plan_of(record), longest=8.0)
+    yield "map", map_figure(contents_of(record), longest=8.0)
     yield "errors", error_figure(traces)
     if (distance := distance_figure([("", traces)])) is not None:
         yield "distance", distance

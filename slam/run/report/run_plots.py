@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
 from slam.pose import FloatArray
-from slam.run.pictures.figure_style import PAPER, Palette
-from slam.run.pictures.map_picture import plain_axes
+from slam.run.pictures.figure_style import PAPER, Palette, plain_axes
 from slam.run.results.traces import Traces, pose_errors
 
 _LEGEND: Final = 66

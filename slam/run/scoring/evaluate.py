@@ -11,8 +11,7 @@ from slam.errors import InputError
 from slam.files.tum import read_tum
 from slam.pose import FloatArray
 from slam.run.results.run_record import RunRecord
-from slam.run.scoring.pose_errors import PoseErrors, absolute_errors, errors_by_frames, errors_by_path
-from slam.run.scoring.poses_at import poses_at
+from slam.run.scoring.pose_errors import PoseErrors, absolute_errors, errors_by_frames, errors_by_path, poses_at
 from slam.run.scoring.relations import read_relations, relation_errors
 
 Unit = Literal["m", "frames"]

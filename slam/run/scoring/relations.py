@@ -12,8 +12,7 @@ from slam.files.fields import BadLine, bounded
 from slam.files.logs.log import relative_poses
 from slam.files.text_lines import read_lines
 from slam.pose import FloatArray
-from slam.run.scoring.pose_errors import PoseErrors
-from slam.run.scoring.poses_at import MAX_GAP, poses_at
+from slam.run.scoring.pose_errors import MAX_GAP, PoseErrors, poses_at
 
 _COLUMNS = "t1 t2 x y z roll pitch yaw"
 

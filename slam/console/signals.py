@@ -1,4 +1,4 @@
-"""Signals by which somebody asks a program to end."""
+"""Signals by which somebody ends a program, or suspends it."""
 
 from __future__ import annotations
 
@@ -28,3 +28,18 @@ def handled(handler: Callable[[int, FrameType | None], object], numbers: Iterabl
                 if number != _HANG_UP or signal.getsignal(number) is not signal.SIG_IGN:
                     before.callback(signal.signal, number, signal.signal(number, handler))
         yield
+
+
+_count = 0
+
+
+def count_suspensions() -> int:
+    """Suspensions since the first call, which begins to count; only in the main thread can it."""
+    if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGCONT) is signal.SIG_DFL:
+        signal.signal(signal.SIGCONT, _continued)
+    return _count
+
+
+def _continued(_number: int, _: FrameType | None) -> None:
+    global _count
+    _count += 1

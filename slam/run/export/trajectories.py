@@ -1,4 +1,4 @@
-"""All that is known of every scan as one table."""
+"""The trajectory of a run as TUM text, and all that is known of every scan as one CSV table."""
 
 from __future__ import annotations
 
@@ -9,13 +9,20 @@ from pathlib import Path
 
 import numpy as np
 
+from slam.files.tum import format_tum
 from slam.files.whole_files import write_whole
-from slam.pose import FloatArray
+from slam.pose import FloatArray, Pose2D
 from slam.run.results.run_record import RunRecord
 
 
-def write(record: RunRecord, out: Path) -> None:
-    """Columns: stamp, then x, y, theta as estimated, as dead reckoning and, where known, as true; then those of
+def write_tum(record: RunRecord, out: Path) -> None:
+    """Write one line a scan: ``stamp x y z qx qy qz qw``, map frame."""
+    rows = zip(record.traces.stamps.tolist(), record.traces.estimate.tolist(), strict=True)
+    write_whole(out, "".join(format_tum(stamp, Pose2D(*pose)) + "\n" for stamp, pose in rows))
+
+
+def write_csv(record: RunRecord, out: Path) -> None:
+    """Write the columns stamp, x, y, theta as estimated, as dead reckoning and, where known, as true; then those of
     ``steps.csv``. Metres, radians, seconds, map frame."""
     traces, names = record.traces, list(record.traces.steps.dtype.names or ())[1:]
     columns = [traces.stamps[:, None], *(poses for _, poses in _trajectories(record))]

@@ -1,4 +1,4 @@
-"""The log of a run as the folder of a ROS 2 bag, sqlite3: what ``ros2 bag play`` of every ROS 2 takes."""
+"""The log of a run as a bag: an MCAP file, or the folder of a ROS 2 bag."""
 
 from __future__ import annotations
 
@@ -8,10 +8,25 @@ from typing import Final
 from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import Writer
 
+from slam.files.ros.encoder import Encoder
+from slam.files.ros.mcap_files import McapWriter
 from slam.files.ros.messages import TF_STATIC, ros2_types
-from slam.files.whole_files import whole_folder
+from slam.files.whole_files import whole_file, whole_folder
 from slam.run.results.run_log import LOG, logged_messages
 from slam.run.results.run_record import RunRecord
+
+_CHUNK_SIZE: Final = 1 << 20
+"""Bytes, as recorders have it."""
+
+
+def write_mcap(record: RunRecord, out: Path) -> None:
+    """Write the topics of ``log.mcap``, message by message."""
+    with whole_file(out) as draft:
+        writer = McapWriter(draft, Encoder(), _CHUNK_SIZE)
+        for message in logged_messages(record.folder / LOG):
+            writer.write(message.topic, message.time, message.data)
+        writer.close()
+
 
 _VERSION: Final = 8
 _NEVER: Final = QosTime(2147483647, 4294967295)
@@ -22,8 +37,8 @@ _LATCHED: Final = Qos(
 """Who listens late hears the static transforms too."""
 
 
-def write(record: RunRecord, out: Path) -> None:
-    """The topics of ``log.mcap``, message by message."""
+def write_rosbag2(record: RunRecord, out: Path) -> None:
+    """Write the topics of ``log.mcap``, message by message."""
     connections: dict[str, Connection] = {}
     with whole_folder(out) as draft, Writer(draft, version=_VERSION) as writer:
         for message in logged_messages(record.folder / LOG):

@@ -4,38 +4,69 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from importlib.metadata import version
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from markupsafe import Markup
 
-from slam.run.pictures.map_picture import Plan, map_figure, where_it_ends
+from slam.config import SlamConfig
+from slam.run.pictures.map_picture import contents_of, map_figure, where_it_ends
 from slam.run.report.faults import faults
 from slam.run.report.inline_svg import THEMED, inline_svg
-from slam.run.report.run_plots import (
-    SIGMAS,
-    distance_figure,
-    error_figure,
-    iterations_figure,
-    timing_figure,
-)
-from slam.run.report.settings import Change, changes
+from slam.run.report.run_plots import SIGMAS, distance_figure, error_figure, iterations_figure, timing_figure
 from slam.run.results.metrics import measure
 from slam.run.results.run_record import RunRecord
+from slam.scenario.schema import Scenario
+
+_LONGEST: Final = 60
+"""Characters of a value; a longer list is counted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One setting that was not left at its default."""
+
+    key: str
+    default: str
+    value: str
+
+
+def changes(scenario: Scenario) -> list[Change]:
+    """The settings that differ from the defaults of the scenario's mode, in the order of the schema."""
+    defaults = Scenario.model_validate({"name": scenario.name, "slam": {"mode": scenario.slam.mode}})
+    given = SlamConfig().mode, scenario.slam.mode
+    mode = [] if given[0] == given[1] else [Change("slam.mode", *given)]
+    return mode + list(_differences(defaults.model_dump(mode="json"), scenario.model_dump(mode="json"), ""))
+
+
+def _differences(default: Any, value: Any, key: str) -> Iterator[Change]:
+    if isinstance(default, dict) and isinstance(value, dict):
+        for name, inner in value.items():
+            yield from _differences(default.get(name), inner, f"{key}.{name}" if key else name)
+    elif default != value and key != "description":
+        yield Change(key, _text(default), _text(value))
+
+
+def _text(value: Any) -> str:
+    text = "none" if value is None or value == [] else str(value)
+    if len(text) <= _LONGEST:
+        return text
+    return f"{len(value)} entries" if isinstance(value, list | dict) else f"{text[:_LONGEST]} …"
+
 
 PERCENTILES = (50, 90, 99, 100)
 
 
 @dataclass(frozen=True, slots=True)
-class Chapter:
-    """All of it as text and pictures."""
+class RunSection:
+    """Everything that the page says of one run, as text and pictures."""
 
     name: str
-    """Unlike that of any other run of the page."""
+    """Unique on the page."""
     description: str
     folder: str
     date: str
@@ -57,10 +88,10 @@ class Chapter:
     command: str
 
 
-def chapter(record: RunRecord, key: str, name: str) -> Chapter:
-    """The chapter under this name; ``key`` is its own on the page."""
+def run_section(record: RunRecord, key: str, name: str) -> RunSection:
+    """Make the section under this name; ``key`` is its own on the page."""
     metrics = measure(record.folder) if record.metrics is None else record.metrics
-    return Chapter(
+    return RunSection(
         name=name,
         description=record.config.description,
         folder=str(record.folder),
@@ -80,14 +111,8 @@ def chapter(record: RunRecord, key: str, name: str) -> Chapter:
     )
 
 
-def plan_of(record: RunRecord) -> Plan:
-    """What the run mapped."""
-    traces = record.traces
-    return Plan(record.walls, traces.estimate, traces.odometry, traces.truth, record.outlines)
-
-
 def command(record: RunRecord, metrics: Mapping[str, Any]) -> str:
-    """What repeats the run, for a shell: with the same settings, on the same robot or log, in the same saved map."""
+    """Shell command that repeats the run: with the same settings, on the same robot or log, in the same saved map."""
     config = str(record.folder / "config.yaml")
     verb = "localize" if "sure_after_s" in metrics else "replay" if "log" in metrics else "run"
     words = [verb, str(metrics["log"]), "--scenario", config] if "log" in metrics else [verb, config]
@@ -108,11 +133,11 @@ def _plots(record: RunRecord, key: str) -> list[tuple[Markup, str]]:
     traces, alone = record.traces, [("iterations", record.traces)]
     known = traces.truth is not None
     against = "Estimate less truth" if known else "Estimate less dead reckoning, as no truth is known"
-    plan = plan_of(record)
-    ends = "" if plan.truth is None else f" {where_it_ends(plan, plan.truth)}."
+    contents = contents_of(record)
+    ends = "" if contents.truth is None else f" {where_it_ends(contents, contents.truth)}."
     band = f" The band is ±{SIGMAS:g} standard deviations, as the estimate claims them." if _has_bounds(record) else ""
     figures = {
-        "map": (map_figure(plan, THEMED, 8.4, bare=True), f"From above, metres.{ends}"),
+        "map": (map_figure(contents, THEMED, 8.4, bare=True), f"From above, metres.{ends}"),
         "errors": (error_figure(traces, THEMED), f"{against}, scan by scan.{band if known else ''}"),
         "distance": (distance_figure([("", traces)], THEMED), "Position error over the way travelled."),
         "iterations": (iterations_figure(alone, THEMED), "Iterations of the matcher."),

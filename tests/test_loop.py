@@ -71,7 +71,7 @@ class Notes:
         self.steps: list[Step] = []
         self.poses: list[Pose2D] = []
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         self.steps.append(step)
 
     def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D:

@@ -136,7 +136,7 @@ def step_of(truth: Pose2D | None, estimate: Pose2D) -> Step:
 def shown_by_the_bar(step: Step) -> str:
     text = StringIO()
     with RunProgress(Terminal(file=text, force_terminal=True, width=200), "corridor") as bar:
-        bar.see(step)
+        bar.on_step(step)
     return text.getvalue()
 
 
@@ -175,7 +175,7 @@ KILLED = """
         def __init__(self, *_): pass
         def __enter__(self): return self
         def __exit__(self, *_): pass
-        def see(self, step):
+        def on_step(self, step):
             if step.index == 20:
                 os.kill(os.getpid(), {signal})
 

@@ -55,7 +55,7 @@ def show(steps: int, files: list[Path], urls: list[str]) -> list[str]:
     with Broadcast(files, urls, SCENE, said.append) as broadcast:
         viewer = RunViewer(broadcast, SCENE)
         for index in range(steps):
-            viewer.see(step(index))
+            viewer.on_step(step(index))
         viewer.end("arrived")
     return said
 
@@ -130,7 +130,7 @@ def test_no_screen_is_one_line_and_no_failure(
         broadcast = viewers.open(SCENE)
         assert broadcast is not None
         with broadcast:
-            RunViewer(broadcast, SCENE).see(step(0))
+            RunViewer(broadcast, SCENE).on_step(step(0))
     assert capsys.readouterr().out.strip() == NO_DISPLAY
 
 
@@ -208,7 +208,7 @@ from test_viewer import SCENE, Broadcast, RunViewer, step
 broadcast = Broadcast([Path({str(path)!r})], [], SCENE, print)
 viewer = RunViewer(broadcast, SCENE)
 for index in range(25):
-    viewer.see(step(index))
+    viewer.on_step(step(index))
     time.sleep(0.1)
 os.kill(os.getpid(), 9)
 """
@@ -243,4 +243,4 @@ def test_a_viewer_that_never_reads_stops_nothing() -> None:
         with Broadcast([], [f"rerun+http://127.0.0.1:{port}/proxy"], SCENE, lambda text: None) as broadcast:
             viewer = RunViewer(broadcast, SCENE)
             for index in range(200):
-                viewer.see(step(index))
+                viewer.on_step(step(index))

@@ -48,7 +48,7 @@ class WayNotes:
     estimate: list[Pose2D] = field(default_factory=list)
     truth: list[tuple[float, Pose2D]] = field(default_factory=list)
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         seen = step.observation
         self.stamps.append(seen.scan.stamp)
         self.estimate.append(step.estimate.T_map_base)

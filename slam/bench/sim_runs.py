@@ -55,7 +55,7 @@ class _Notes:
     lost: int = 0
     map_points: list[int] = field(default_factory=list)
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         observation, estimate = step.observation, step.estimate
         assert observation.T_map_base is not None
         assert estimate.covariance is not None

@@ -137,10 +137,10 @@ class _Stopwatch:
         self._victim, self.cpu = victim, 0.0
         self._next = perf_counter()
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         """Let the watcher see it."""
         began, began_cpu = perf_counter(), thread_time()
-        self._watcher.see(step)
+        self._watcher.on_step(step)
         self._seconds.append(perf_counter() - began)
         self.cpu += thread_time() - began_cpu
         if self._scans is not None and step.index + 1 >= self._scans:

@@ -17,7 +17,7 @@ _HANG_UP: Final = getattr(signal, "SIGHUP", None)
 
 
 @contextmanager
-def handled(handler: Callable[[int, FrameType | None], object], numbers: Iterable[int]) -> Iterator[None]:
+def signal_handler(handler: Callable[[int, FrameType | None], object], numbers: Iterable[int]) -> Iterator[None]:
     """Handle these signals while the block runs; only the main thread can.
 
     The signal of a closed terminal is left alone in a program that was started with nohup.
@@ -30,16 +30,16 @@ def handled(handler: Callable[[int, FrameType | None], object], numbers: Iterabl
         yield
 
 
-_count = 0
+_suspensions = 0
 
 
 def count_suspensions() -> int:
     """Suspensions since the first call, which begins to count; only in the main thread can it."""
     if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGCONT) is signal.SIG_DFL:
-        signal.signal(signal.SIGCONT, _continued)
-    return _count
+        signal.signal(signal.SIGCONT, _count_suspension)
+    return _suspensions
 
 
-def _continued(_number: int, _: FrameType | None) -> None:
-    global _count
-    _count += 1
+def _count_suspension(_number: int, _: FrameType | None) -> None:
+    global _suspensions
+    _suspensions += 1

@@ -46,7 +46,7 @@ class Window:
         moment = episode.moment
         if self._viewer is not None:
             estimate = moment.estimate or Estimate(moment.observation.scan.stamp, moment.T_map_base)
-            self._viewer.see(Step(episode.turns - 1, moment.observation, estimate, applied, 0.0))
+            self._viewer.on_step(Step(episode.turns - 1, moment.observation, estimate, applied, 0.0))
 
     def close(self) -> None:
         """End the recording; the window stays."""

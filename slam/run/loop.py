@@ -46,7 +46,7 @@ def run_loop(
         estimate = slam.update(observation.scan, observation.odometry)
         command = pilot.command(estimate.T_map_base, observation.scan)
         for watcher in watchers:
-            watcher.see(Step(index, observation, estimate, applied, pilot.progress, timeouts))
+            watcher.on_step(Step(index, observation, estimate, applied, pilot.progress, timeouts))
         if observation.collided:
             return "collided"
         if command is None:

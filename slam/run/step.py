@@ -28,6 +28,6 @@ class Step:
 class Watcher(Protocol):
     """Sees every step of a run, and changes nothing."""
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         """Take note of one step."""
         ...

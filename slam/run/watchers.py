@@ -8,7 +8,7 @@ from time import perf_counter
 from types import FrameType
 from typing import Self
 
-from slam.console.signals import ENDING_SIGNALS, handled
+from slam.console.signals import ENDING_SIGNALS, signal_handler
 from slam.console.terminal import Terminal
 from slam.pose import Pose2D
 from slam.run.step import Step
@@ -24,7 +24,7 @@ class RunProgress:
         self._task = self._bar.add_task(name, total=1.0, scans=0, rate="", error="")
         self._began = perf_counter()
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         """Show one step."""
         scans = step.index + 1
         rate = f"{scans / max(perf_counter() - self._began, 1e-9):.0f}/s"
@@ -60,13 +60,13 @@ class Interruption:
         self._handlers = ExitStack()
 
     def __enter__(self) -> Self:
-        self._handlers.enter_context(handled(self._ask, ENDING_SIGNALS))
+        self._handlers.enter_context(signal_handler(self._ask, ENDING_SIGNALS))
         return self
 
     def __exit__(self, *_: object) -> None:
         self._handlers.close()
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         """Raise KeyboardInterrupt when it was asked for."""
         if self.signal is not None:
             raise KeyboardInterrupt

@@ -26,7 +26,7 @@ class _Glance:
     share: float = 0.0
     """Of the run that is over."""
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         self.share = step.progress
         if perf_counter() - self.began > _LOOK:
             raise KeyboardInterrupt

@@ -33,7 +33,7 @@ class Recorder:
         self._steps = GrowingText(folder / "steps.csv", ",".join(STEP_COLUMNS) + "\n")
         self._lines = GrowingGeoJson(folder / "lines.geojson", frame="map", unit="metre")
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         """Write down one step."""
         odometry, estimate = step.observation.odometry, step.estimate
         self._trajectory.append(format_tum(estimate.stamp, estimate.T_map_base) + "\n")

@@ -33,7 +33,7 @@ class RunLog:
         self._encoder = Encoder()
         self._writer: McapWriter | None = None
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         """Write one step."""
         observation, encoder = step.observation, self._encoder
         odometry, scan = observation.odometry, observation.scan

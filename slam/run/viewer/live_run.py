@@ -27,7 +27,7 @@ class RunViewer:
         self._broadcast, self._scene, self._detector = broadcast, scene, EventDetector()
         self._scan, self._stamp = 0, 0.0
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         """Show one step."""
         scene = self._scene
         self._scan, self._stamp = step.index, step.estimate.stamp

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from slam.console.lasting_output import LastingFile
+from slam.console.robust_output import RobustFile
 
 MAIN = [sys.executable, "-c", "from slam.cli.main import main; main()"]
 SHORT = ["run", "corridor", "--set", "duration=1"]
@@ -69,7 +69,7 @@ def test_a_wrong_command_keeps_its_exit_code_without_output() -> None:
 
 def test_a_file_takes_everything_after_its_first_error() -> None:
     reader, writer = os.pipe()
-    with LastingFile(writer, "w") as file:
+    with RobustFile(writer, "w") as file:
         assert file.write(b"one") == 3
         os.close(reader)
         assert file.write(b"two") == 3

@@ -13,7 +13,7 @@ _BROKEN_PIPE: Final = 128 + signal.SIGPIPE
 """Exit code that a shell gives a program which SIGPIPE has ended."""
 
 
-class LastingFile(io.FileIO):
+class RobustFile(io.FileIO):
     """A file that takes everything: after its first error, what is written to it is dropped."""
 
     error: OSError | None = None
@@ -32,17 +32,17 @@ class LastingFile(io.FileIO):
         return len(data)
 
 
-class LastingOutput:
+class RobustOutput:
     """Makes ``sys.stdout`` and ``sys.stderr`` take everything, also where they were closed before the program began."""
 
     def __init__(self) -> None:
         closed = _open_standard_files()
-        self._output = LastingFile(1, "w", closefd=False)
+        self._output = RobustFile(1, "w", closefd=False)
         if 1 in closed:
             self._output.error = OSError(errno.EBADF, "it was closed")
         if sys.stdout is sys.__stdout__:  # and no test has put its own there
             sys.stdout = _text(self._output, sys.stdout)
-            sys.stderr = _text(LastingFile(2, "w", closefd=False), sys.stderr)
+            sys.stderr = _text(RobustFile(2, "w", closefd=False), sys.stderr)
 
     def exit_code(self) -> int:
         """0 if all output has arrived; 141 if its reader has ended, and 1 with a message if it could not be written."""
@@ -65,7 +65,7 @@ def _open_standard_files() -> list[int]:
     return closed
 
 
-def _text(file: LastingFile, before: Any) -> io.TextIOWrapper:
+def _text(file: RobustFile, before: Any) -> io.TextIOWrapper:
     """A text stream on this file, in the encoding of the one that was there before, if there was any."""
     encoding, errors = ("utf-8", "replace") if before is None else (before.encoding, before.errors)
     if before is not None:

@@ -46,7 +46,7 @@ MOVED: Final = {
     "slam.run.report.paper_curves": "slam.run.pictures.error_curves",
     "slam.run.results.error_picture": "slam.run.pictures.error_curves",
     "slam.run.results.figure_file": "slam.run.pictures.figure_style",
-    "slam.run.results.files": "slam.files.whole_files",
+    "slam.run.results.files": "slam.files.atomic_files",
     "slam.run.results.localization_metrics": "slam.run.results.metrics",
     "slam.run.results.log_reader": "slam.run.results.run_log",
     "slam.run.results.map_picture": "slam.run.pictures.map_picture",

@@ -118,7 +118,7 @@ def test_in_human_mode_every_episode_is_a_recording(tmp_path: Path, monkeypatch:
 def test_without_a_screen_human_mode_says_so_once(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for name in ("has_display", "listens"):
+    for name in ("has_display", "is_listening"):
         monkeypatch.setattr(window, name, lambda *_: False)
     with P3DXEnv("paper_simulation", render_mode="human") as env:
         for seed in (1, 2):

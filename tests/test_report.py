@@ -18,7 +18,7 @@ from slam.run.experiment_setup import scenario_experiment
 from slam.run.report.animation import SeenWalls, write_animation
 from slam.run.report.faults import faults
 from slam.run.report.figure_files import write_figures
-from slam.run.report.page import rows, write_report
+from slam.run.report.page import metric_rows, write_report
 from slam.run.report.run_section import changes, command
 from slam.run.results.metric_table import METRICS
 from slam.run.results.run_names import run_names
@@ -162,10 +162,10 @@ def test_faults_are_found_and_named(run: Path, tmp_path: Path) -> None:
 
 def test_the_best_is_marked_and_only_where_there_is_one() -> None:
     runs = [{"ate_rmse_m": error, "scans": 5, "ending": "arrived"} for error in (0.2, 0.1)]
-    table = {metric.key: cells for metric, cells, _ in rows(runs)}
+    table = {metric.key: cells for metric, cells, _ in metric_rows(runs)}
     assert [cell.best for cell in table["ate_rmse_m"]] == [False, True]
     assert not any(cell.best for cell in table["scans"])
-    same = rows([runs[0], runs[0]])
+    same = metric_rows([runs[0], runs[0]])
     assert not any(cell.best for _, cells, _ in same for cell in cells)
 
 
@@ -174,7 +174,7 @@ def test_a_run_that_was_cut_short_wins_nothing(ending: str | None) -> None:
     whole = [{"ate_rmse_m": error, "ending": "arrived"} for error in (0.3, 0.2)]
     short = {"ate_rmse_m": 0.1} | ({"ending": ending} if ending else {})
     for runs, best in (([short, *whole], [False, False, True]), ([short, whole[0]], [False, False])):
-        (_, cells, _), *_ = rows(runs)
+        (_, cells, _), *_ = metric_rows(runs)
         assert [cell.best for cell in cells] == best
 
 

@@ -14,8 +14,8 @@ from matplotlib.image import imread
 
 from slam.console.terminal import Terminal
 from slam.errors import InputError
+from slam.files.atomic_files import GrowingGeoJson, atomic_file, write_atomic
 from slam.files.tum import format_tum
-from slam.files.whole_files import GrowingGeoJson, whole_file, write_whole
 from slam.line_slam import Estimate
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
@@ -32,7 +32,7 @@ from slam.scan import LaserScan
 def test_a_whole_file_replaces_the_old_one_and_leaves_no_draft(tmp_path: Path) -> None:
     path = tmp_path / "metrics.json"
     for text in ("old", "new"):
-        write_whole(path, text)
+        write_atomic(path, text)
         assert path.read_text() == text
     assert list(tmp_path.iterdir()) == [path]
 
@@ -229,7 +229,7 @@ def test_a_file_that_fails_half_way_does_not_take_its_name(tmp_path: Path) -> No
     path.write_text("old")
 
     def interrupted() -> None:
-        with whole_file(path) as draft:
+        with atomic_file(path) as draft:
             draft.write_text("half")
             raise KeyboardInterrupt
 

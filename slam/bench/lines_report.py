@@ -13,8 +13,8 @@ from slam.bench.scenes import HELD_OUT_SEEDS, NOISE_LEVELS, scenes
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.errors import InputError
+from slam.files.atomic_files import write_atomic
 from slam.files.logs import read_log
-from slam.files.whole_files import write_whole
 from slam.run.log_lines import chi_square_config
 
 
@@ -47,6 +47,6 @@ def write_tables(path: Path, tables: Sequence[ResultTable], title: str = "Line e
     """The tables as Markdown; InputError when the file cannot be written."""
     text = f"# {title}\n\n" + "".join(table.markdown() for table in tables)
     try:
-        write_whole(path, text.rstrip() + "\n")
+        write_atomic(path, text.rstrip() + "\n")
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --out FILE") from error

@@ -15,7 +15,7 @@ from slam.bench.match_score import BEAMS, NEAR, SHIFTS, TURNS, Runs, basin, race
 from slam.bench.matchers import Icp, Matcher, Ours, Paper
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
-from slam.files.whole_files import whole_file
+from slam.files.atomic_files import atomic_file
 from slam.optional import optional
 from slam.pose import FloatArray
 from slam.run.pictures.figure_style import PAPER, save_figure
@@ -132,5 +132,5 @@ def draw_comparison(path: Path, found: Comparison) -> None:
     figure.colorbar(image, ax=panels, label="converged [%]")
     for axes in places[len(found.basins) :]:
         axes.set_visible(False)
-    with whole_file(path) as draft:
+    with atomic_file(path) as draft:
         save_figure(figure, draft, format="png")

@@ -18,7 +18,7 @@ from slam.run.loop import run_loop
 from slam.run.step import Step
 from slam.run.viewer.broadcast import Broadcast
 from slam.run.viewer.live_run import RunViewer
-from slam.run.viewer.rerun_program import data_address, listens, serve_page
+from slam.run.viewer.rerun_program import data_address, is_listening, serve_page
 from slam.run.warm_up import warm_up
 from slam.scenario.schema import Scenario
 
@@ -89,7 +89,7 @@ def _server() -> Iterator[subprocess.Popen[bytes]]:
     finally:
         server.kill()
         server.wait()
-        while listens(data_address(_PORT + 1)):
+        while is_listening(data_address(_PORT + 1)):
             sleep(0.1)
 
 

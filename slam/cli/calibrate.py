@@ -65,7 +65,7 @@ def square(
     """
     from slam.console.terminal import Terminal
     from slam.run.calibration.calibrate import require_backend
-    from slam.run.calibration.report import check_onto, draw_squares, summary, write_wheels
+    from slam.run.calibration.report import draw_squares, extends_value, summary, write_wheels
     from slam.run.calibration.square import Square
     from slam.run.pictures.world_picture import check_picture
     from slam.run.warm_up import warm_up
@@ -74,7 +74,7 @@ def square(
     require_backend(backend)
     if yes and backend == "sim":
         raise InputError("--yes is for the real robot; add --backend hardware")
-    base = check_onto(onto or scenario)
+    base = extends_value(onto or scenario)
     drawn = picture or out.with_suffix(".png")
     check_picture(drawn)
     loaded = load_scenario(scenario, settings or [], allow_modules or [])

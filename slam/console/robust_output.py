@@ -19,7 +19,7 @@ class RobustFile(io.FileIO):
     error: OSError | None = None
     """The first error."""
     dropped = False
-    """Whether anything was dropped."""
+    """True once anything was dropped."""
 
     def write(self, data: Any) -> int:
         """Write the bytes, and return how many."""

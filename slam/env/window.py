@@ -12,7 +12,7 @@ from slam.line_slam import Estimate
 from slam.odometry import Twist2D
 from slam.run.step import Step
 from slam.run.viewer.live_run import RunViewer
-from slam.run.viewer.rerun_program import data_address, has_display, listens
+from slam.run.viewer.rerun_program import data_address, has_display, is_listening
 from slam.run.viewer.scene import Scene
 from slam.run.viewer.targets import GRPC_PORT
 from slam.run.viewer.viewers import Viewers
@@ -26,7 +26,7 @@ class Window:
 
     def __init__(self) -> None:
         self._console = Terminal(stderr=True)
-        self._there = has_display() or listens(data_address(GRPC_PORT))
+        self._there = has_display() or is_listening(data_address(GRPC_PORT))
         if not self._there:
             self._console.print('render_mode="human": no screen here, nothing is shown; choose "rgb_array"')
         self._episode = ExitStack()

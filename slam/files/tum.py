@@ -19,7 +19,7 @@ from slam.pose import FloatArray, Pose2D, wrap_angle
 
 _COLUMNS: Final = "stamp x y z qx qy qz qw"
 _UNIT: Final = 0.01
-"""How far from 1 the norm of a quaternion may be: files print as few as four digits."""
+"""Largest deviation of a quaternion's norm from 1: files print as few as four digits."""
 
 
 def format_tum(stamp: float, pose: Pose2D) -> str:

@@ -16,8 +16,8 @@ from typing import Any
 
 from slam.console.terminal import Terminal
 from slam.errors import HopslamError, InputError, RobotError, StorageError
+from slam.files.atomic_files import write_atomic
 from slam.files.maps.file import write_map
-from slam.files.whole_files import write_whole
 from slam.line_slam import LineSlam
 from slam.pose import FloatArray, Pose2D
 from slam.run.dead_reckoning import DeadReckoning
@@ -47,14 +47,14 @@ class Outcome:
     ending: Ending
     metrics: dict[str, Any]
     error: HopslamError | None = None
-    """Why it failed, where it did."""
+    """Error of a run that failed."""
     signal: int = SIGINT
     """Number of the signal that interrupted it, where one did."""
 
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """All that one run needs, ready to go."""
+    """A run that is set up and ready to go."""
 
     scenario: Scenario
     env: RobotEnv
@@ -62,15 +62,15 @@ class Experiment:
     pilot: Pilot
     seed: int
     outlines: Sequence[FloatArray] = ()
-    """What of the world the lidar could see, for the picture."""
+    """Outlines of the world that the lidar could see, for the picture."""
     notes: dict[str, Any] = field(default_factory=dict)
-    """More for ``metrics.json``."""
+    """Additional entries of ``metrics.json``."""
     T_map_odom: Pose2D | None = None
-    """Where dead reckoning begins; None: at the robot's first estimate."""
+    """Start of dead reckoning; None: the robot's first estimate."""
     duration: float = inf
-    """The scenario's, seconds, where the robot keeps to it."""
+    """Duration of the scenario, seconds, where the robot keeps to it."""
     measures: Callable[[Path], dict[str, Any]] = measure
-    """The metrics of the folder."""
+    """Computes the metrics of a run folder."""
 
     def run(
         self,
@@ -95,7 +95,7 @@ class Experiment:
             raise StorageError(f"{folder}: {error.strerror}; what was written until then is kept") from error
 
     def _run_in(self, folder: Path, viewers: Viewers, console: Terminal, pictures: bool) -> Outcome:
-        write_whole(folder / "config.yaml", dump_scenario(self.scenario))
+        write_atomic(folder / "config.yaml", dump_scenario(self.scenario))
         began, date = perf_counter(), datetime.now().astimezone().isoformat(timespec="seconds")
         with Interruption() as interruption:
             ending, error = self._drive(folder, viewers, console, interruption)
@@ -104,7 +104,7 @@ class Experiment:
                 metrics["error"] = str(error)
             if (made := map_made_by(self.slam)) is not None and metrics["scans"]:
                 write_map(folder / "map.json", made)
-            write_whole(folder / "metrics.json", json.dumps(metrics, indent=2) + "\n")
+            write_atomic(folder / "metrics.json", json.dumps(metrics, indent=2) + "\n")
             if metrics["scans"] and pictures:
                 self._draw(folder, console)
         if interruption.signal is not None:
@@ -140,7 +140,7 @@ class Experiment:
             return ending, error
 
     def _loop(self, watchers: Sequence[Watcher], interruption: Interruption) -> tuple[Ending, HopslamError | None]:
-        """Whatever ends it, the robot is stopped at once."""
+        """Run the loop; whatever ends it, the robot is stopped at once."""
         try:
             patience = self.scenario.hardware.patience
             return run_loop(self.env, self.slam, self.pilot, watchers, self.seed, patience, self.duration), None

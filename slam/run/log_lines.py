@@ -11,8 +11,8 @@ from typing import Any, Final
 
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.errors import InputError
+from slam.files.atomic_files import GrowingGeoJson, GrowingText
 from slam.files.logs import Log
-from slam.files.whole_files import GrowingGeoJson, GrowingText
 from slam.lidars import LIDARS
 from slam.lines.extraction import extract_segments
 from slam.lines.segments import Segments
@@ -60,7 +60,7 @@ METHODS: Final = ("paper", "chi_square")
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """Where the segments go; without a file, CSV goes to the standard output."""
+    """Files for the segments; without one, CSV goes to the standard output."""
 
     csv: Path | None = None
     geojson: Path | None = None
@@ -86,7 +86,7 @@ def chi_square_config(sensor: str | None) -> ChiSquareConfig:
 
 
 def chosen_scans(log: Log, scan: int | None) -> range:
-    """That scan of the log, or all; InputError when it has none of that number."""
+    """The scan of that number, or all; InputError when the log has none of that number."""
     if scan is None:
         return range(len(log))
     if not 0 <= scan < len(log):
@@ -123,7 +123,7 @@ def _write(
 
 
 def _sinks(log: Log, outputs: Outputs, stack: ExitStack) -> Iterator[Callable[[int, Segments], object]]:
-    """What takes the number of a scan and its segments."""
+    """Functions that write the segments of a scan, given its number."""
     if outputs == Outputs():
         sys.stdout.write(CSV_HEADER)
         yield lambda scan, segments: sys.stdout.write(csv_lines(scan, segments))

@@ -21,7 +21,7 @@ from slam.run.step import Step, Watcher
 Ending = Literal["arrived", "collided", "duration over", "no more scans", "interrupted", "failed"]
 """Reason for which a run ends, as in ``metrics.json``. Until 0.1 ``no more scans`` also meant ``duration over``."""
 _NO_TIME: Final = 2.5
-"""Where fewer scan times than this are left, no scan comes because the duration is over."""
+"""Scan times before the end of the duration: where fewer are left, it is the reason why no scan comes."""
 
 
 def run_loop(

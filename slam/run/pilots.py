@@ -25,9 +25,9 @@ class RouteProgress:
         self._legs = [a.distance(b) for a, b in pairwise([start, *self._targets])]
         self._next = 0
         self.length = sum(self._legs)
-        """Of all of it, metres."""
+        """Length of the whole route, metres."""
         self.left = self.length
-        """From the last place it was told, through all way-points that are left, metres; 0 at the end."""
+        """Length from the last known place through all way-points that are left, metres; 0 at the end."""
 
     @property
     def goal(self) -> Pose2D | None:
@@ -36,7 +36,7 @@ class RouteProgress:
 
     @property
     def arrived(self) -> bool:
-        """Whether there were way-points, and all are passed."""
+        """True where there were way-points, and all are passed."""
         return bool(self._targets) and self.goal is None
 
     def advance(self, T_map_base: Pose2D) -> None:
@@ -60,7 +60,7 @@ class Pilot(Protocol):
     """Decides the next command."""
 
     def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D | None:
-        """What to drive from this estimated pose and this scan; None when the route is done."""
+        """Command from this estimated pose and this scan; None when the route is done."""
         ...
 
     @property
@@ -77,7 +77,7 @@ class WaypointPilot:
         self._route_progress = RouteProgress(start, route.waypoints, route.arrival)
 
     def command(self, T_map_base: Pose2D, scan: LaserScan | None = None) -> Twist2D | None:
-        """What to drive from this estimated pose; None when the last way-point is reached."""
+        """Command from this estimated pose; None when the last way-point is reached."""
         if not self._route.waypoints:
             return Twist2D()
         self._route_progress.advance(T_map_base)
@@ -135,7 +135,7 @@ class Wanderer:
         self._turning = 0.0  # rad/s, while it turns on the spot
 
     def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D:
-        """What to drive from what is seen."""
+        """Command from what the scan shows."""
         ahead, side = _room(scan)
         if ahead < (GO if self._turning else STOP):
             self._turning = self._turning or float(np.copysign(TURN_SPEED, side))
@@ -163,9 +163,9 @@ class LocalizeThenDrive:
 
     @property
     def progress(self) -> float:
-        """Of the other pilot."""
+        """Progress of the other pilot."""
         return self._then.progress
 
     def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D | None:
-        """What to drive from this estimated pose, if it is known, or from what is seen."""
+        """Command from this estimated pose, if it is known, or from what the scan shows."""
         return (self._then if self._known() else self._wanderer).command(T_map_base, scan)

@@ -26,7 +26,7 @@ class Step:
 
 
 class Watcher(Protocol):
-    """Sees every step of a run, and changes nothing."""
+    """Hears of every step of a run, and changes nothing."""
 
     def on_step(self, step: Step) -> None:
         """Take note of one step."""

@@ -43,7 +43,7 @@ def read(path: Path, messages: Messages, topics: BagTopics) -> Log:
 def _scans(contents: BagContents, topic: str | None) -> list[BagScan]:
     """The scans with the fan of the first, in order; the others are skipped."""
     statistics, scans = contents.statistics, []
-    for number, raw in contents.chosen(LASER_SCAN, topic, "--scan-topic"):
+    for number, raw in contents.messages_of(LASER_SCAN, topic, "--scan-topic"):
         try:
             scans.append(parse_laser_scan(raw, number))
         except BadLine as fault:
@@ -88,8 +88,8 @@ def _transforms(contents: BagContents, static: bool) -> list[Transform]:
 
 
 def _odometry(contents: BagContents, topic: str | None, moving: list[Transform]) -> tuple[Track | None, str]:
-    """How the base moved in the frame of its odometry, None where that is not known; and the name of the base."""
-    messages = list(contents.decoded(contents.chosen(ODOMETRY, topic, "--odom-topic"), decode_odometry))
+    """Motion of the base in the frame of its odometry, None where that is not known; and the name of the base."""
+    messages = list(contents.decoded(contents.messages_of(ODOMETRY, topic, "--odom-topic"), decode_odometry))
     if messages:
         return Track.of_odometry([message.odometry for message in messages]), messages[0].child or _BASES[0]
     links = [t for t in moving if t.frame.rpartition("/")[2] == "odom" and t.child.rpartition("/")[2] in _BASES]
@@ -120,7 +120,7 @@ def _start(moving: list[Transform], first: list[float]) -> Pose2D:
 
 def _truth(contents: BagContents, stamps: FloatArray) -> FloatArray | None:
     """``T_map_base`` as it was, (N, 3), where the bag has it."""
-    messages = contents.decoded(contents.chosen(POSE, None, "topic"), decode_pose)
+    messages = contents.decoded(contents.messages_of(POSE, None, "topic"), decode_pose)
     poses = [(message.stamp, message.pose) for message in messages if message.frame == "map"]
     if not poses or not (track := Track.of_poses(poses)).covers(stamps):
         return None

@@ -11,9 +11,9 @@ import numpy as np
 from slam.errors import LogError
 from slam.files.fields import BadLine
 from slam.files.logs.read_statistics import ReadStatistics
-from slam.files.ros.decoder import bearings, decimal, decode, frame_name, metres, seconds
+from slam.files.ros.decoder import decimal, decimal_ranges, decode, exact_bearings, frame_name, seconds
 from slam.files.ros.messages import GROUND_TRUTH, LASER_SCAN, ODOMETRY, POSE, TF_STATIC, TRANSFORMS, RawMessage
-from slam.files.text_lines import CutShort
+from slam.files.text_lines import TruncatedFile
 from slam.pose import FloatArray
 
 _WANTED: Final = (LASER_SCAN, ODOMETRY, TRANSFORMS)
@@ -30,7 +30,7 @@ class BagContents:
 
     @classmethod
     def read(cls, messages: Iterable[RawMessage], statistics: ReadStatistics) -> BagContents:
-        """What is in these messages, up to where they are damaged; the others are counted by type."""
+        """Sort these messages, up to where they are damaged; those that do not matter are counted by type."""
         contents = cls(statistics)
         try:
             for number, raw in enumerate(messages, 1):
@@ -38,11 +38,11 @@ class BagContents:
                     contents.by_type.setdefault(raw.type, {}).setdefault(raw.topic, []).append((number, raw))
                 else:
                     statistics.ignored[raw.type or "unknown"] += 1
-        except CutShort:
+        except TruncatedFile:
             statistics.notes.append("the bag is damaged or ends early, and what comes after that is lost")
         return contents
 
-    def chosen(self, kind: str, wanted: str | None, option: str) -> list[Numbered]:
+    def messages_of(self, kind: str, wanted: str | None, option: str) -> list[Numbered]:
         """The messages of the one topic of a type, or of the wanted one; none where there is no such topic.
 
         LogError where there are more, or where the wanted one is not among them.
@@ -75,7 +75,7 @@ class BagContents:
 
 
 class BagFan(NamedTuple):
-    """What the message says of its lidar; radians and metres."""
+    """Lidar geometry in a message; radians and metres."""
 
     angle_min: float
     angle_increment: float
@@ -104,11 +104,11 @@ def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
     possible = step > 0.0 and scan.range_max > scan.range_min and abs(scan.angle_min) < 7.0
     if beams < 1 or not possible or turn >= 2.0 * np.pi + 1e-3 or not abs(scan.time_increment) < 1.0:
         raise BadLine("impossible value")
-    ranges = metres(scan.ranges)
+    ranges = decimal_ranges(scan.ranges)
     finite = np.isfinite(ranges)
     ranges[finite & (scan.ranges > scan.range_max)] = np.inf  # REP 117: no echo ...
     ranges[finite & (scan.ranges < scan.range_min)] = -np.inf  # ... and too close, which says nothing of free space
     reach = decimal(scan.range_min), decimal(scan.range_max)
-    fan = BagFan(*bearings(scan.angle_min, step), beams, *reach)
+    fan = BagFan(*exact_bearings(scan.angle_min, step), beams, *reach)
     frame, between = frame_name(scan.header.frame_id), decimal(scan.time_increment)
     return BagScan(number, seconds(scan.header), frame, fan, ranges, between)

@@ -33,7 +33,7 @@ def bag_reader(path: Path) -> Messages | None:
 
 
 def _folder(path: Path) -> Messages | None:
-    """Of the folder of a run, its log; of another one with metadata, what these say; else the MCAP file alone in it."""
+    """Reader of a run's log in its folder, of a ROS 2 bag where there is metadata, or of the only MCAP file in it."""
     if (path / "metadata.yaml").is_file():
         return _rosbag2
     files = [path / RUN_LOG] if (path / RUN_LOG).is_file() else list(path.glob("*.mcap"))

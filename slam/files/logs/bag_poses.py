@@ -51,7 +51,7 @@ class Track:
         return None if self.twists is None else _interpolated(stamps, self.stamps, self.twists)
 
     def covers(self, stamps: FloatArray, margin: float = 0.5) -> bool:
-        """Whether no stamp lies farther than ``margin`` seconds outside."""
+        """True where no stamp lies farther than ``margin`` seconds outside."""
         return bool(stamps[0] >= self.stamps[0] - margin and stamps[-1] <= self.stamps[-1] + margin)
 
 

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from slam.files.fields import BadLine
-from slam.files.logs.carmen_message import PARSERS, Fan, Message, param, params_of, parse, twists
+from slam.files.logs.carmen_message import PARSERS, Fan, Message, params_of, parse_message, parse_param, twists
 from slam.files.logs.log import Log, relative_poses, scan_time
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import in_order
@@ -32,7 +32,7 @@ _RIGID: Final = (0.02, 0.02, 0.01)
 
 
 def recognises(line: bytes) -> bool:
-    """Whether this is a message of a CARMEN log."""
+    """True for a message of a CARMEN log."""
     words = line.split(maxsplit=1)
     return bool(words) and words[0] in _TYPES
 
@@ -84,10 +84,10 @@ def _messages(
             continue
         if words[0] in PARSERS:
             try:
-                yield parse(words, number)
+                yield parse_message(words, number)
             except BadLine as fault:
                 statistics.skip(str(fault), number)
-        elif words[0] == b"PARAM" and (named := param(words)):
+        elif words[0] == b"PARAM" and (named := parse_param(words)):
             values.setdefault(*named)
         else:
             _pass_by(words[0], number, statistics)

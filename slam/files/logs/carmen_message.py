@@ -39,7 +39,7 @@ class Message:
     """Two words: linear and angular velocity, m/s and rad/s, as the message has them; none in an old one."""
 
 
-def parse(words: Sequence[bytes], line: int) -> Message:
+def parse_message(words: Sequence[bytes], line: int) -> Message:
     """The message in the words of that line; BadLine when it is garbled."""
     return PARSERS[words[0]](words, line)
 
@@ -117,7 +117,7 @@ class CarmenParams(NamedTuple):
         return Pose2D(self.start_x, self.start_y, self.start_theta)
 
 
-def param(words: Sequence[bytes]) -> tuple[str, float] | None:
+def parse_param(words: Sequence[bytes]) -> tuple[str, float] | None:
     """Name and value of one of this project's ``PARAM name value ipc_timestamp host logger_timestamp``."""
     if len(words) < 3 or not words[1].startswith(PREFIX):
         return None

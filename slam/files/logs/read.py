@@ -13,14 +13,14 @@ from slam.files.logs import carmen, urg_text
 from slam.files.logs.bag_files import bag_reader
 from slam.files.logs.log import BagTopics, Log
 from slam.files.logs.read_statistics import ReadStatistics
-from slam.files.text_lines import CutShort, read_lines
+from slam.files.text_lines import TruncatedFile, read_lines
 
 
-class Format(Protocol):
+class LogFormat(Protocol):
     """A module that reads one format."""
 
     def recognises(self, line: bytes) -> bool:
-        """Whether the line can only be of this format."""
+        """True for a line that can only be of this format."""
         ...
 
     def read(self, lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
@@ -28,7 +28,7 @@ class Format(Protocol):
         ...
 
 
-_FORMATS: Final[tuple[Format, ...]] = (carmen, urg_text)
+_FORMATS: Final[tuple[LogFormat, ...]] = (carmen, urg_text)
 _NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
 _HEAD: Final = 200
 """The format shows in one of that many first lines."""
@@ -51,9 +51,9 @@ def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
     statistics = ReadStatistics(path)
     with closing(_readable_lines(statistics)) as lines:
         head = list(islice(lines, _HEAD))
-        for form in _FORMATS:
-            if any(form.recognises(line) for _, line in head):
-                return form.read(chain(head, lines), statistics)
+        for log_format in _FORMATS:
+            if any(log_format.recognises(line) for _, line in head):
+                return log_format.read(chain(head, lines), statistics)
     found = f"a file that begins with {head[0][1][:20]!r}" if head else "nothing"
     raise LogError("; ".join([f"{path}: not a log that hopslam can read: {found}", *statistics.notes, f"need {_NEED}"]))
 
@@ -62,5 +62,5 @@ def _readable_lines(statistics: ReadStatistics) -> Generator[tuple[int, bytes], 
     """The numbered lines as far as the file can be read."""
     try:
         yield from read_lines(statistics.path)
-    except CutShort:
+    except TruncatedFile:
         statistics.notes.append("the gzip data are damaged or end early, and what comes after that is lost")

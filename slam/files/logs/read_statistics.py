@@ -1,4 +1,4 @@
-"""What became of the lines of a log, counted while it is read."""
+"""Statistics of reading a log: usable, skipped and ignored lines."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class ReadStatistics:
     ignored: Counter[str] = field(default_factory=Counter)
     """Messages of other types, by name."""
     notes: list[str] = field(default_factory=list)
-    """What else the user should know."""
+    """Further remarks for the user."""
     _first: int | None = None
 
     def skip(self, kind: str, line: int) -> None:

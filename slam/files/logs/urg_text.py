@@ -23,7 +23,7 @@ from slam.odometry import wheel_motion
 from slam.pose import FloatArray, Pose2D
 
 _FAN: Final = replace(URG04LX.lidar, range_max=5.6)
-"""That the first beam is step 44 is an assumption. 5.6 m is a URG-04LX's DMAX; 5 % of mines1 lie beyond 4.095 m."""
+"""Beams begin at step 44, which is an assumption. 5.6 m is a URG-04LX's DMAX; 5 % of mines1 lie beyond 4.095 m."""
 _TIME_INCREMENT: Final = 0.1 / 1024
 """Seconds: 600 turns a minute of 1024 steps."""
 _T_BASE_LASER: Final = Pose2D(0.145, 0.0, 0.0)
@@ -47,7 +47,7 @@ class _Row:
 
 
 def recognises(line: bytes) -> bool:
-    """Whether this is a scan of such a log."""
+    """True for a scan of such a log."""
     try:
         _parse(line.split(), 0)
     except BadLine:

@@ -16,7 +16,7 @@ from zstandard import ZstdError
 
 from slam.files.ros.encoder import Encoder
 from slam.files.ros.messages import TYPES, RawMessage, ros2_type
-from slam.files.text_lines import CutShort
+from slam.files.text_lines import TruncatedFile
 
 
 class McapWriter:
@@ -67,7 +67,7 @@ def mcap_messages(path: Path) -> Generator[RawMessage]:
         try:
             yield from _messages(StreamReader(file, record_size_limit=_LARGEST_RECORD).records)
         except _DAMAGE as error:
-            raise CutShort(f"{path}: the file is damaged or ends early") from error
+            raise TruncatedFile(f"{path}: the file is damaged or ends early") from error
 
 
 def _messages(records: Iterator[McapRecord]) -> Iterator[RawMessage]:

@@ -20,7 +20,7 @@ TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
 POSE: Final = "geometry_msgs/msg/PoseStamped"
 
 TYPES: Final = {SCAN: LASER_SCAN, ODOM: ODOMETRY, TF: TRANSFORMS, TF_STATIC: TRANSFORMS, GROUND_TRUTH: POSE}
-"""What is written on each topic."""
+"""Message type on each topic of a run."""
 
 
 class RawMessage(NamedTuple):
@@ -28,7 +28,7 @@ class RawMessage(NamedTuple):
 
     topic: str
     type: str
-    """As ROS 2 writes it, such as ``sensor_msgs/msg/LaserScan``; that of ROS 1 is brought to this form."""
+    """Type as ROS 2 writes it, such as ``sensor_msgs/msg/LaserScan``; that of ROS 1 is brought to this form."""
     encoding: str
     """``cdr`` or ``ros1``."""
     data: bytes

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from slam.console.terminal_table import TerminalTable
 from slam.errors import InputError
-from slam.files.whole_files import whole_file, write_whole
+from slam.files.atomic_files import atomic_file, write_atomic
 from slam.pose import FloatArray, Pose2D
-from slam.run.calibration.calibrate import Calibration, settings
+from slam.run.calibration.calibrate import Calibration, wheel_settings
 from slam.run.calibration.wheel_fit import WheelFit, corrected
 from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.scenario.schema import Scenario
@@ -43,7 +43,7 @@ def draw_squares(path: Path, calibration: Calibration) -> None:
     handles, labels = after.get_legend_handles_labels()
     unique = dict(zip(labels, handles, strict=True))
     figure.legend(unique.values(), unique.keys(), loc="outside lower center", ncols=3)
-    with whole_file(path) as draft:
+    with atomic_file(path) as draft:
         save_figure(figure, draft, format=path.suffix[1:])
 
 
@@ -65,8 +65,8 @@ def from_start(poses: FloatArray) -> FloatArray:
     return Pose2D(*poses[0]).inverse().transform(poses[:, :2])
 
 
-def check_onto(name: str) -> str:
-    """What the file has to say in ``extends``: a shipped scenario's name, or a path; ScenarioError for neither."""
+def extends_value(name: str) -> str:
+    """Value of ``extends`` in the file: a shipped scenario's name, or a path; ScenarioError for neither."""
     path = find_scenario(name)
     return name if name in shipped_scenarios() and not Path(name).is_file() else str(path.resolve())
 
@@ -77,13 +77,13 @@ def write_wheels(path: Path, onto: str, scenario: Scenario, backend: str, found:
     content = {
         "extends": onto,
         "description": f"{scenario.name}, its wheels calibrated by {squares}",
-    } | settings(scenario, backend, found.fit)
+    } | wheel_settings(scenario, backend, found.fit)
     errors = found.errors
     note = (
         f"# Two standard errors of the factors, from square to square: left wheel {2.0 * errors.left:.5f}, right wheel "
         f"{2.0 * errors.right:.5f}, track {2.0 * errors.track:.5f}.\n"
     )
     try:
-        write_whole(path, note + yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
+        write_atomic(path, note + yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --out FILE") from error

@@ -8,20 +8,20 @@ from typing import Final
 from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import Writer
 
+from slam.files.atomic_files import atomic_file, atomic_folder
 from slam.files.ros.encoder import Encoder
 from slam.files.ros.mcap_files import McapWriter
 from slam.files.ros.messages import TF_STATIC, ros2_types
-from slam.files.whole_files import whole_file, whole_folder
 from slam.run.results.run_log import LOG, logged_messages
 from slam.run.results.run_record import RunRecord
 
 _CHUNK_SIZE: Final = 1 << 20
-"""Bytes, as recorders have it."""
+"""Bytes, as usual for recorders."""
 
 
 def write_mcap(record: RunRecord, out: Path) -> None:
     """Write the topics of ``log.mcap``, message by message."""
-    with whole_file(out) as draft:
+    with atomic_file(out) as draft:
         writer = McapWriter(draft, Encoder(), _CHUNK_SIZE)
         for message in logged_messages(record.folder / LOG):
             writer.write(message.topic, message.time, message.data)
@@ -34,13 +34,13 @@ _LATCHED: Final = Qos(
     QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, _NEVER, _NEVER,
     QosLiveliness.AUTOMATIC, _NEVER, False,
 )  # fmt: skip
-"""Who listens late hears the static transforms too."""
+"""Quality of service by which late listeners get the static transforms too."""
 
 
 def write_rosbag2(record: RunRecord, out: Path) -> None:
     """Write the topics of ``log.mcap``, message by message."""
     connections: dict[str, Connection] = {}
-    with whole_folder(out) as draft, Writer(draft, version=_VERSION) as writer:
+    with atomic_folder(out) as draft, Writer(draft, version=_VERSION) as writer:
         for message in logged_messages(record.folder / LOG):
             if message.topic not in connections:
                 profiles = [_LATCHED] if message.topic == TF_STATIC else []

@@ -12,8 +12,8 @@ from typing import Final
 
 import numpy as np
 
+from slam.files.atomic_files import atomic_file
 from slam.files.logs.carmen_message import CarmenParams
-from slam.files.whole_files import whole_file
 from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.results.run_record import RunRecord
@@ -25,7 +25,7 @@ _STEP: Final = 1e-6
 
 def write_carmen(record: RunRecord, out: Path) -> None:
     """Write metres and radians; poses are those of the odometry, in its own frame."""
-    with whole_file(out) as draft, draft.open("w", encoding="ascii") as file:
+    with atomic_file(out) as draft, draft.open("w", encoding="ascii") as file:
         for index, seen in enumerate(record.observations()):
             if index == 0:
                 file.writelines(_params(record, seen))

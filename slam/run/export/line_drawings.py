@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.files.whole_files import whole_file, write_whole
+from slam.files.atomic_files import atomic_file, write_atomic
 from slam.optional import optional
 from slam.pose import FloatArray
 from slam.run.results.run_record import RunRecord
@@ -25,7 +25,7 @@ def write_geojson(record: RunRecord, out: Path) -> None:
         for number, ends in enumerate(record.walls)
     ]
     members = {"type": "FeatureCollection", "frame": "map", "unit": "metre", "features": features}
-    write_whole(out, json.dumps(members, indent=1) + "\n")
+    write_atomic(out, json.dumps(members, indent=1) + "\n")
 
 
 def write_dxf(record: RunRecord, out: Path) -> None:
@@ -39,14 +39,14 @@ def write_dxf(record: RunRecord, out: Path) -> None:
     way = record.traces.estimate[:, :2].tolist()
     if len(way) > 1:
         space.add_lwpolyline(way, dxfattribs={"layer": "TRAJECTORY"})
-    with whole_file(out) as draft:
+    with atomic_file(out) as draft:
         drawing.saveas(draft)
 
 
 _MARGIN: Final = 0.5
 """Metres around all that is drawn."""
 _PIXELS: Final = 1200.0
-"""Of the longer side, where a viewer asks; it can be scaled at will."""
+"""Length of the longer side, where a viewer asks; it can be scaled at will."""
 _PAGE: Final = """\
 <svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" \
 viewBox="{left:.3f} {top:.3f} {w:.3f} {h:.3f}">
@@ -67,7 +67,7 @@ def write_svg(record: RunRecord, out: Path) -> None:
     corners = np.concatenate([walls.reshape(-1, 2), way])
     low, high = corners.min(axis=0) - _MARGIN, corners.max(axis=0) + _MARGIN
     (w, h), scale = high - low, _PIXELS / (high - low).max()
-    write_whole(
+    write_atomic(
         out,
         _PAGE.format(
             width=w * scale,

@@ -16,7 +16,7 @@ from slam.compiled import compiled
 from slam.config import SurfelMapConfig
 from slam.deskew import deskewed
 from slam.errors import InputError
-from slam.files.whole_files import whole_folder
+from slam.files.atomic_files import atomic_folder
 from slam.pose import FloatArray, Pose2D
 from slam.run.results.run_record import RunRecord
 
@@ -62,7 +62,7 @@ _MOST_CELLS: Final = 100_000_000
 
 
 class Beams(NamedTuple):
-    """Of one scan, map frame, metres: from where, (2,), to where, (N, 2), and which came back, (N,)."""
+    """Beams of one scan: their origin (2,), ends (N, 2), and which came back (N,); map frame, metres."""
 
     origin: FloatArray
     ends: FloatArray
@@ -143,7 +143,7 @@ def write_ros_map(record: RunRecord, out: Path) -> None:
         "occupied_thresh": 0.65,
         "free_thresh": _FREE_THRESH,
     }
-    with whole_folder(out) as draft:
+    with atomic_folder(out) as draft:
         draft.mkdir()
         Image.fromarray(_pixels(grid)).save(draft / "map.pgm")
         (draft / "map.yaml").write_text(yaml.safe_dump(header, sort_keys=False))

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from slam.files.atomic_files import write_atomic
 from slam.files.tum import format_tum
-from slam.files.whole_files import write_whole
 from slam.pose import FloatArray, Pose2D
 from slam.run.results.run_record import RunRecord
 
@@ -18,7 +18,7 @@ from slam.run.results.run_record import RunRecord
 def write_tum(record: RunRecord, out: Path) -> None:
     """Write one line a scan: ``stamp x y z qx qy qz qw``, map frame."""
     rows = zip(record.traces.stamps.tolist(), record.traces.estimate.tolist(), strict=True)
-    write_whole(out, "".join(format_tum(stamp, Pose2D(*pose)) + "\n" for stamp, pose in rows))
+    write_atomic(out, "".join(format_tum(stamp, Pose2D(*pose)) + "\n" for stamp, pose in rows))
 
 
 def write_csv(record: RunRecord, out: Path) -> None:
@@ -31,7 +31,7 @@ def write_csv(record: RunRecord, out: Path) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["stamp", *(p + c for p, _ in _trajectories(record) for c in ("x", "y", "theta")), *names])
     writer.writerows([["" if np.isnan(value) else f"{value:.10g}" for value in row] for row in table])
-    write_whole(out, text.getvalue())
+    write_atomic(out, text.getvalue())
 
 
 def _trajectories(record: RunRecord) -> Iterator[tuple[str, FloatArray]]:

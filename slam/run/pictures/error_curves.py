@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from slam.files.whole_files import whole_file
+from slam.files.atomic_files import atomic_file
 from slam.pose import FloatArray
 from slam.run.pictures.figure_style import PAPER, plain_axes, save_figure
 from slam.run.results.traces import Traces, pose_errors
@@ -41,7 +41,7 @@ def draw_errors(folder: Path) -> None:
     rows[3].set(ylabel="iterations q", xlabel="step k", ylim=(0.0, None))
     title = "Estimate less truth" if known else "Estimate less dead reckoning (no ground truth)"
     figure.suptitle(title, fontsize="medium", color=PAPER.ink)
-    with whole_file(folder / "errors.png") as draft:
+    with atomic_file(folder / "errors.png") as draft:
         save_figure(figure, draft)
 
 
@@ -53,7 +53,7 @@ _ERRORS = (
 
 
 def paper_curves(traces: Traces) -> Iterator[tuple[str, Figure]]:
-    """Each by its name; Figs. 17 to 19 only where the truth is known."""
+    """Figures by name; Figs. 17 to 19 only where the truth is known."""
     if traces.truth is not None:
         for (name, scale, label), error in zip(_ERRORS, pose_errors(traces.estimate, traces.truth).T, strict=True):
             yield name, _curve(np.arange(len(error)), scale * error, label)

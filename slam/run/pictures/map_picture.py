@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
+from slam.files.atomic_files import atomic_file
 from slam.files.tum import read_tum
-from slam.files.whole_files import whole_file
 from slam.pose import FloatArray, Pose2D
 from slam.run.pictures.figure_style import PAPER, Palette, plain_axes, save_figure
 from slam.run.results.run_record import RunRecord
@@ -22,11 +22,11 @@ from slam.scenario.prism import rectangle
 _MAX_POINTS: Final = 200_000
 """More map points than this are thinned evenly for the picture: it shows no more."""
 _MANY: Final = 3000
-"""So many segments are drawn as pixels also where the rest is drawn as curves."""
+"""More segments than this are drawn as pixels, also where the rest is drawn as curves."""
 _MIDDLE: Final = "#7d8590"
-"""Of what is drawn as pixels, which no theme can change: seen on light and on dark."""
+"""Colour of what is drawn as pixels, which no theme can change: seen on light and on dark."""
 _FEW: Final = 500
-"""From so many segments on, lines become fainter."""
+"""More segments than this are drawn in fainter lines."""
 ROBOT: Final = rectangle((-0.045, 0.0), 0.51, 0.38, 0.0)
 """The P3-DX, base frame, metres."""
 
@@ -107,7 +107,7 @@ def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outline
     truth_file = folder / "groundtruth.tum"
     truth = read_tum(truth_file)[1] if truth_file.is_file() else None
     contents = MapContents(segment_ends, estimate, odometry, truth, outlines, points)
-    with whole_file(folder / "map.png") as draft:
+    with atomic_file(folder / "map.png") as draft:
         save_figure(map_figure(contents), draft, dpi=130)
 
 
@@ -121,7 +121,7 @@ def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float =
     if bare:
         return figure
     if contents.truth is not None:
-        axes.set_title(where_it_ends(contents, contents.truth), fontsize="medium", color=colours.ink)
+        axes.set_title(end_error_text(contents, contents.truth), fontsize="medium", color=colours.ink)
     columns = max(2, round(float(figure.get_figwidth()) / 1.7))
     figure.legend(
         loc="outside upper center", ncols=columns, fontsize="small", frameon=False, labelcolor=colours.ink,
@@ -130,14 +130,14 @@ def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float =
     return figure
 
 
-def where_it_ends(contents: MapContents, truth: FloatArray) -> str:
-    """How far the ends of both ways are from the true one."""
+def end_error_text(contents: MapContents, truth: FloatArray) -> str:
+    """Distances of the ends of both trajectories from the true one."""
     ends = (way[min(len(way), len(truth)) - 1] for way in (contents.estimate, contents.odometry))
-    ours, off = (length(float(np.hypot(*(end - truth[-1])[:2]))) for end in ends)
+    ours, off = (distance_text(float(np.hypot(*(end - truth[-1])[:2]))) for end in ends)
     return f"SLAM ends {ours} from the truth, dead reckoning {off}"
 
 
-def length(metres: float) -> str:
+def distance_text(metres: float) -> str:
     """A distance for people: 7.1 m, 3.4 cm."""
     return f"{metres:.1f} m" if metres >= 0.995 else f"{100 * metres:.1f} cm"
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from slam.errors import InputError
-from slam.files.whole_files import whole_file
+from slam.files.atomic_files import atomic_file
 from slam.pose import FloatArray
 from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.run.pictures.map_picture import ROBOT
@@ -60,7 +60,7 @@ def draw_world(path: Path, scenario: Scenario) -> None:
     shown = [*key, *axes.get_legend_handles_labels()[0]]
     unique = list({str(handle.get_label()): handle for handle in shown}.values())
     figure.legend(handles=unique, loc="outside upper center", ncols=len(unique), fontsize="small", frameon=False)
-    with whole_file(path) as draft:
+    with atomic_file(path) as draft:
         save_figure(figure, draft)
 
 

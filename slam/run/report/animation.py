@@ -11,7 +11,7 @@ from PIL import Image
 from scipy.spatial import cKDTree
 
 from slam.errors import InputError
-from slam.files.whole_files import whole_file
+from slam.files.atomic_files import atomic_file
 from slam.pose import FloatArray, Pose2D
 from slam.run.report.map_canvas import MapCanvas
 from slam.run.results.run_record import RunRecord
@@ -26,7 +26,7 @@ class GrowingLines(Protocol):
     """A map of lines that grows scan by scan."""
 
     def seen(self, scan: int, points: FloatArray) -> FloatArray:
-        """What is new, (M, 2, 2), metres, map frame, at this scan, whose points (N, 2) are in the map frame."""
+        """New lines (M, 2, 2), metres, map frame, at this scan, whose points (N, 2) are in the map frame."""
         ...
 
 
@@ -55,14 +55,14 @@ class SeenSegments:
         self._drawn = 0
 
     def seen(self, scan: int, points: FloatArray) -> FloatArray:
-        """Those of this scan and of the ones that were left out."""
+        """Segments of this scan and of the ones that were left out."""
         begin, self._drawn = self._drawn, int(np.searchsorted(self._scans, scan, side="right"))
         ends: FloatArray = self._ends[begin : self._drawn]
         return ends
 
 
 def growing_lines(record: RunRecord) -> GrowingLines:
-    """Of a run with a saved map its walls, of another one its segments."""
+    """Walls of a run with a saved map, segments of another one."""
     return SeenSegments(record) if record.saved_map is None else SeenWalls(record.walls)
 
 
@@ -90,7 +90,7 @@ def write_animation(record: RunRecord, path: Path, seconds: float = 8.0, width: 
     durations = [round(1000 / _RATE)] * (len(frames) - 1) + [_STILL]
     options = {"quality": 70, "method": 4} if path.suffix == ".webp" else {"optimize": True}
     try:
-        with whole_file(path) as draft:
+        with atomic_file(path) as draft:
             frames[0].save(
                 draft, format=_FORMATS[path.suffix], save_all=True, append_images=frames[1:], duration=durations,
                 loop=0, **options,
@@ -100,7 +100,7 @@ def write_animation(record: RunRecord, path: Path, seconds: float = 8.0, width: 
 
 
 def _frames(record: RunRecord, count: int, width: int) -> Iterator[Image.Image]:
-    """So many pictures, evenly over the scans of the run, the last scan among them."""
+    """``count`` pictures, evenly over the scans of the run, the last scan among them."""
     canvas, lines, traces = MapCanvas(record, width), growing_lines(record), record.traces
     shown = set(np.unique(np.linspace(0, len(traces.stamps) - 1, count).astype(int)).tolist())
     for k, observation in enumerate(record.observations()):

@@ -1,4 +1,4 @@
-"""What went wrong in a run, as sentences."""
+"""Faults of a run, as sentences."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _CREEP: Final = 0.02, 0.05
 _TOO_LONG: Final = {"duration over", "no more scans"}
 """Endings of a run that had no time to arrive; the second is what older runs say."""
 _NAMED: Final = 3
-"""So many places in time are named, the others counted."""
+"""Number of times that are named; the others are counted."""
 
 
 def faults(record: RunRecord, metrics: Mapping[str, Any]) -> list[str]:

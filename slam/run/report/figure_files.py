@@ -8,7 +8,7 @@ from typing import Final
 
 from matplotlib.figure import Figure
 
-from slam.files.whole_files import whole_file
+from slam.files.atomic_files import atomic_file
 from slam.run.pictures.error_curves import paper_curves
 from slam.run.pictures.figure_style import save_figure
 from slam.run.pictures.map_picture import contents_of, map_figure
@@ -34,7 +34,7 @@ def write_figures(records: Sequence[RunRecord], folder: Path) -> int:
 
 
 def run_figures(record: RunRecord) -> Iterator[tuple[str, Figure]]:
-    """Each by the name of its file; those that need the truth only where it is known."""
+    """Figures by the names of their files; those that need the truth only where it is known."""
     traces = record.traces
     yield "map", map_figure(contents_of(record), longest=8.0)
     yield "errors", error_figure(traces)
@@ -52,5 +52,5 @@ def run_figures(record: RunRecord) -> Iterator[tuple[str, Figure]]:
 
 def _write(figure: Figure, path: Path) -> None:
     for kind, metadata in _NAMELESS.items():
-        with whole_file(path.with_name(f"{path.name}.{kind}")) as draft:
+        with atomic_file(path.with_name(f"{path.name}.{kind}")) as draft:
             save_figure(figure, draft, format=kind, dpi=_DPI, metadata=metadata)

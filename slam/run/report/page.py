@@ -10,7 +10,7 @@ from typing import Any, Final
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from slam.files.whole_files import write_whole
+from slam.files.atomic_files import write_atomic
 from slam.run.report.inline_svg import THEMED, inline_svg
 from slam.run.report.run_plots import distance_figure, iterations_figure, timing_figure
 from slam.run.report.run_section import PERCENTILES, RunSection, run_section
@@ -29,7 +29,7 @@ def write_report(records: Sequence[RunRecord], path: Path) -> None:
         run_section(record, f"run{number}", name)
         for number, (record, name) in enumerate(zip(records, names, strict=True), 1)
     ]
-    write_whole(path, _page(sections, _overlays(records, names) if len(records) > 1 else []))
+    write_atomic(path, _page(sections, _overlays(records, names) if len(records) > 1 else []))
 
 
 def _page(sections: Sequence[RunSection], overlays: Sequence[tuple[Markup, str]]) -> str:
@@ -40,9 +40,9 @@ def _page(sections: Sequence[RunSection], overlays: Sequence[tuple[Markup, str]]
     return environment.get_template("page.html").render(
         sections=sections,
         overlays=overlays,
-        compared=rows([section.metrics for section in sections]),
+        compared=metric_rows([section.metrics for section in sections]),
         competes=competes,
-        rows=rows,
+        metric_rows=metric_rows,
         percentiles=PERCENTILES,
     )
 
@@ -70,7 +70,7 @@ class Cell:
     best: bool = False
 
 
-def rows(runs: Sequence[Mapping[str, Any]]) -> list[tuple[Metric, list[Cell], list[Cell]]]:
+def metric_rows(runs: Sequence[Mapping[str, Any]]) -> list[tuple[Metric, list[Cell], list[Cell]]]:
     """Every metric that one of the runs has, with a cell for each run, and one for its dead reckoning; the best of
     several that ended as they should is marked."""
     return [
@@ -81,7 +81,7 @@ def rows(runs: Sequence[Mapping[str, Any]]) -> list[tuple[Metric, list[Cell], li
 
 
 def competes(run: Mapping[str, Any]) -> bool:
-    """Whether the run ended by itself and unharmed: the errors of a shorter way would flatter it."""
+    """True for a run that ended by itself and unharmed: the errors of a shorter way would flatter it."""
     return run.get("ending") in _COMPLETE
 
 

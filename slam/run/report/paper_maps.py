@@ -16,7 +16,7 @@ from slam.run.results.run_record import RunRecord
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanPoints:
-    """Of a run: which scans were mapped, and what they saw."""
+    """Numbers and points of the scans that a run has mapped."""
 
     scans: list[int]
     points: list[FloatArray]
@@ -43,7 +43,7 @@ def scan_points(record: RunRecord) -> ScanPoints:
 
 _PINK, _START, _END = "#e377c2", PAPER.slam, PAPER.odometry
 _EVERY = 20_000
-"""More points are thinned to about so many: the print shows no more."""
+"""Points to which more are thinned: the print shows no more."""
 
 
 def fig_15(record: RunRecord, scans: ScanPoints) -> Figure:

@@ -97,7 +97,7 @@ def iterations_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAP
 
 
 def timing_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure:
-    """How many scans took how long: the whole of SLAM, and of a single run the extraction of lines in it."""
+    """Histogram of the time of a scan: the whole of SLAM, and of a single run the extraction of lines in it."""
     figure, axes = _panel(colours)
     for k, (name, traces) in enumerate(runs):
         mapped = traces.steps[traces.steps["mapped"] == 1]

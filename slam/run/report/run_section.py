@@ -1,4 +1,4 @@
-"""One run as the page shows it."""
+"""The section of the page on one run."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 from markupsafe import Markup
 
 from slam.config import SlamConfig
-from slam.run.pictures.map_picture import contents_of, map_figure, where_it_ends
+from slam.run.pictures.map_picture import contents_of, map_figure
 from slam.run.report.faults import faults
 from slam.run.report.inline_svg import THEMED, inline_svg
 from slam.run.report.run_plots import SIGMAS, distance_figure, error_figure, iterations_figure, timing_figure
@@ -76,7 +76,7 @@ class RunSection:
     faults: list[str]
     log_report: str
     outlined: bool
-    """Whether the true walls are known ..."""
+    """True where the true walls are known ..."""
     truth_known: bool
     """... and the true way."""
     plots: list[tuple[Markup, str]]
@@ -134,7 +134,7 @@ def _plots(record: RunRecord, key: str) -> list[tuple[Markup, str]]:
     known = traces.truth is not None
     against = "Estimate less truth" if known else "Estimate less dead reckoning, as no truth is known"
     contents = contents_of(record)
-    ends = "" if contents.truth is None else f" {where_it_ends(contents, contents.truth)}."
+    ends = "" if contents.truth is None else f" {end_error_text(contents, contents.truth)}."
     band = f" The band is ±{SIGMAS:g} standard deviations, as the estimate claims them." if _has_bounds(record) else ""
     figures = {
         "map": (map_figure(contents, THEMED, 8.4, bare=True), f"From above, metres.{ends}"),

@@ -1,4 +1,4 @@
-"""How good a run was, its localisation in a saved map too: numbers read back from its folder."""
+"""Metrics of a run, and of its localisation in a saved map, from what its folder holds."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _errors(poses: FloatArray, truth: FloatArray, prefix: str) -> dict[str, floa
 
 
 def _work(steps: NDArray[Any]) -> dict[str, Any]:
-    """What the method did and what it cost; iterations and times are of the scans that were matched and mapped."""
+    """Work of the method and its cost; iterations and times are of the scans that were matched and mapped."""
     mapped = steps[steps["mapped"] == 1]
     matched = mapped[mapped["iterations"] > 0]
     slam_ms, extraction_ms = (mapped[name] if len(mapped) else np.zeros(1) for name in ("slam_ms", "extraction_ms"))
@@ -94,5 +94,5 @@ def measure_localization(folder: Path) -> dict[str, Any]:
 
 
 def _first(since: NDArray[np.float64], are: NDArray[np.bool_]) -> float | None:
-    """Seconds to the first scan of which it is so; None for never."""
+    """Seconds to the first scan that ``are`` marks; None for never."""
     return round(float(since[np.argmax(are)]), 6) if are.any() else None

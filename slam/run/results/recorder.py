@@ -7,8 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from slam.files.atomic_files import GrowingGeoJson, GrowingText
 from slam.files.tum import format_tum
-from slam.files.whole_files import GrowingGeoJson, GrowingText
 from slam.pose import FloatArray, Pose2D
 from slam.run.step import Step
 
@@ -82,5 +82,5 @@ def _millimetres(point: Any) -> list[float]:
 
 
 def _covariance(covariance: FloatArray | None) -> list[str]:
-    """Its upper triangle, row by row; empty where there is none."""
+    """Upper triangle of the covariance, row by row; empty where there is none."""
     return [""] * 6 if covariance is None else [f"{value:.9g}" for value in covariance[_UPPER]]

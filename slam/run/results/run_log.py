@@ -12,7 +12,7 @@ from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, deco
 from slam.files.ros.encoder import Encoder, nanoseconds
 from slam.files.ros.mcap_files import McapWriter, mcap_messages
 from slam.files.ros.messages import GROUND_TRUTH, ODOM, SCAN, TF, TF_STATIC, RawMessage
-from slam.files.text_lines import CutShort
+from slam.files.text_lines import TruncatedFile
 from slam.odometry import Odometry
 from slam.pose import Pose2D
 from slam.robot import Observation
@@ -22,7 +22,7 @@ LOG: Final = "log.mcap"
 _SCANS_A_CHUNK: Final = 8
 """At 10 Hz less than a second of a run is lost when it is killed."""
 _BYTES_BESIDE: Final = 1300
-"""Of a scan's other messages."""
+"""Size of a scan's other messages."""
 
 
 class RunLog:
@@ -64,7 +64,7 @@ class RunLog:
 
 
 def logged_observations(path: Path) -> Iterator[Observation]:
-    """What the robot saw, scan by scan; ranges in single precision. InputError when there is no such file."""
+    """Observations of the robot, scan by scan; ranges in single precision. InputError when there is no such file."""
     odometry, truth = Odometry(0.0, Pose2D()), None
     for message in logged_messages(path):
         if message.topic == ODOM:
@@ -94,9 +94,9 @@ def _first_transforms(path: Path, topic: str) -> list[Transform]:
 
 
 def logged_messages(path: Path) -> Iterator[RawMessage]:
-    """All of it, in the order of the file; InputError when there is no such file."""
+    """All messages in the order of the file; InputError when there is no such file."""
     try:
-        with suppress(CutShort):
+        with suppress(TruncatedFile):
             yield from mcap_messages(path)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}; the folder of a run has this file") from error

@@ -1,4 +1,4 @@
-"""What a run wrote step by step, read back from its folder."""
+"""Trajectories and step table of a run, read back from its folder."""
 
 from __future__ import annotations
 

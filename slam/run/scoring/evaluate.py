@@ -25,7 +25,7 @@ class Trajectory(NamedTuple):
 
 
 class Score(NamedTuple):
-    """One measure: the errors of all that it looked at, and of how many there were."""
+    """One measure: its name, its errors, and the number of comparisons that were asked for."""
 
     name: str
     errors: PoseErrors
@@ -33,7 +33,7 @@ class Score(NamedTuple):
 
 
 class Delta(NamedTuple):
-    """Over what the relative error is taken."""
+    """Length of the pieces over which the relative error is taken."""
 
     size: float = 1.0
     unit: Unit = "m"

@@ -17,21 +17,21 @@ MAX_GAP: Final = 10.0
 """Seconds to the nearest pose on both sides, at most, for a pose between two scans."""
 
 
-class AtTimes(NamedTuple):
+class InterpolatedPoses(NamedTuple):
     """Poses (N, 3) at asked times, and whether there are any near enough, (N,)."""
 
     poses: FloatArray
     known: NDArray[np.bool_]
 
 
-def poses_at(times: FloatArray, stamps: FloatArray, poses: FloatArray, max_gap: float = MAX_GAP) -> AtTimes:
+def poses_at(times: FloatArray, stamps: FloatArray, poses: FloatArray, max_gap: float = MAX_GAP) -> InterpolatedPoses:
     """The trajectory at these times, linear between its stamps, which must increase."""
     after = np.clip(np.searchsorted(stamps, times), 1, len(stamps) - 1)
     before_gap, after_gap = times - stamps[after - 1], stamps[after] - times
     inside = (before_gap >= 0) & (after_gap >= 0) & (before_gap <= max_gap) & (after_gap <= max_gap)
     known = inside | (np.minimum(np.abs(before_gap), np.abs(after_gap)) < 1e-3)
     columns = [poses[:, 0], poses[:, 1], np.unwrap(poses[:, 2])]
-    return AtTimes(np.column_stack([np.interp(times, stamps, column) for column in columns]), known)
+    return InterpolatedPoses(np.column_stack([np.interp(times, stamps, column) for column in columns]), known)
 
 
 class PoseErrors(NamedTuple):
@@ -56,7 +56,7 @@ def aligned(poses: FloatArray, onto: FloatArray) -> FloatArray:
 
 
 def absolute_errors(poses: FloatArray, truth: FloatArray, align: bool = True) -> PoseErrors:
-    """Of every pose, after a rigid alignment or as it stands."""
+    """Errors of every pose, after a rigid alignment or as it stands."""
     moved = aligned(poses, truth) if align else poses
     return _sizes(relative_poses(truth, moved))
 
@@ -67,7 +67,7 @@ def absolute_error(poses: FloatArray, truth: FloatArray) -> float:
 
 
 def errors_by_path(poses: FloatArray, truth: FloatArray, length: float) -> PoseErrors:
-    """Of the motions over all pieces of this length, metres, of the true path."""
+    """Errors of the motions over all pieces of this length, metres, of the true path."""
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T))])
     last = np.searchsorted(way, way + length)
     first = np.flatnonzero(last < len(way))
@@ -76,7 +76,7 @@ def errors_by_path(poses: FloatArray, truth: FloatArray, length: float) -> PoseE
 
 
 def errors_by_frames(poses: FloatArray, truth: FloatArray, frames: int) -> PoseErrors:
-    """Of the motions from every pose to the one that many later."""
+    """Errors of the motions from every pose to the one that many later."""
     first = np.arange(max(len(poses) - frames, 0))
     return _motion_errors(poses, truth, first, first + frames)
 

@@ -28,7 +28,7 @@ def read_relations(path: Path) -> FloatArray:
 
 
 def relation_errors(relations: FloatArray, stamps: FloatArray, poses: FloatArray, gap: float = MAX_GAP) -> PoseErrors:
-    """Of every relation whose two times the trajectory covers."""
+    """Errors of every relation whose two times the trajectory covers."""
     first, second = (poses_at(relations[:, column], stamps, poses, gap) for column in (0, 1))
     errors = relative_poses(relations[:, 2:], relative_poses(first.poses, second.poses))[first.known & second.known]
     return PoseErrors(np.hypot(errors[:, 0], errors[:, 1]), np.abs(errors[:, 2]))

@@ -65,7 +65,7 @@ class Pace(NamedTuple):
 
 
 FILE_PACE: Final = Pace(0.85, 0.85)
-"""What kill -9 can cost. The head of a chunk is over 1 kB ..."""
+"""Data that kill -9 can cost. The head of a chunk is over 1 kB ..."""
 LIVE_PACE: Final = Pace(0.09, 0.85)
 """... but eyes want every scan at 10 Hz."""
 _MOST: Final = 256
@@ -73,18 +73,18 @@ _MOST: Final = 256
 
 
 class Batch(NamedTuple):
-    """What goes to the viewers at once."""
+    """Frames, events and map that go to the viewers at once."""
 
     frames: Sequence[Frame]
     trail: Sequence[Frame]
-    """Those whose curves and strokes are due ..."""
+    """Frames whose curves and strokes are due ..."""
     before: Frame | None
-    """... and where the strokes begin."""
+    """... and the frame at which the strokes begin."""
     events: Sequence[Event]
     map: MapSnapshot | None
 
     def chunks(self, plots: Sequence[str]) -> Iterator[Chunk]:
-        """As rerun takes it."""
+        """The batch as rerun takes it."""
         if self.frames:
             yield from frame_chunks(self.frames)
         if self.trail:

@@ -1,4 +1,4 @@
-"""What the viewer opens with: the map from above, y up, beside the curves and the events."""
+"""Layout with which the viewer opens: the map from above, y up, beside the curves and the events."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def blueprint(extent: Extent, plots: Sequence[str]) -> rrb.Blueprint:
 
 
 def extent_of(scene: Scene) -> Extent:
-    """Of all that is known of the world before the first scan."""
+    """Extent of all that is known of the world before the first scan."""
     grown = None if scene.slam is None else scene.slam.points.points
     more = [points for points in (scene.route, scene.around, grown) if points is not None]
     points = np.concatenate([*scene.outlines, *more, np.empty((0, 2))])

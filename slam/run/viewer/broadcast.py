@@ -60,6 +60,6 @@ class Broadcast:
         for batcher in self._batchers:
             batcher.close()
         if self._file is not None and self._unknown and np.isfinite(self._high - self._low).all():
-            self._file.look_at((self._low, self._high))
+            self._file.set_view((self._low, self._high))
         for sink in self._sinks:
             sink.close()

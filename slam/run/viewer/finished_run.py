@@ -10,7 +10,7 @@ import numpy as np
 
 from slam.deskew import deskewed
 from slam.errors import InputError
-from slam.files.whole_files import whole_file
+from slam.files.atomic_files import atomic_file
 from slam.pose import FloatArray, Pose2D
 from slam.run.results.run_record import RunRecord
 from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
@@ -38,7 +38,7 @@ def make_recording(record: RunRecord, path: Path, track: Track) -> None:
     from slam.run.viewer.broadcast import Broadcast
 
     try:
-        with whole_file(path) as draft:
+        with atomic_file(path) as draft:
             draft.touch()
             with Broadcast([draft], [], scene_of(record), print) as broadcast:
                 for _ in track(show_finished(record, broadcast), len(record.traces.stamps)):

@@ -47,7 +47,7 @@ class EventDetector:
         self._on: dict[str, bool] = {}
 
     def detect(self, step: Step) -> Iterator[Event]:
-        """What is new in this step."""
+        """Events that begin or end in this step."""
         for level, text in self._news(step):
             yield Event(step.index, step.estimate.stamp, level, text)
 
@@ -75,7 +75,7 @@ class EventDetector:
 
 
 def frame_of(step: Step, T_map_odom: Pose2D, T_base_laser: Pose2D, deskew: bool) -> Frame:
-    """What is shown of a step; the scan is mended as the method mends it."""
+    """Frame of a step; the scan is deskewed as the method deskews it."""
     estimate, scan, odometry = step.estimate, step.observation.scan, step.observation.odometry
     if deskew:
         scan = deskewed(scan, odometry.twist, T_base_laser)

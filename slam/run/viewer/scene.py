@@ -49,7 +49,7 @@ class Frame:
 
     @property
     def robot(self) -> Pose2D:
-        """Where the robot is drawn: where it is thought to be, or is."""
+        """Pose at which the robot is drawn: the estimate, or else the truth, or else dead reckoning."""
         return self.slam or self.truth or self.odometry
 
 
@@ -103,19 +103,19 @@ class Scene:
 
     T_base_laser: Pose2D
     T_map_odom: Pose2D = _ORIGIN
-    """Where dead reckoning begins."""
+    """Start of dead reckoning."""
     slam: Estimator | None = None
-    """Whose map is shown as it grows."""
+    """Estimator whose map is shown as it grows."""
     deskew: bool = False
-    """Whether the method mends the skew of the scans."""
+    """True where the method undoes the skew of the scans."""
     outlines: tuple[FloatArray, ...] = ()
-    """Of what the lidar can see of the true world: closed polygons (V, 2)."""
+    """Outlines of the true world that the lidar can see: closed polygons (V, 2)."""
     route: FloatArray | None = None
     """Way-points (W, 2), from the start on."""
     around: FloatArray | None = None
-    """More points (N, 2) that the eye should see."""
+    """Additional points (N, 2) that the first view should show."""
     plots: tuple[str, ...] = tuple(PLOTS)
-    """Which of the curves there are."""
+    """Names of the curves that are shown."""
 
 
 def planned_route(scenario: Scenario) -> FloatArray | None:

@@ -1,4 +1,4 @@
-"""Where chunks go: into .rrd files, or over gRPC to a viewer, which may be slow, come late, and go."""
+"""Sinks of chunks: .rrd files, or over gRPC a viewer, which may be slow, come late, and go."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import rerun as rr
 
 from slam.run.viewer.blueprint import Extent, blueprint, extent_of
 from slam.run.viewer.chunks import Chunk
-from slam.run.viewer.rerun_program import listens
+from slam.run.viewer.rerun_program import is_listening
 from slam.run.viewer.scene import Scene
 from slam.run.viewer.static_entities import static_entities
 
@@ -50,7 +50,7 @@ class RecordingSink:
         """Write a batch."""
         _send(self._stream, chunks)
 
-    def look_at(self, extent: Extent) -> None:
+    def set_view(self, extent: Extent) -> None:
         """Let whoever opens the file see this."""
         self._stream.send_blueprint(blueprint(extent, self._plots))
 
@@ -104,7 +104,7 @@ class ViewerSink:
         if monotonic() < self._look_at:
             return
         self._look_at = monotonic() + _RETRY
-        if listens(self._url):
+        if is_listening(self._url):
             self._stream = _stream([rr.GrpcSink(self._url)], self._scene)
         elif not self._missed:
             self._missed = True

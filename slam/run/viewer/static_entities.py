@@ -1,4 +1,4 @@
-"""What stands still: the true walls, the planned route, the outline of the robot, colours and sizes."""
+"""Entities that never change: the true walls, the planned route, the outline of the robot, colours and sizes."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 import rerun as rr
 
 from slam.run.viewer import palette
-from slam.run.viewer.chunks import raised
+from slam.run.viewer.chunks import at_height
 from slam.run.viewer.scene import PLOTS, Scene
 
 _BODY: Final = np.array([[0.21, -0.10], [0.21, 0.10], [0.13, 0.19], [-0.30, 0.19], [-0.30, -0.19], [0.13, -0.19]])
-"""Of the P3-DX, base frame, metres."""
+"""Outline of the P3-DX, base frame, metres."""
 _NOSE: Final = np.array([[0.0, -0.09], [0.17, 0.0], [0.0, 0.09]])
 
 
 def static_entities(scene: Scene) -> Iterator[tuple[str, rr.AsComponents]]:
     """Entities that are logged once, and the looks of those that are logged scan by scan."""
-    walls = [raised(np.vstack([outline, outline[:1]]), -0.01) for outline in scene.outlines]
+    walls = [at_height(np.vstack([outline, outline[:1]]), -0.01) for outline in scene.outlines]
     yield "map/walls", rr.LineStrips3D(walls, colors=palette.TRUE_WALLS, radii=rr.Radius.ui_points(0.75))
     if scene.route is not None and len(scene.route) > 1:
-        way = raised(scene.route, -0.005)
+        way = at_height(scene.route, -0.005)
         yield "map/route", rr.LineStrips3D([way], colors=palette.ROUTE, radii=rr.Radius.ui_points(0.75))
         yield "map/route/waypoints", rr.Points3D(way, colors=palette.ROUTE, radii=rr.Radius.ui_points(3.0))
     yield from _robot()
@@ -32,10 +32,10 @@ def static_entities(scene: Scene) -> Iterator[tuple[str, rr.AsComponents]]:
 
 def _robot() -> Iterator[tuple[str, rr.AsComponents]]:
     for name, shape, colour in (("body", _BODY, palette.BODY), ("nose", _NOSE, palette.SLAM)):
-        corners = raised(shape, 0.0 if name == "body" else 0.005)
+        corners = at_height(shape, 0.0 if name == "body" else 0.005)
         fan = [(0, i, i + 1) for i in range(1, len(shape) - 1)]
         yield f"map/robot/{name}", rr.Mesh3D(vertex_positions=corners, triangle_indices=fan, albedo_factor=colour)
-    outline = raised(np.vstack([_BODY, _BODY[:1]]), 0.01)
+    outline = at_height(np.vstack([_BODY, _BODY[:1]]), 0.01)
     yield "map/robot/outline", rr.LineStrips3D([outline], colors=palette.SLAM, radii=rr.Radius.ui_points(1.0))
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, Self
 
 from slam.console.terminal import Terminal
 from slam.errors import InputError
-from slam.run.viewer.rerun_program import listens
+from slam.run.viewer.rerun_program import is_listening
 from slam.run.viewer.targets import GRPC_PORT, Target, parse_targets
 
 if TYPE_CHECKING:
@@ -25,11 +25,11 @@ NO_DISPLAY: Final = (
 )
 
 _QUIET: Final = "warn,re_grpc_client=off,re_sdk::recording_stream=off"
-"""That a viewer has gone is told by us, in one line."""
+"""Log levels of rerun: this program itself says, in one line, that a viewer has gone."""
 
 
 class Viewers:
-    """What ``--rerun`` asks for. Leaving the block ends the servers; a viewer's window stays."""
+    """Everything that ``--rerun`` asks for. Leaving the block ends the servers; a viewer's window stays."""
 
     def __init__(self, targets: str | Iterable[str] = (), console: Terminal | None = None) -> None:
         self._targets = parse_targets(targets)
@@ -73,7 +73,7 @@ class Viewers:
                 server.wait()
 
     def _url(self, target: Target) -> str | None:
-        """Of the viewer to send to, after it was started; None for a file, and where there cannot be one."""
+        """Address of the viewer to send to, after it was started; None for a file, and where there cannot be one."""
         if target.kind == "file":
             return None
         if target.kind == "spawn":
@@ -84,7 +84,7 @@ class Viewers:
         from slam.run.viewer.rerun_program import data_address, has_display, spawn_viewer
 
         url = data_address(GRPC_PORT)
-        if not files and listens(url):
+        if not files and is_listening(url):
             return url
         if not has_display():
             self.say(NO_DISPLAY)
@@ -107,7 +107,7 @@ class Viewers:
     def _sent(self, recording: Path, url: str) -> None:
         from slam.run.viewer.sinks import send_file
 
-        if not listens(url):
+        if not is_listening(url):
             raise InputError(f"--rerun connect: no viewer at {url}; start one there with: rerun")
         send_file(recording, url)
         self.say(f"sent to {url}")

@@ -13,16 +13,16 @@ from typing import Any
 from slam.closing import Closing
 
 
-def write_whole(path: Path, text: str) -> None:
+def write_atomic(path: Path, text: str) -> None:
     """Write a text file so that a reader finds the old content or the new, never a part: write, fsync, rename."""
-    with whole_file(path) as draft, draft.open("w", encoding="utf-8") as file:
+    with atomic_file(path) as draft, draft.open("w", encoding="utf-8") as file:
         file.write(text)
         file.flush()
         os.fsync(file.fileno())
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def atomic_file(path: Path) -> Iterator[Path]:
     """A draft to write to, which takes the name ``path`` when the block is left without an error."""
     draft = path.with_name(f".draft-{path.name}")
     try:
@@ -33,8 +33,8 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def whole_folder(path: Path) -> Iterator[Path]:
-    """Where to make and fill a folder, which takes the place ``path`` when the block is left without an error."""
+def atomic_folder(path: Path) -> Iterator[Path]:
+    """A place to make and fill a folder, which moves to ``path`` when the block is left without an error."""
     drafts = path.with_name(f".draft-{path.name}")
     shutil.rmtree(drafts, ignore_errors=True)
     drafts.mkdir()

@@ -14,7 +14,7 @@ import numpy as np
 from markupsafe import Markup
 
 from slam.config import SlamConfig
-from slam.run.pictures.map_picture import contents_of, map_figure
+from slam.run.pictures.map_picture import contents_of, end_error_text, map_figure
 from slam.run.report.faults import faults
 from slam.run.report.inline_svg import THEMED, inline_svg
 from slam.run.report.run_plots import SIGMAS, distance_figure, error_figure, iterations_figure, timing_figure

@@ -16,6 +16,9 @@ ENDING_SIGNALS: Final = tuple(
 _HANG_UP: Final = getattr(signal, "SIGHUP", None)
 
 
+_suspensions = 0
+
+
 @contextmanager
 def signal_handler(handler: Callable[[int, FrameType | None], object], numbers: Iterable[int]) -> Iterator[None]:
     """Handle these signals while the block runs; only the main thread can.
@@ -28,9 +31,6 @@ def signal_handler(handler: Callable[[int, FrameType | None], object], numbers: 
                 if number != _HANG_UP or signal.getsignal(number) is not signal.SIG_IGN:
                     before.callback(signal.signal, number, signal.signal(number, handler))
         yield
-
-
-_suspensions = 0
 
 
 def count_suspensions() -> int:

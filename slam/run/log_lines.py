@@ -22,6 +22,7 @@ CSV_COLUMNS: Final = (
     "scan", "start_x", "start_y", "end_x", "end_y", "beams", "rho", "theta", "var_rho", "var_theta", "cov_rho_theta",
 )  # fmt: skip
 CSV_HEADER: Final = ",".join(CSV_COLUMNS) + "\n"
+METHODS: Final = ("paper", "chi_square")
 
 
 def csv_lines(scan: int, segments: Segments) -> str:
@@ -53,9 +54,6 @@ def _values(segments: Segments) -> Iterator[tuple[Any, ...]]:
 
 def _text(value: float | None) -> str:
     return "" if value is None else f"{value:.9g}"
-
-
-METHODS: Final = ("paper", "chi_square")
 
 
 @dataclass(frozen=True, slots=True)

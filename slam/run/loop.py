@@ -22,6 +22,7 @@ Ending = Literal["arrived", "collided", "duration over", "no more scans", "inter
 """Reason for which a run ends, as in ``metrics.json``. Until 0.1 ``no more scans`` also meant ``duration over``."""
 _NO_TIME: Final = 2.5
 """Scan times before the end of the duration: where fewer are left, it is the reason why no scan comes."""
+Taken = TypeVar("Taken")
 
 
 def run_loop(
@@ -60,9 +61,6 @@ def run_loop(
 
 def _action(twist: Twist2D) -> NDArray[np.float32]:
     return np.array([twist.linear, twist.angular], np.float32)
-
-
-Taken = TypeVar("Taken")
 
 
 def step_patiently(step: Callable[[Twist2D], Taken], command: Twist2D, patience: float) -> tuple[Taken, int]:

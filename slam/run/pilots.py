@@ -15,6 +15,21 @@ from slam.scan import LaserScan
 from slam.scenario.schema import Route
 from slam.scenario.values import Point
 
+_TURN_GAIN = 1.5
+"""Turning speed for each radian that the way-point lies off the heading, 1/s."""
+_TURN_FIRST = 0.6
+"""With the way-point farther off the heading than this, radians, the robot turns on the spot."""
+_WANDER_SPEED: Final = 0.5
+"""Largest speed of a wandering robot, m/s ..."""
+_WANDER_TURN_SPEED: Final = 0.8
+"""... and its largest turning speed, rad/s."""
+_FREE_HALF_WIDTH: Final = 0.35
+"""Metres to each side of the middle that must be free ahead."""
+_STOP_DISTANCE: Final = 0.5
+"""The robot turns on the spot when something is nearer ahead than this, metres ..."""
+_GO_DISTANCE: Final = 0.9
+"""... and until nothing is nearer than this."""
+
 
 class RouteProgress:
     """Way-points that are passed one after another, each within ``arrival`` metres of it."""
@@ -48,12 +63,6 @@ class RouteProgress:
                 return
             self._next += 1
         self.left = 0.0
-
-
-_TURN_GAIN = 1.5
-"""Turning speed for each radian that the way-point lies off the heading, 1/s."""
-_TURN_FIRST = 0.6
-"""With the way-point farther off the heading than this, radians, the robot turns on the spot."""
 
 
 class Pilot(Protocol):
@@ -114,18 +123,6 @@ class ReplayPilot:
         return Twist2D()
 
 
-SPEED: Final = 0.5
-"""m/s, at most ..."""
-TURN_SPEED: Final = 0.8
-"""... and rad/s."""
-HALF_WIDTH: Final = 0.35
-"""Metres to each side of the middle that must be free ahead."""
-STOP: Final = 0.5
-"""The robot turns on the spot when something is nearer ahead than this, metres ..."""
-GO: Final = 0.9
-"""... and until nothing is nearer than this."""
-
-
 class Wanderer:
     """Goes where there is room, turns where there is none, and is never done; the pose is not asked for."""
 
@@ -137,11 +134,14 @@ class Wanderer:
     def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D:
         """Command from what the scan shows."""
         ahead, side = _room(scan)
-        if ahead < (GO if self._turning else STOP):
-            self._turning = self._turning or float(np.copysign(TURN_SPEED, side))
+        if ahead < (_GO_DISTANCE if self._turning else _STOP_DISTANCE):
+            self._turning = self._turning or float(np.copysign(_WANDER_TURN_SPEED, side))
             return Twist2D(0.0, self._turning)
         self._turning = 0.0
-        return Twist2D(min(SPEED, ahead - 0.4 * STOP), float(np.clip(side, -TURN_SPEED, TURN_SPEED)))
+        return Twist2D(
+            min(_WANDER_SPEED, ahead - 0.4 * _STOP_DISTANCE),
+            float(np.clip(side, -_WANDER_TURN_SPEED, _WANDER_TURN_SPEED)),
+        )
 
 
 def _room(scan: LaserScan) -> tuple[float, float]:
@@ -149,7 +149,7 @@ def _room(scan: LaserScan) -> tuple[float, float]:
     ranges = np.where(scan.echoes, scan.ranges, np.where(np.isposinf(scan.ranges), scan.range_max, np.inf))
     known, angles = np.isfinite(ranges), scan.bearings
     x, y = ranges[known] * np.cos(angles[known]), ranges[known] * np.sin(angles[known])
-    ahead = x[(np.abs(y) < HALF_WIDTH) & (x > 0.0)]
+    ahead = x[(np.abs(y) < _FREE_HALF_WIDTH) & (x > 0.0)]
     front = np.abs(angles[known]) < 0.5 * np.pi
     side = float(y[front].sum() / max(np.abs(y[front]).sum(), 1e-9)) if front.any() else 0.0
     return float(ahead.min()) if len(ahead) else 0.0, side

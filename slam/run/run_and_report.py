@@ -14,6 +14,18 @@ from slam.run.experiment import Experiment
 from slam.run.results.metric_table import METRICS, Metric
 from slam.run.viewer.viewers import Viewers
 
+_ERRORS: Final = (
+    "ate_rmse_m", "ate_max_m", "final_m", "x_max_abs_m", "y_max_abs_m", "heading_rmse_deg", "heading_max_abs_deg",
+)  # fmt: skip
+_AFTER: Final = ("sure_after_s", "right_after_s")
+_FACTS: Final = (
+    ("scans (mapped)", "{scans} ({updates})"),
+    ("path, time", "{path_m:.1f} m, {duration_s:.1f} s ({real_time_factor:.1f} x real time)"),
+    ("iterations", "mean {iterations_mean:.0f}, max {iterations_max}; {not_converged} of {updates} did not settle"),
+    ("SLAM a mapped scan", "median {slam_ms_median:.2f} ms, p99 {slam_ms_p99:.2f} ms"),
+    ("map", "{map_points} points or surfels; {segments} segments seen"),
+)
+
 
 def run_and_report(experiment: Experiment, out: Path | None, rerun: list[str] | None, console: Terminal) -> None:
     """Run the experiment, print its summary, and keep the web viewer open until Ctrl-C where there is one.
@@ -29,19 +41,6 @@ def run_and_report(experiment: Experiment, out: Path | None, rerun: list[str] | 
         if outcome.ending == "interrupted":
             raise typer.Exit(128 + outcome.signal)
         viewers.serve_until_interrupted()
-
-
-_ERRORS: Final = (
-    "ate_rmse_m", "ate_max_m", "final_m", "x_max_abs_m", "y_max_abs_m", "heading_rmse_deg", "heading_max_abs_deg",
-)  # fmt: skip
-_AFTER: Final = ("sure_after_s", "right_after_s")
-_FACTS: Final = (
-    ("scans (mapped)", "{scans} ({updates})"),
-    ("path, time", "{path_m:.1f} m, {duration_s:.1f} s ({real_time_factor:.1f} x real time)"),
-    ("iterations", "mean {iterations_mean:.0f}, max {iterations_max}; {not_converged} of {updates} did not settle"),
-    ("SLAM a mapped scan", "median {slam_ms_median:.2f} ms, p99 {slam_ms_p99:.2f} ms"),
-    ("map", "{map_points} points or surfels; {segments} segments seen"),
-)
 
 
 def summary_tables(metrics: dict[str, Any]) -> Iterator[TerminalTable]:

@@ -15,6 +15,10 @@ from slam.files.logs.log import BagTopics, Log
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.text_lines import TruncatedFile, read_lines
 
+_NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
+_HEAD: Final = 200
+"""The format shows in one of that many first lines."""
+
 
 class LogFormat(Protocol):
     """A module that reads one format."""
@@ -29,9 +33,6 @@ class LogFormat(Protocol):
 
 
 _FORMATS: Final[tuple[LogFormat, ...]] = (carmen, urg_text)
-_NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
-_HEAD: Final = 200
-"""The format shows in one of that many first lines."""
 
 
 def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:

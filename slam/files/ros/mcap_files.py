@@ -18,6 +18,9 @@ from slam.files.ros.encoder import Encoder
 from slam.files.ros.messages import TYPES, RawMessage, ros2_type
 from slam.files.text_lines import TruncatedFile
 
+_LARGEST_RECORD: Final = 1 << 30
+_DAMAGE: Final = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, RuntimeError, MemoryError)
+
 
 class McapWriter:
     """Messages in CDR on the topics of a run, appended to a file in chunks packed with zstd."""
@@ -54,10 +57,6 @@ class McapWriter:
             self._schemas[name] = self._writer.register_schema(name, "ros2msg", definition)
         self._channels[topic] = self._writer.register_channel(topic, "cdr", self._schemas[name])
         return self._channels[topic]
-
-
-_LARGEST_RECORD: Final = 1 << 30
-_DAMAGE: Final = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, RuntimeError, MemoryError)
 
 
 def mcap_messages(path: Path) -> Generator[RawMessage]:

@@ -17,6 +17,13 @@ from slam.run.results.run_record import RunRecord
 
 _CHUNK_SIZE: Final = 1 << 20
 """Bytes, as usual for recorders."""
+_VERSION: Final = 8
+_NEVER: Final = QosTime(2147483647, 4294967295)
+_LATCHED: Final = Qos(
+    QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, _NEVER, _NEVER,
+    QosLiveliness.AUTOMATIC, _NEVER, False,
+)  # fmt: skip
+"""Quality of service by which late listeners get the static transforms too."""
 
 
 def write_mcap(record: RunRecord, out: Path) -> None:
@@ -26,15 +33,6 @@ def write_mcap(record: RunRecord, out: Path) -> None:
         for message in logged_messages(record.folder / LOG):
             writer.write(message.topic, message.time, message.data)
         writer.close()
-
-
-_VERSION: Final = 8
-_NEVER: Final = QosTime(2147483647, 4294967295)
-_LATCHED: Final = Qos(
-    QosHistory.KEEP_LAST, 1, QosReliability.RELIABLE, QosDurability.TRANSIENT_LOCAL, _NEVER, _NEVER,
-    QosLiveliness.AUTOMATIC, _NEVER, False,
-)  # fmt: skip
-"""Quality of service by which late listeners get the static transforms too."""
 
 
 def write_rosbag2(record: RunRecord, out: Path) -> None:

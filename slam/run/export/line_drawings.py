@@ -13,6 +13,23 @@ from slam.optional import optional
 from slam.pose import FloatArray
 from slam.run.results.run_record import RunRecord
 
+_MARGIN: Final = 0.5
+"""Metres around all that is drawn."""
+_PIXELS: Final = 1200.0
+"""Length of the longer side, where a viewer asks; it can be scaled at will."""
+_PAGE: Final = """\
+<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" \
+viewBox="{left:.3f} {top:.3f} {w:.3f} {h:.3f}">
+<rect x="{left:.3f}" y="{top:.3f}" width="{w:.3f}" height="{h:.3f}" fill="white"/>
+<g transform="scale(1,-1)" fill="none" stroke-linecap="round">
+<g id="walls" stroke="black" stroke-width="0.04">
+{walls}
+</g>
+<polyline id="trajectory" stroke="#0072b2" stroke-width="0.03" points="{way}"/>
+</g>
+</svg>
+"""
+
 
 def write_geojson(record: RunRecord, out: Path) -> None:
     """Write a FeatureCollection with ``frame`` and ``unit``; a LineString for each wall, with its ``length``."""
@@ -41,24 +58,6 @@ def write_dxf(record: RunRecord, out: Path) -> None:
         space.add_lwpolyline(way, dxfattribs={"layer": "TRAJECTORY"})
     with atomic_file(out) as draft:
         drawing.saveas(draft)
-
-
-_MARGIN: Final = 0.5
-"""Metres around all that is drawn."""
-_PIXELS: Final = 1200.0
-"""Length of the longer side, where a viewer asks; it can be scaled at will."""
-_PAGE: Final = """\
-<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" \
-viewBox="{left:.3f} {top:.3f} {w:.3f} {h:.3f}">
-<rect x="{left:.3f}" y="{top:.3f}" width="{w:.3f}" height="{h:.3f}" fill="white"/>
-<g transform="scale(1,-1)" fill="none" stroke-linecap="round">
-<g id="walls" stroke="black" stroke-width="0.04">
-{walls}
-</g>
-<polyline id="trajectory" stroke="#0072b2" stroke-width="0.03" points="{way}"/>
-</g>
-</svg>
-"""
 
 
 def write_svg(record: RunRecord, out: Path) -> None:

@@ -21,6 +21,14 @@ from slam.pose import FloatArray, Pose2D
 from slam.run.results.run_record import RunRecord
 
 CountArray = NDArray[np.int32]
+_HIT_SHARE: Final = 0.25
+"""Share of the beams that reached a cell and ended there, from which it is taken to be occupied, as in GMapping."""
+_MOST_CELLS: Final = 100_000_000
+_CELL: Final = 0.05
+"""Metres."""
+_OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205
+_FREE_THRESH: Final = 0.196
+"""Just below what 205 stands for, 50 / 255: every map_server, old or new, takes it for unknown."""
 
 
 @compiled
@@ -54,11 +62,6 @@ def count_rays(
             hits[row, column] += 1
         else:
             passes[row, column] += 1
-
-
-_HIT_SHARE: Final = 0.25
-"""Share of the beams that reached a cell and ended there, from which it is taken to be occupied, as in GMapping."""
-_MOST_CELLS: Final = 100_000_000
 
 
 class Beams(NamedTuple):
@@ -122,13 +125,6 @@ def _beams(record: RunRecord) -> Iterator[Beams]:
         bearings, reach = scan.bearings[told], reach[told]
         ends = np.column_stack([reach * np.cos(bearings), reach * np.sin(bearings)])
         yield Beams(T_map_laser.translation, T_map_laser.transform(ends), echoes[told])
-
-
-_CELL: Final = 0.05
-"""Metres."""
-_OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205
-_FREE_THRESH: Final = 0.196
-"""Just below what 205 stands for, 50 / 255: every map_server, old or new, takes it for unknown."""
 
 
 def write_ros_map(record: RunRecord, out: Path) -> None:

@@ -16,6 +16,11 @@ from slam.run.pictures.figure_style import PAPER, plain_axes, save_figure
 from slam.run.results.traces import Traces, pose_errors
 
 _ROWS = (("x", 100.0, "cm"), ("y", 100.0, "cm"), ("heading", 180.0 / np.pi, "deg"))
+_ERRORS = (
+    ("fig17", 100.0, "error in the X-axis [cm]"),
+    ("fig18", 100.0, "error in the Y-axis [cm]"),
+    ("fig19", 180.0 / np.pi, "error of the sensor angle φ [deg]"),
+)
 
 
 def draw_errors(folder: Path) -> None:
@@ -43,13 +48,6 @@ def draw_errors(folder: Path) -> None:
     figure.suptitle(title, fontsize="medium", color=PAPER.ink)
     with atomic_file(folder / "errors.png") as draft:
         save_figure(figure, draft)
-
-
-_ERRORS = (
-    ("fig17", 100.0, "error in the X-axis [cm]"),
-    ("fig18", 100.0, "error in the Y-axis [cm]"),
-    ("fig19", 180.0 / np.pi, "error of the sensor angle φ [deg]"),
-)
 
 
 def paper_curves(traces: Traces) -> Iterator[tuple[str, Figure]]:

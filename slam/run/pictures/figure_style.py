@@ -10,6 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 _DASHES: Final = ("-", "--", ":", "-.")
+_MARGIN: Final = 0.1
+"""Inches around all that is drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,10 +40,6 @@ class Palette:
 
 PAPER = Palette()
 """Dark on white."""
-
-
-_MARGIN: Final = 0.1
-"""Inches around all that is drawn."""
 
 
 def save_figure(figure: Figure, file: str | Path | IO[Any], **options: Any) -> None:

@@ -20,6 +20,11 @@ _PIECE: Final = 0.08
 """Walls appear in pieces of this length, metres ..."""
 _NEAR: Final = 0.12
 """... when a point of a scan lies so near to one, metres."""
+_RATE: Final = 10.0
+"""Pictures a second."""
+_STILL: Final = 2500
+"""Milliseconds for which the last one stands."""
+_FORMATS: Final = {".webp": "WEBP", ".gif": "GIF"}
 
 
 class GrowingLines(Protocol):
@@ -73,13 +78,6 @@ def _pieces(walls: FloatArray) -> FloatArray:
         corners = np.linspace(start, end, 1 + max(1, round(float(np.hypot(*(end - start))) / _PIECE)))
         parts.append(np.stack([corners[:-1], corners[1:]], axis=1))
     return np.concatenate(parts)
-
-
-_RATE: Final = 10.0
-"""Pictures a second."""
-_STILL: Final = 2500
-"""Milliseconds for which the last one stands."""
-_FORMATS: Final = {".webp": "WEBP", ".gif": "GIF"}
 
 
 def write_animation(record: RunRecord, path: Path, seconds: float = 8.0, width: int = 960) -> None:

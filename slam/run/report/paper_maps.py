@@ -13,6 +13,10 @@ from slam.pose import FloatArray, Pose2D
 from slam.run.pictures.figure_style import PAPER
 from slam.run.results.run_record import RunRecord
 
+_PINK, _START, _END = "#e377c2", PAPER.slam, PAPER.odometry
+_EVERY = 20_000
+"""Points to which more are thinned: the print shows no more."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ScanPoints:
@@ -39,11 +43,6 @@ def scan_points(record: RunRecord) -> ScanPoints:
     mapped = record.traces.steps["mapped"] == 1
     seen = [(k, o.scan.points()) for k, (o, use) in enumerate(zip(record.observations(), mapped, strict=False)) if use]
     return ScanPoints([k for k, _ in seen], [points for _, points in seen], record.T_base_laser)
-
-
-_PINK, _START, _END = "#e377c2", PAPER.slam, PAPER.odometry
-_EVERY = 20_000
-"""Points to which more are thinned: the print shows no more."""
 
 
 def fig_15(record: RunRecord, scans: ScanPoints) -> Figure:

@@ -24,6 +24,7 @@ from slam.scenario.schema import Scenario
 
 _LONGEST: Final = 60
 """Characters of a value; a longer list is counted."""
+PERCENTILES = (50, 90, 99, 100)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,9 +57,6 @@ def _text(value: Any) -> str:
     if len(text) <= _LONGEST:
         return text
     return f"{len(value)} entries" if isinstance(value, list | dict) else f"{text[:_LONGEST]} …"
-
-
-PERCENTILES = (50, 90, 99, 100)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from slam.pose import FloatArray
 from slam.run.results.traces import Traces, pose_errors
 
+RIGHT: Final = 0.3, float(np.radians(5.0))
+"""A pose is right when it is no farther from the true one, metres and radians."""
+
 
 def measure(folder: Path) -> dict[str, Any]:
     """The metrics of a run folder; errors only where it has ``groundtruth.tum``, and only ``scans`` = 0 for no step.
@@ -66,10 +69,6 @@ def _work(steps: NDArray[Any]) -> dict[str, Any]:
         "map_points": int(steps["map_points"][-1]),
         "segments": int(steps["segments"].sum()),
     }
-
-
-RIGHT: Final = 0.3, float(np.radians(5.0))
-"""A pose is right when it is no farther from the true one, metres and radians."""
 
 
 def measure_localization(folder: Path) -> dict[str, Any]:

@@ -17,6 +17,9 @@ _LEAST_WAIT: Final = 20
 """Scans."""
 _MOST_POINTS, _MOST_LINES = 4000, 2000
 """A larger map is thinned evenly."""
+Send = Callable[[Sequence[Chunk]], None]
+_MOST: Final = 256
+"""Scans in a batch, however fast they come."""
 
 
 class MapSnapshot(NamedTuple):
@@ -53,9 +56,6 @@ def _thinned(array: FloatArray, most: int) -> FloatArray:
     return array[:: len(array) // most + 1].copy()  # the map goes on growing
 
 
-Send = Callable[[Sequence[Chunk]], None]
-
-
 class Pace(NamedTuple):
     """Seconds of wall time between two batches, of the scans and of what changes slowly, or costs most."""
 
@@ -68,8 +68,6 @@ FILE_PACE: Final = Pace(0.85, 0.85)
 """Data that kill -9 can cost. The head of a chunk is over 1 kB ..."""
 LIVE_PACE: Final = Pace(0.09, 0.85)
 """... but eyes want every scan at 10 Hz."""
-_MOST: Final = 256
-"""Scans in a batch, however fast they come."""
 
 
 class Batch(NamedTuple):

@@ -15,6 +15,7 @@ from slam.run.viewer.palette import Colour
 from slam.scenario.schema import Scenario
 
 Level = Literal["INFO", "WARN", "ERROR"]
+_ORIGIN = Pose2D()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,9 +93,6 @@ PLOTS: Final = {
     ),
     "command": Plot("command, m/s and rad/s", ("v", "omega"), lambda frame: frame.command),
 }
-
-
-_ORIGIN = Pose2D()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.run.results.traces import Traces, pose_errors
+from slam.run.results.traces import Traces, distance_travelled, pose_errors
 
 STATIONS: Final = 64
 """Places along the way, evenly from its start to its end."""
@@ -19,6 +19,6 @@ def error_curve(folder: Path) -> list[float] | None:
     if traces is None or traces.truth is None:
         return None
     errors = np.hypot(*pose_errors(traces.estimate, traces.truth)[:, :2].T)
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(traces.truth[:, :2], axis=0).T))])
+    way = distance_travelled(traces.truth)
     at = np.linspace(0.0, way[-1], STATIONS)
     return [round(value, 6) for value in np.interp(at, way, errors).tolist()]

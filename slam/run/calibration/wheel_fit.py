@@ -13,6 +13,7 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.pose import FloatArray
+from slam.run.results.traces import wrapped
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +42,7 @@ class WheelFit:
 
 def wheel_travels(odometry: FloatArray, track: float) -> tuple[FloatArray, FloatArray]:
     """Ways of the left and the right wheel between K poses (K, 3), metres, (K - 1,): eqs. (38)-(42) backwards."""
-    turns = _wrapped(np.diff(odometry[:, 2]))
+    turns = wrapped(np.diff(odometry[:, 2]))
     headings = odometry[:-1, 2] + turns / 2.0
     steps = np.diff(odometry[:, :2], axis=0)
     chords = steps[:, 0] * np.cos(headings) + steps[:, 1] * np.sin(headings)
@@ -73,7 +74,7 @@ def fit_wheels(legs: Sequence[Leg], track: float) -> WheelFit:
     ways = [wheel_travels(leg.odometry, track) for leg in legs]
     totals = np.array([(-left.sum(), right.sum()) for left, right in ways]).reshape(-1, 2)
     believed = np.array([_net_turn(leg.odometry) for leg in legs])
-    turned = believed + _wrapped(np.array([_turn(leg.truth) for leg in legs]) - believed)
+    turned = believed + wrapped(np.array([_turn(leg.truth) for leg in legs]) - believed)
     if np.linalg.matrix_rank(totals, tol=0.1) < 2:
         raise InputError("the wheels cannot be told from this drive; it needs straight ways and turns")
     per_track = np.linalg.lstsq(totals, turned, rcond=None)[0]  # of each wheel's way, radians a metre
@@ -106,8 +107,4 @@ def _turn(poses: FloatArray) -> float:
 
 def _net_turn(poses: FloatArray) -> float:
     """Turn from the first pose to the last, radians; more than half a turn is counted as such."""
-    return float(_wrapped(np.diff(poses[:, 2])).sum())
-
-
-def _wrapped(angles: FloatArray) -> FloatArray:
-    return (angles + np.pi) % (2.0 * np.pi) - np.pi
+    return float(wrapped(np.diff(poses[:, 2])).sum())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 import numpy as np
 from PIL import Image
@@ -27,14 +27,6 @@ _STILL: Final = 2500
 _FORMATS: Final = {".webp": "WEBP", ".gif": "GIF"}
 
 
-class GrowingLines(Protocol):
-    """A map of lines that grows scan by scan."""
-
-    def seen(self, scan: int, points: FloatArray) -> FloatArray:
-        """New lines (M, 2, 2), metres, map frame, at this scan, whose points (N, 2) are in the map frame."""
-        ...
-
-
 class SeenWalls:
     """The walls of the saved map, each piece from when it was first seen."""
 
@@ -42,7 +34,7 @@ class SeenWalls:
         self._unseen = _pieces(walls)
 
     def seen(self, scan: int, points: FloatArray) -> FloatArray:
-        """The pieces near the points that no earlier scan was near."""
+        """New pieces (M, 2, 2), metres, map frame: those near the points (N, 2) of this scan and of no earlier one."""
         if not len(points) or not len(self._unseen):
             return self._unseen[:0]
         distance, _ = cKDTree(points).query(self._unseen.mean(axis=1), distance_upper_bound=_NEAR)
@@ -60,13 +52,13 @@ class SeenSegments:
         self._drawn = 0
 
     def seen(self, scan: int, points: FloatArray) -> FloatArray:
-        """Segments of this scan and of the ones that were left out."""
+        """New segments (M, 2, 2), metres, map frame: those of this scan and of the ones that were left out."""
         begin, self._drawn = self._drawn, int(np.searchsorted(self._scans, scan, side="right"))
         ends: FloatArray = self._ends[begin : self._drawn]
         return ends
 
 
-def growing_lines(record: RunRecord) -> GrowingLines:
+def growing_lines(record: RunRecord) -> SeenWalls | SeenSegments:
     """Walls of a run with a saved map, segments of another one."""
     return SeenSegments(record) if record.saved_map is None else SeenWalls(record.walls)
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from slam.files.logs.log import relative_poses
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
+from slam.run.results.traces import distance_travelled
 
 MAX_GAP: Final = 10.0
 """Seconds to the nearest pose on both sides, at most, for a pose between two scans."""
@@ -68,7 +69,7 @@ def absolute_error(poses: FloatArray, truth: FloatArray) -> float:
 
 def errors_by_path(poses: FloatArray, truth: FloatArray, length: float) -> PoseErrors:
     """Errors of the motions over all pieces of this length, metres, of the true path."""
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T))])
+    way = distance_travelled(truth)
     last = np.searchsorted(way, way + length)
     first = np.flatnonzero(last < len(way))
     first = first[way[last[first]] - way[first] < 2 * length + 1]

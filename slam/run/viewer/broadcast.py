@@ -12,7 +12,7 @@ from slam.run.viewer.batcher import FILE_PACE, LIVE_PACE, Batcher, Pace
 from slam.run.viewer.blueprint import UNKNOWN, extent_of
 from slam.run.viewer.chunks import Chunk
 from slam.run.viewer.scene import Event, Frame, Scene
-from slam.run.viewer.sinks import RecordingSink, Sink, ViewerSink
+from slam.run.viewer.sinks import RecordingSink, ViewerSink
 
 
 class Broadcast:
@@ -22,7 +22,7 @@ class Broadcast:
     """
 
     def __init__(self, files: Sequence[Path], urls: Sequence[str], scene: Scene, say: Callable[[str], None]) -> None:
-        self._sinks: list[Sink] = []
+        self._sinks: list[RecordingSink | ViewerSink] = []
         self._batchers: list[Batcher] = []
         self._file = RecordingSink(sorted(set(files)), scene) if files else None
         self._unknown = extent_of(scene) is UNKNOWN
@@ -49,7 +49,7 @@ class Broadcast:
         for batcher in self._batchers:
             batcher.send(chunks)
 
-    def _add(self, pace: Pace, scene: Scene, *sinks: Sink) -> None:
+    def _add(self, pace: Pace, scene: Scene, *sinks: RecordingSink | ViewerSink) -> None:
         self._sinks += sinks
         self._batchers.append(Batcher([sink.send for sink in sinks], pace, scene))
 

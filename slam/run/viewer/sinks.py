@@ -8,7 +8,7 @@ from pathlib import Path
 from queue import Empty, Full, Queue
 from threading import Thread
 from time import monotonic
-from typing import Final, Protocol
+from typing import Final
 
 import rerun as rr
 
@@ -26,18 +26,6 @@ _RETRY: Final = 1.0
 """... to look again for one that is not there ..."""
 _FAREWELL: Final = 4.0
 """... and, at the end, to take what still waits."""
-
-
-class Sink(Protocol):
-    """Takes batches of chunks."""
-
-    def send(self, chunks: Sequence[Chunk]) -> None:
-        """Take a batch."""
-        ...
-
-    def close(self) -> None:
-        """Hand on all that was taken."""
-        ...
 
 
 class RecordingSink:

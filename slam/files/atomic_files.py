@@ -63,6 +63,15 @@ class GrowingText:
         self._file.close()
 
 
+def line_feature(coordinates: Any, properties: dict[str, Any]) -> dict[str, Any]:
+    """A GeoJSON feature: a LineString through these coordinates."""
+    return {
+        "type": "Feature",
+        "geometry": {"type": "LineString", "coordinates": coordinates},
+        "properties": properties,
+    }
+
+
 class GrowingGeoJson(Closing):
     """A GeoJSON FeatureCollection that is valid after every append: the new features overwrite its closing brackets."""
 

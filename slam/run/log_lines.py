@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.errors import InputError
-from slam.files.atomic_files import GrowingGeoJson, GrowingText
+from slam.files.atomic_files import GrowingGeoJson, GrowingText, line_feature
 from slam.files.logs import Log
 from slam.lidars import LIDARS
 from slam.lines.extraction import extract_segments
@@ -34,11 +34,7 @@ def csv_lines(scan: int, segments: Segments) -> str:
 def geojson_features(scan: int, segments: Segments) -> Iterator[dict[str, Any]]:
     """One LineString a segment, from its start to its end, with the other columns of the CSV as properties."""
     for start, end, *rest in _values(segments):
-        yield {
-            "type": "Feature",
-            "geometry": {"type": "LineString", "coordinates": [start, end]},
-            "properties": dict(zip(("scan", *CSV_COLUMNS[5:]), (scan, *rest), strict=True)),
-        }
+        yield line_feature([start, end], dict(zip(("scan", *CSV_COLUMNS[5:]), (scan, *rest), strict=True)))
 
 
 def _values(segments: Segments) -> Iterator[tuple[Any, ...]]:

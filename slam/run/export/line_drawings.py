@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.files.atomic_files import atomic_file, write_atomic
+from slam.files.atomic_files import atomic_file, line_feature, write_atomic
 from slam.optional import optional
 from slam.pose import FloatArray
 from slam.run.results.run_record import RunRecord
@@ -34,11 +34,10 @@ viewBox="{left:.3f} {top:.3f} {w:.3f} {h:.3f}">
 def write_geojson(record: RunRecord, out: Path) -> None:
     """Write a FeatureCollection with ``frame`` and ``unit``; a LineString for each wall, with its ``length``."""
     features = [
-        {
-            "type": "Feature",
-            "geometry": {"type": "LineString", "coordinates": np.round(ends, 4).tolist()},
-            "properties": {"wall": number, "length": round(float(np.linalg.norm(ends[1] - ends[0])), 4)},
-        }
+        line_feature(
+            np.round(ends, 4).tolist(),
+            {"wall": number, "length": round(float(np.linalg.norm(ends[1] - ends[0])), 4)},
+        )
         for number, ends in enumerate(record.walls)
     ]
     members = {"type": "FeatureCollection", "frame": "map", "unit": "metre", "features": features}

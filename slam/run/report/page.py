@@ -11,8 +11,8 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from slam.files.atomic_files import write_atomic
-from slam.run.report.inline_svg import THEMED, inline_svg
-from slam.run.report.run_plots import distance_figure, iterations_figure, timing_figure
+from slam.run.report.inline_svg import THEMED, inline_figures
+from slam.run.report.run_plots import CAPTIONS, distance_figure, iterations_figure, timing_figure
 from slam.run.report.run_section import PERCENTILES, RunSection, run_section
 from slam.run.results.metric_table import METRICS, Metric
 from slam.run.results.run_names import run_names
@@ -50,16 +50,13 @@ def _page(sections: Sequence[RunSection], overlays: Sequence[tuple[Markup, str]]
 def _overlays(records: Sequence[RunRecord], names: Sequence[str]) -> list[tuple[Markup, str]]:
     """The curves of all runs on the same axes."""
     runs = [(f"{k}: {name}", record.traces) for k, (record, name) in enumerate(zip(records, names, strict=True), 1)]
-    figures = (
-        ("distance", distance_figure(runs, THEMED), "Position error over the way travelled."),
-        ("iterations", iterations_figure(runs, THEMED), "Iterations of the matcher."),
-        ("timing", timing_figure(runs, THEMED), "Processing time of the mapped scans."),
-    )
-    return [
-        (inline_svg(figure, f"all-{name}", f"{name} of all runs: {caption}"), caption)
-        for name, figure, caption in figures
-        if figure is not None
-    ]
+    figures = {
+        "distance": distance_figure(runs, THEMED),
+        "iterations": iterations_figure(runs, THEMED),
+        "timing": timing_figure(runs, THEMED),
+    }
+    captioned = {name: (figure, CAPTIONS[name]) for name, figure in figures.items()}
+    return inline_figures(captioned, "all", " of all runs")
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,6 +19,11 @@ _LEGEND: Final = 66
 """Characters side by side in a legend."""
 SIGMAS: Final = 3.0
 """The band about zero is so many standard deviations of the estimate wide, to each side."""
+CAPTIONS: Final = {
+    "distance": "Position error over the way travelled.",
+    "iterations": "Iterations of the matcher.",
+    "timing": "Processing time of the mapped scans.",
+}
 _ROWS: Final = (("x", "cov_xx", 100.0, "cm"), ("y", "cov_yy", 100.0, "cm"), ("heading", "cov_thth", 180 / np.pi, "deg"))
 
 
@@ -56,10 +61,15 @@ def _plain_numbers(axis: Axis) -> None:
 
 
 def _band(axes: Axes, traces: Traces, variance: str, scale: float, colours: Palette) -> None:
-    if variance not in (traces.steps.dtype.names or ()) or not np.isfinite(traces.steps[variance]).any():
+    if not has_variance(traces, variance):
         return
     bound = SIGMAS * scale * np.sqrt(traces.steps[variance])
     axes.fill_between(traces.stamps, -bound, bound, color=colours.slam, alpha=0.18, linewidth=0.0)
+
+
+def has_variance(traces: Traces, column: str) -> bool:
+    """True where the steps of the run have this column of the covariance."""
+    return column in (traces.steps.dtype.names or ()) and bool(np.isfinite(traces.steps[column]).any())
 
 
 def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure | None:

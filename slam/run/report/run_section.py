@@ -16,8 +16,16 @@ from markupsafe import Markup
 from slam.config import SlamConfig
 from slam.run.pictures.map_picture import contents_of, end_error_text, map_figure
 from slam.run.report.faults import faults
-from slam.run.report.inline_svg import THEMED, inline_svg
-from slam.run.report.run_plots import SIGMAS, distance_figure, error_figure, iterations_figure, timing_figure
+from slam.run.report.inline_svg import THEMED, inline_figures
+from slam.run.report.run_plots import (
+    CAPTIONS,
+    SIGMAS,
+    distance_figure,
+    error_figure,
+    has_variance,
+    iterations_figure,
+    timing_figure,
+)
 from slam.run.results.metrics import measure
 from slam.run.results.run_record import RunRecord
 from slam.scenario.schema import Scenario
@@ -133,24 +141,16 @@ def _plots(record: RunRecord, key: str) -> list[tuple[Markup, str]]:
     against = "Estimate less truth" if known else "Estimate less dead reckoning, as no truth is known"
     contents = contents_of(record)
     ends = "" if contents.truth is None else f" {end_error_text(contents, contents.truth)}."
-    band = f" The band is ±{SIGMAS:g} standard deviations, as the estimate claims them." if _has_bounds(record) else ""
+    claimed = f" The band is ±{SIGMAS:g} standard deviations, as the estimate claims them."
+    band = claimed if known and has_variance(traces, "cov_xx") else ""
     figures = {
         "map": (map_figure(contents, THEMED, 8.4, bare=True), f"From above, metres.{ends}"),
-        "errors": (error_figure(traces, THEMED), f"{against}, scan by scan.{band if known else ''}"),
-        "distance": (distance_figure([("", traces)], THEMED), "Position error over the way travelled."),
-        "iterations": (iterations_figure(alone, THEMED), "Iterations of the matcher."),
-        "timing": (timing_figure(alone, THEMED), "Processing time of the mapped scans."),
+        "errors": (error_figure(traces, THEMED), f"{against}, scan by scan.{band}"),
+        "distance": (distance_figure([("", traces)], THEMED), CAPTIONS["distance"]),
+        "iterations": (iterations_figure(alone, THEMED), CAPTIONS["iterations"]),
+        "timing": (timing_figure(alone, THEMED), CAPTIONS["timing"]),
     }
-    return [
-        (inline_svg(figure, f"{key}-{name}", f"{name}: {caption}"), caption)
-        for name, (figure, caption) in figures.items()
-        if figure is not None
-    ]
-
-
-def _has_bounds(record: RunRecord) -> bool:
-    steps = record.traces.steps
-    return "cov_xx" in (steps.dtype.names or ()) and bool(np.isfinite(steps["cov_xx"]).any())
+    return inline_figures(figures, key)
 
 
 def _timing(record: RunRecord) -> list[tuple[str, list[str]]]:

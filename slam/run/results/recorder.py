@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from slam.files.atomic_files import GrowingGeoJson, GrowingText
+from slam.files.atomic_files import GrowingGeoJson, GrowingText, line_feature
 from slam.files.tum import format_tum
 from slam.pose import FloatArray, Pose2D
 from slam.run.step import Step
@@ -67,11 +67,7 @@ class Recorder:
         assert segments is not None
         in_map = segments.transformed(step.estimate.T_map_base @ self._T_base_laser)
         return [
-            {
-                "type": "Feature",
-                "geometry": {"type": "LineString", "coordinates": [_millimetres(start), _millimetres(end)]},
-                "properties": {"scan": step.index, "points": int(count)},
-            }
+            line_feature([_millimetres(start), _millimetres(end)], {"scan": step.index, "points": int(count)})
             for start, end, count in zip(in_map.start, in_map.end, segments.counts, strict=True)
         ]
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import click
 import typer
 
 from slam.console.terminal import Terminal
-from slam.run.export.formats import FORMATS
+from slam.run.export.formats import Format
 
 
 def export(
     run: Annotated[Path, typer.Argument(help="The folder of a run.")],
-    to: Annotated[str, typer.Option(help="The format.", click_type=click.Choice(list(FORMATS)))],
+    to: Annotated[Format, typer.Option(help="The format.")],
     out: Annotated[Path, typer.Option(metavar="PATH", help="The new file, or the new folder for ros and rosbag2.")],
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is already there.")] = False,
 ) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 from slam.errors import InputError, StorageError
 from slam.named_code import import_by_name
@@ -11,7 +11,8 @@ from slam.named_code import import_by_name
 if TYPE_CHECKING:
     from slam.run.results.run_record import RunRecord
 
-FORMATS: Final = {
+Format = Literal["tum", "csv", "ros", "geojson", "dxf", "svg", "carmen", "mcap", "rosbag2"]
+FORMATS: Final[dict[Format, str]] = {
     "tum": "slam.run.export.trajectories:write_tum",
     "csv": "slam.run.export.trajectories:write_csv",
     "ros": "slam.run.export.ros_map:write_ros_map",

@@ -53,7 +53,9 @@ _METRICS: Final = (
     Metric("not_converged", "not settled", "", "scans", "Matches that stopped at the cap of iterations.", "d", True),
     Metric("slam_ms_median", "SLAM", "median", "ms", "Processing time of a mapped scan, half take less.", ".2f", True),
     Metric("slam_ms_p99", "SLAM", "99 %", "ms", "Processing time that 99 of 100 scans stay below.", ".2f", True),
-    Metric("extraction_ms_median", "extraction", "median", "ms", "Share of the line extraction in it.", ".2f", True),
+    Metric(
+        "extraction_ms_median", "extraction", "median", "ms", "The share of the line extraction in it.", ".2f", True
+    ),
     Metric(
         "real_time_factor", "speed", "", "x", "How much faster than real time the run was, simulator included.", ".1f"
     ),

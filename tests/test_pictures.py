@@ -17,22 +17,20 @@ from slam.bench.match_score import BEAMS, MatchRuns
 from slam.bench.paper import fig_7, fig_8, fig_10
 from slam.config import ChiSquareConfig
 from slam.env import top_view
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
 from slam.lines.extraction import extract_segments
 from slam.pose import FloatArray, Pose2D
 from slam.run.calibration.calibrate import Calibration
-from slam.run.calibration.picture import draw_squares
+from slam.run.calibration.report import draw_squares
 from slam.run.calibration.wheel_fit import Leg, WheelFit
-from slam.run.experiment import scenario_experiment
+from slam.run.experiment_setup import scenario_experiment
+from slam.run.pictures.figure_style import PAPER, save_figure
+from slam.run.pictures.map_picture import MapContents, map_figure
+from slam.run.pictures.scan_picture import draw_scan
+from slam.run.pictures.world_picture import draw_world
 from slam.run.report.animation import write_animation
 from slam.run.report.figure_files import write_figures
 from slam.run.report.run_plots import distance_figure, iterations_figure, timing_figure
-from slam.run.results.map_picture import map_figure
-from slam.run.results.plan import Plan
 from slam.run.results.run_record import RunRecord
-from slam.run.results.scan_picture import draw_scan
-from slam.run.results.world_picture import draw_world
 from slam.run.viewer import palette
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
@@ -71,10 +69,10 @@ def test_a_map_of_any_shape_is_whole(size: tuple[float, float], tmp_path: Path) 
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) * size
     way = np.column_stack([np.linspace(corners[0], corners[2], 50), np.zeros(50)])
     walls = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
-    plan = Plan(walls, way, way + 0.1 * max(size), way, [corners])
-    save_figure(map_figure(plan), tmp_path / "map.png", dpi=100)
+    contents = MapContents(walls, way, way + 0.1 * max(size), way, [corners])
+    save_figure(map_figure(contents), tmp_path / "map.png", dpi=100)
     assert_nothing_is_cut(tmp_path / "map.png")
-    lone = Plan(walls, way, way)  # without truth
+    lone = MapContents(walls, way, way)  # without truth
     save_figure(map_figure(lone, longest=8.0), tmp_path / "lone.png", dpi=100)
     assert_nothing_is_cut(tmp_path / "lone.png")
 

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 from slam.errors import InputError
-from slam.run.results.keep import Keep
 from slam.sweep.code_bundle import CodeBundle, version_difference, versions
 from slam.sweep.make_plan import make_plan
 from slam.sweep.ray_cluster import LOCAL, RayCluster, run_on_cluster
@@ -25,7 +24,7 @@ def test_a_machine_with_other_versions_runs_nothing_and_says_what_it_has(tmp_pat
 def test_without_ray_the_command_that_installs_it_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(InputError, match=r"pip install 'hopslam\[cluster\]'"):
-        RayCluster(LOCAL, 1, str(tmp_path), Keep())
+        RayCluster(LOCAL, 1, str(tmp_path), True)
 
 
 def test_a_code_bundle_has_code_scenarios_and_the_files_of_the_jobs(tmp_path: Path) -> None:

@@ -11,7 +11,6 @@ import pytest
 from typer.testing import CliRunner
 
 from slam.cli.main import app
-from slam.run.results.keep import Keep
 from slam.sweep.executor import FinishedJob, LostJob
 from slam.sweep.folder import Folder
 from slam.sweep.job import Job
@@ -142,7 +141,7 @@ def test_a_row_that_is_run_again_has_the_same_bits(sweep: Path) -> None:
 def test_a_worker_that_is_killed_is_replaced_and_its_job_run(tmp_path: Path) -> None:
     changes = {"settings": {"duration": 0.5}, "modes": ["dead_reckoning"], "seeds": "0:8"}
     plan = make_plan(["paper_simulation"], changes)
-    pool, store = ProcessPool(2, str(tmp_path / "runs"), Keep(pictures=False)), ResultStore(Folder(str(tmp_path)))
+    pool, store = ProcessPool(2, str(tmp_path / "runs"), pictures=False), ResultStore(Folder(str(tmp_path)))
     killed: list[int] = []
 
     def kill(done: int, failed: int) -> None:
@@ -164,7 +163,7 @@ def test_a_log_is_run_and_one_that_cannot_be_read_is_a_row_that_says_so(tmp_path
     other.write_text(small_log.read_text())
     plan = make_plan([str(small_log), str(other)], {"modes": ["dead_reckoning"]})
     other.write_text("# nothing\n")
-    small, bad = (run_job(job, str(tmp_path / "runs"), Keep(pictures=False)) for job in plan.jobs())
+    small, bad = (run_job(job, str(tmp_path / "runs"), pictures=False) for job in plan.jobs())
     assert small is not None
     assert bad is not None
     assert small["command"].startswith(f"hopslam replay {small_log}")

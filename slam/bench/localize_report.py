@@ -18,9 +18,8 @@ from slam.matching.surfel_mapper import SurfelMapper
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
 from slam.run.backends import make_robot
-from slam.run.pilot import WaypointPilot
-from slam.run.results.localization_metrics import RIGHT
-from slam.run.wanderer import Wanderer
+from slam.run.pilots import Wanderer, WaypointPilot
+from slam.run.results.metrics import RIGHT
 from slam.run.warm_up import warm_up
 from slam.scenario.clearance import clearance, in_the_way
 from slam.scenario.schema import Scenario

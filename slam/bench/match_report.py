@@ -24,11 +24,10 @@ from slam.bench.match_score import (
 from slam.bench.matchers import PaperMatcher, compared_matchers
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
-from slam.files.whole_files import whole_file
+from slam.files.atomic_files import atomic_file
 from slam.optional import optional
 from slam.pose import FloatArray
+from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.scenario.schema import Scenario
 
 PAPER_STEP: Final = 5
@@ -140,5 +139,5 @@ def draw_comparison(path: Path, found: MatcherComparison) -> None:
     figure.colorbar(image, ax=panels, label="converged [%]")
     for axes in places[len(found.basins) :]:
         axes.set_visible(False)
-    with whole_file(path) as draft:
+    with atomic_file(path) as draft:
         save_figure(figure, draft, format="png")

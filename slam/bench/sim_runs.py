@@ -14,7 +14,7 @@ from slam.line_slam import Estimate, LineSlam
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
-from slam.run.experiment import scenario_experiment
+from slam.run.experiment_setup import scenario_experiment
 from slam.run.loop import Ending, run_loop
 from slam.run.step import Step
 from slam.run.warm_up import warm_up
@@ -55,7 +55,7 @@ class _Recorder:
     lost: int = 0
     map_points: list[int] = field(default_factory=list)
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         observation, estimate = step.observation, step.estimate
         assert observation.T_map_base is not None
         assert estimate.covariance is not None

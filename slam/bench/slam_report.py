@@ -21,8 +21,7 @@ from slam.console.terminal import Terminal
 from slam.files.logs.log import relative_poses
 from slam.files.tum import read_tum
 from slam.pose import FloatArray, wrap_angle
-from slam.run.scoring.pose_errors import absolute_error, relative_error
-from slam.run.scoring.poses_at import poses_at
+from slam.run.scoring.pose_errors import absolute_error, poses_at, relative_error
 from slam.run.scoring.relations import read_relations, relation_errors
 
 WORKERS: Final = 2

@@ -10,7 +10,6 @@ from typing import Final, NamedTuple
 from slam.bench.sweep_runs import SweepSpeed, arithmetic_ratio, memory_of_rows, sweep_speed
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
-from slam.run.results.keep import Keep
 from slam.sweep.executor import Executor
 from slam.sweep.process_pool import ProcessPool
 
@@ -76,10 +75,10 @@ def _executors(ray: bool) -> Mapping[str, Callable[[str, int], Executor]]:
 
 
 def _pool(runs: str, jobs: int) -> Executor:
-    return ProcessPool(jobs, runs, Keep(pictures=False))
+    return ProcessPool(jobs, runs, pictures=False)
 
 
 def _ray(runs: str, jobs: int) -> Executor:
     from slam.sweep.ray_cluster import LOCAL, RayCluster
 
-    return RayCluster(LOCAL, jobs, runs, Keep(pictures=False))
+    return RayCluster(LOCAL, jobs, runs, pictures=False)

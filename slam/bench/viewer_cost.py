@@ -12,13 +12,13 @@ from typing import Final, NamedTuple
 
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
-from slam.run.experiment import Experiment, scenario_experiment
+from slam.run.experiment import Experiment
+from slam.run.experiment_setup import scenario_experiment
 from slam.run.loop import run_loop
 from slam.run.step import Step
-from slam.run.viewer.address import listens
 from slam.run.viewer.broadcast import Broadcast
-from slam.run.viewer.programs import data_address, serve_page
-from slam.run.viewer.run_viewer import RunViewer
+from slam.run.viewer.live_run import RunViewer
+from slam.run.viewer.rerun_program import data_address, is_listening, serve_page
 from slam.run.warm_up import warm_up
 from slam.scenario.schema import Scenario
 
@@ -84,7 +84,7 @@ def _server() -> Iterator[subprocess.Popen[bytes]]:
     finally:
         server.kill()
         server.wait()
-        while listens(data_address(_PORT + 1)):
+        while is_listening(data_address(_PORT + 1)):
             sleep(0.1)
 
 
@@ -99,8 +99,8 @@ def _measured(
 ) -> ViewerCost:
     experiment = scenario_experiment(scenario)
     seconds: list[float] = []
-    with Broadcast(files, urls, experiment.setting, lambda text: None) as broadcast:
-        watcher = _Stopwatch(RunViewer(broadcast, experiment.setting), seconds, scans, period, viewer_to_kill)
+    with Broadcast(files, urls, experiment.scene, lambda text: None) as broadcast:
+        watcher = _Stopwatch(RunViewer(broadcast, experiment.scene), seconds, scans, period, viewer_to_kill)
         _drive(experiment, watcher)
         began, began_cpu = perf_counter(), thread_time()
     cpu = watcher.cpu + thread_time() - began_cpu
@@ -132,10 +132,10 @@ class _Stopwatch:
         self._viewer_to_kill, self.cpu = viewer_to_kill, 0.0
         self._next = perf_counter()
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         """Let the watcher see it."""
         began, began_cpu = perf_counter(), thread_time()
-        self._watcher.see(step)
+        self._watcher.on_step(step)
         self._seconds.append(perf_counter() - began)
         self.cpu += thread_time() - began_cpu
         if self._scans is not None and step.index + 1 >= self._scans:

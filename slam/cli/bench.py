@@ -57,10 +57,10 @@ def write_tables(path: Path | None, tables: Sequence[ResultTable], title: str) -
     """Write the tables as Markdown, if a path is given; InputError when the file cannot be written."""
     if path is None:
         return
-    from slam.files.whole_files import write_whole
+    from slam.files.atomic_files import write_atomic
 
     text = f"# {title}\n\n" + "".join(table.markdown() for table in tables)
     try:
-        write_whole(path, text.rstrip() + "\n")
+        write_atomic(path, text.rstrip() + "\n")
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --out FILE") from error

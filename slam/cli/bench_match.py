@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from slam.cli.bench import TablesFile, console, print_tables, use_one_thread, write_tables
-from slam.console.completion import complete_scenario
+from slam.console.options import complete_scenario
 
 
 def bench_match(

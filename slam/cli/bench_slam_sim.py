@@ -7,8 +7,7 @@ from typing import Annotated
 import typer
 
 from slam.cli.bench import TablesFile, console, print_tables, use_one_thread, write_tables
-from slam.console.completion import complete_scenario
-from slam.console.options import AllowModules, Settings
+from slam.console.options import AllowModules, Settings, complete_scenario
 
 
 def bench_slam_sim(

@@ -41,7 +41,7 @@ def recorded_experiment(
 
     The settings of the method are those of a scenario: by default the run's own, or ``replay``.
     """
-    from slam.run.experiment import replay_experiment
+    from slam.run.experiment_setup import replay_experiment
     from slam.scenario.file import load_scenario
 
     own = log / "config.yaml"

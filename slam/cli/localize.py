@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from slam.console.completion import complete_scenario
-from slam.console.options import AllowModules, OdomTopic, Out, Rerun, ScanTopic, Settings
+from slam.console.options import AllowModules, OdomTopic, Out, Rerun, ScanTopic, Settings, complete_scenario
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 
@@ -54,8 +53,7 @@ def localize(
     """
     from slam.cli.inputs import recorded_experiment, with_seed
     from slam.files.logs import BagTopics
-    from slam.run.experiment import scenario_experiment
-    from slam.run.localization import localized
+    from slam.run.experiment_setup import localize_in_map, scenario_experiment
     from slam.run.run_and_report import run_and_report
     from slam.scenario.file import load_scenario
 
@@ -70,7 +68,7 @@ def localize(
             source, {"--scenario": scenario, "--scan-topic": scan_topic, "--odom-topic": odom_topic}
         )
         experiment = scenario_experiment(load_scenario(source, with_seed(settings, seed), allowed))
-    run_and_report(localized(experiment, saved_map), out, rerun, console)
+    run_and_report(localize_in_map(experiment, saved_map), out, rerun, console)
 
 
 def _is_recorded(source: str) -> bool:

@@ -45,7 +45,7 @@ def run(
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
     """
     from slam.cli.inputs import draw_with_warnings, with_seed
-    from slam.run.experiment import scenario_experiment
+    from slam.run.experiment_setup import scenario_experiment
     from slam.run.run_and_report import run_and_report
     from slam.scenario.file import load_template
 
@@ -58,7 +58,7 @@ def run(
     loaded = draw_with_warnings(load_template(scenario, with_seed(settings, seed), allow_modules or []))
     experiment = scenario_experiment(loaded, backend, **options)
     if saved_map is not None:
-        from slam.run.localization import continued
+        from slam.run.experiment_setup import continue_mapping
 
-        experiment = continued(experiment, saved_map, start)
+        experiment = continue_mapping(experiment, saved_map, start)
     run_and_report(experiment, out, rerun, console)

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from slam.console.completion import complete_sweep
-from slam.console.options import AllowModules
+from slam.console.options import AllowModules, complete_sweep
 from slam.console.terminal import Terminal
 
 if TYPE_CHECKING:

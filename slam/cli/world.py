@@ -32,7 +32,7 @@ def world(
     hopslam world replay --set generate.kind=corridor --set generate.width=3 --out corridor.svg
     """
     from slam.cli.inputs import draw_with_warnings, with_seed
-    from slam.run.results.world_picture import check_picture, draw_world
+    from slam.run.pictures.world_picture import check_picture, draw_world
     from slam.scenario.file import read_template
     from slam.scenario.overview import overview
 

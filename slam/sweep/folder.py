@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import IO, Any, Final
 
 from slam.errors import InputError, StorageError
-from slam.files.whole_files import write_whole
+from slam.files.atomic_files import write_atomic
 from slam.optional import optional
 
 _DRAFT: Final = ".draft-"
@@ -40,7 +40,7 @@ class Folder:
         """Write a small file whole."""
         if self.path is not None:
             self.path.mkdir(parents=True, exist_ok=True)
-            write_whole(self.path / name, text)
+            write_atomic(self.path / name, text)
         else:
             self._fs.makedirs(self._root, exist_ok=True)
             self._fs.pipe_file(self._place(name), text.encode())

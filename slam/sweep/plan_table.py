@@ -72,7 +72,7 @@ class _Trial:
     progress: float = 0.0
     """Share of the run that is over."""
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         self.progress = step.progress
         if perf_counter() - self.began > _TRIAL_TIME:
             raise KeyboardInterrupt

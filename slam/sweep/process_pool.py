@@ -14,7 +14,6 @@ from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Final
 
-from slam.run.results.keep import Keep
 from slam.sweep.executor import FinishedJob, LostJob
 from slam.sweep.job import Job
 
@@ -32,8 +31,8 @@ class ProcessPool:
     ``allowed`` is the code that the user allows.
     """
 
-    def __init__(self, size: int, runs: str, keep: Keep, allowed: Sequence[str] = ()) -> None:
-        self._worker_arguments = runs, keep, tuple(allowed)
+    def __init__(self, size: int, runs: str, pictures: bool, allowed: Sequence[str] = ()) -> None:
+        self._worker_arguments = runs, pictures, tuple(allowed)
         self._workers = [_Worker(*self._worker_arguments) for _ in range(size)]
 
     @property
@@ -81,11 +80,11 @@ class ProcessPool:
 class _Worker:
     """One process and the pipe to it."""
 
-    def __init__(self, runs: str, keep: Keep, allowed: Sequence[str]) -> None:
+    def __init__(self, runs: str, pictures: bool, allowed: Sequence[str]) -> None:
         self.job: Job | None = None
         self.pipe, far_end = get_context("spawn").Pipe()
         self._process: SpawnProcess = get_context("spawn").Process(
-            target=_work, args=(far_end, os.getpid(), runs, keep, allowed), daemon=True
+            target=_work, args=(far_end, os.getpid(), runs, pictures, allowed), daemon=True
         )
         with _environment(ONE_THREAD):
             self._process.start()
@@ -123,14 +122,14 @@ class _Worker:
         self.pipe.close()
 
 
-def _work(pipe: Connection, driver: int, runs: str, keep: Keep, allowed: Sequence[str]) -> None:
+def _work(pipe: Connection, driver: int, runs: str, pictures: bool, allowed: Sequence[str]) -> None:
     """Run jobs until the pipe is closed, or the driver (its process id) is gone: then stop at once, even in a run."""
     os.setsid()  # Ctrl-C is for the driver, which then ends its workers
     threading.Thread(target=_exit_with, args=(driver,), daemon=True).start()
     from slam.sweep.run_job import run_job  # here, so that the time it takes is the worker's
 
     while (message := _next(pipe)) is not None:
-        row = run_job(Job.model_validate_json(message), runs, keep, allowed)
+        row = run_job(Job.model_validate_json(message), runs, pictures, allowed)
         pipe.send_bytes(json.dumps(row).encode())
 
 

@@ -13,7 +13,6 @@ from typing import Any, Final
 
 from slam.errors import ClusterError, InputError
 from slam.optional import optional
-from slam.run.results.keep import Keep
 from slam.sweep.code_bundle import CodeBundle, version_difference, versions
 from slam.sweep.executor import FinishedJob, LostJob
 from slam.sweep.job import Job
@@ -40,7 +39,7 @@ class RayCluster:
         address: str,
         jobs: int,
         runs: str,
-        keep: Keep,
+        pictures: bool,
         files: Iterable[Path] = (),
         allowed: Sequence[str] = (),
     ) -> None:
@@ -49,7 +48,7 @@ class RayCluster:
         if address == LOCAL:
             os.environ["RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"] = "0"  # what makes Ray stay on the loopback, on Linux too
         self._ray = optional("ray", "cluster")
-        self._runs, self._keep, self._allowed = runs, keep, list(allowed)
+        self._runs, self._pictures, self._allowed = runs, pictures, list(allowed)
         self._bundle = None if address == LOCAL else CodeBundle(files)
         self._pending: dict[Any, Job] = {}
         _check_reachable(address)
@@ -70,7 +69,7 @@ class RayCluster:
 
     def submit(self, job: Job) -> None:
         """Start a task for the job."""
-        task = self._run.remote(job.model_dump_json(), self._runs, self._keep.pictures, versions(), self._allowed)
+        task = self._run.remote(job.model_dump_json(), self._runs, self._pictures, versions(), self._allowed)
         self._pending[task] = job
 
     def collect(self, timeout: float) -> Iterator[FinishedJob | LostJob]:
@@ -120,7 +119,7 @@ def run_on_cluster(job: str, runs: str, pictures: bool, expected: dict[str, str]
     from slam.sweep.run_job import run_job
 
     os.chdir("/")  # the folder of the code is written anew when a second node of this machine starts: no place to stand
-    return json.dumps({"row": run_job(Job.model_validate_json(job), runs, Keep(pictures), allowed)})
+    return json.dumps({"row": run_job(Job.model_validate_json(job), runs, pictures, allowed)})
 
 
 def _check_reachable(address: str) -> None:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Final
 
 from slam.errors import InputError, ScenarioError
-from slam.run.results.keep import Keep
 from slam.scenario.file import checked_template
 from slam.sweep.executor import FinishedJob
 from slam.sweep.folder import Folder
@@ -47,7 +46,7 @@ def repeat_run(out: str, run_id: str, pictures: bool = False, allow_modules: Seq
         checked_template(job.source if job.kind == "scenario" else "replay", job.settings, allow_modules)
     except ScenarioError as error:
         raise InputError(f"{out}: run {job.id}: {error}") from error
-    pool = ProcessPool(1, (folder / _REPEATED).address, Keep(pictures), allow_modules)
+    pool = ProcessPool(1, (folder / _REPEATED).address, pictures, allow_modules)
     try:
         pool.submit(job)
         result = next(iter(pool.collect(timeout=1e6)))

@@ -12,9 +12,9 @@ from typing import Final
 import numpy as np
 
 from slam.errors import HopslamError
-from slam.run.experiment import Experiment, replay_experiment, scenario_experiment
-from slam.run.results.keep import Keep
-from slam.run.results.traces import Traces, pose_errors
+from slam.run.experiment import Experiment
+from slam.run.experiment_setup import replay_experiment, scenario_experiment
+from slam.run.results.traces import Traces, distance_travelled, pose_errors
 from slam.scenario.file import checked_template
 from slam.sweep.code_bundle import bundled_path, versions
 from slam.sweep.folder import Folder
@@ -25,7 +25,7 @@ CURVE_POINTS: Final = 64
 """Places along the way, evenly from its start to its end: as many for a short run as for a long one."""
 
 
-def run_job(job: Job, runs: str, keep: Keep, allowed: Sequence[str] = ()) -> Row | None:
+def run_job(job: Job, runs: str, pictures: bool, allowed: Sequence[str] = ()) -> Row | None:
     """Run it, and keep its folder as ``<id>`` under the address ``runs``; None when it was interrupted.
 
     A run that fails has a row that says so: only an interruption leaves here. ``allowed`` is the code that the user
@@ -33,7 +33,7 @@ def run_job(job: Job, runs: str, keep: Keep, allowed: Sequence[str] = ()) -> Row
     """
     began, started = perf_counter(), datetime.now(UTC)
     try:
-        row = _run(job, runs, keep, allowed)
+        row = _run(job, runs, pictures, allowed)
     except HopslamError as error:
         row = failed_row(job, str(error))
     except Exception as error:  # whatever it is, the other runs go on
@@ -59,15 +59,15 @@ def error_curve(folder: Path) -> list[float] | None:
     if traces is None or traces.truth is None:
         return None
     errors = np.hypot(*pose_errors(traces.estimate, traces.truth)[:, :2].T)
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(traces.truth[:, :2], axis=0).T))])
+    way = distance_travelled(traces.truth)
     at = np.linspace(0.0, way[-1], CURVE_POINTS)
     return [round(value, 6) for value in np.interp(at, way, errors).tolist()]
 
 
-def _run(job: Job, runs: str, keep: Keep, allowed: Sequence[str]) -> Row | None:
+def _run(job: Job, runs: str, pictures: bool, allowed: Sequence[str]) -> Row | None:
     folder = Folder(runs)
     with folder.draft() as draft:
-        outcome = make_experiment(job, allowed).run(draft / job.id, keep=keep)
+        outcome = make_experiment(job, allowed).run(draft / job.id, pictures=pictures)
         if outcome.ending == "interrupted":
             return None
         row = done_row(job, outcome) | {"error_m": error_curve(outcome.folder)}

@@ -12,7 +12,6 @@ import yaml
 
 from slam.console.terminal import Terminal
 from slam.errors import StorageError
-from slam.run.results.keep import Keep
 from slam.sweep.executor import Executor
 from slam.sweep.folder import Folder
 from slam.sweep.lock import SweepLock
@@ -103,12 +102,12 @@ def _progress(console: Terminal, name: str, total: int) -> Iterator[Callable[[in
 
 
 def _executor(plan: Plan, folder: Folder, options: ExecutionOptions, todo: int) -> Executor:
-    runs, keep = (folder / RUNS).address, Keep(options.pictures)
+    runs, pictures = (folder / RUNS).address, options.pictures
     if options.ray is None:
-        return ProcessPool(max(min(options.jobs, todo), 1), runs, keep, plan.allowed)
+        return ProcessPool(max(min(options.jobs, todo), 1), runs, pictures, plan.allowed)
     from slam.sweep.ray_cluster import RayCluster
 
-    return RayCluster(options.ray, options.jobs, runs, keep, plan.files(), plan.allowed)
+    return RayCluster(options.ray, options.jobs, runs, pictures, plan.files(), plan.allowed)
 
 
 def _absolute_config(plan: Plan) -> dict[str, object]:

@@ -10,10 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
-from slam.files.whole_files import whole_file
+from slam.files.atomic_files import atomic_file
 from slam.pose import FloatArray
+from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.sweep.report.groups import RunGroup, group_by_name
 
 _MODE_STYLES: Final = ("hopslam", "dead_reckoning", "paper")
@@ -100,5 +99,5 @@ def _scale(axes: Axes, values: FloatArray) -> None:
 
 
 def _save(figure: Figure, path: Path) -> None:
-    with whole_file(path) as draft:
+    with atomic_file(path) as draft:
         save_figure(figure, draft, format="png")

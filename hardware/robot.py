@@ -18,7 +18,7 @@ from hardware.p3dx import P3dx
 from hardware.process_watch import Stop, process_watch
 from hardware.urg04lx import Reading, Urg04lx
 from slam.closing import Closing
-from slam.console.suspensions import count_suspensions
+from slam.console.signals import count_suspensions
 from slam.errors import RobotError, RobotTimeout, ScenarioError
 from slam.odometry import Odometry, Twist2D
 from slam.robot import Observation, Robot

@@ -11,7 +11,7 @@ from contextlib import suppress
 from types import FrameType
 from typing import Any, Final, NoReturn
 
-from slam.console.ending_signals import ENDING_SIGNALS
+from slam.console.signals import ENDING_SIGNALS
 
 _DEADLY: Final = (
     "SIGUSR1", "SIGUSR2", "SIGALRM", "SIGVTALRM", "SIGPROF", "SIGIO", "SIGPWR", "SIGXCPU", "SIGSTKFLT", "SIGABRT",

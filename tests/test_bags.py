@@ -15,11 +15,10 @@ from rosbags.rosbag2 import Writer as Writer2
 
 from slam.errors import LogError
 from slam.files.logs import BagTopics, read_log
-from slam.files.logs.tracks import Track
+from slam.files.logs.bag_poses import Track
 from slam.files.ros.encoder import Encoder, nanoseconds
-from slam.files.ros.mcap_writer import McapWriter
-from slam.files.ros.topics import LASER_SCAN, ODOMETRY, TRANSFORMS
-from slam.files.ros.typestores import ros1_types, ros2_types
+from slam.files.ros.mcap_files import McapWriter
+from slam.files.ros.messages import LASER_SCAN, ODOMETRY, TRANSFORMS, ros1_types, ros2_types
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.scan import LaserScan

@@ -9,20 +9,15 @@ import pytest
 from evo.core import metrics
 from evo.core.trajectory import PosePath3D
 
-from slam.bench.crispness import crispness
-from slam.bench.hour_report import hour_tables
-from slam.bench.loop_fit import loop_fit
-from slam.bench.open_report import open_tables
-from slam.bench.shape_report import off_axes
-from slam.bench.sim_report import tables as sim_tables
+from slam.bench.log_runs import odometry_with_doubled_noise, run_log
+from slam.bench.map_shape import crispness, loop_gap, off_axes
+from slam.bench.sim_report import hour_tables, sim_tables, unconstrained_tables
 from slam.bench.sim_runs import run_scenario
-from slam.bench.slam_report import tables
-from slam.bench.slam_runs import doubled_noise, run_log
+from slam.bench.slam_report import slam_tables
 from slam.config import SlamConfig
 from slam.console.terminal import Terminal
 from slam.pose import FloatArray
-from slam.run.scoring.pose_errors import absolute_error, relative_error
-from slam.run.scoring.poses_at import poses_at
+from slam.run.scoring.pose_errors import absolute_error, poses_at, relative_error
 from slam.run.scoring.relations import read_relations, relation_errors
 
 
@@ -79,15 +74,15 @@ def test_a_run_over_a_small_log(small_log: Path) -> None:
 
 def test_noisy_wheels_are_noisy_and_the_same_again() -> None:
     truth = np.column_stack([np.linspace(0, 20, 200), np.zeros(200), np.zeros(200)])
-    once = doubled_noise(truth, 0)
-    np.testing.assert_array_equal(once, doubled_noise(truth, 0))
+    once = odometry_with_doubled_noise(truth, 0)
+    np.testing.assert_array_equal(once, odometry_with_doubled_noise(truth, 0))
     assert np.hypot(*np.diff(once[:, :2], axis=0).T).sum() == pytest.approx(20.8)
 
 
 def test_logs_that_are_not_there_are_skipped_and_named(tmp_path: Path) -> None:
     told = StringIO()
     console = Terminal(file=told)
-    assert tables(["fr079"], tmp_path, SlamConfig(), console) == []
+    assert slam_tables(["fr079"], tmp_path, SlamConfig(), console) == []
     assert "fr079.log.gz; skipped" in told.getvalue()
 
 
@@ -123,23 +118,23 @@ def test_a_loop_is_as_open_as_it_was_made() -> None:
     turn, middle = np.radians(2.0), first.mean(axis=0)
     c, s = np.cos(turn), np.sin(turn)
     last = (first - middle) @ np.array([[c, s], [-s, c]]) + middle - [0.3, 0.2]
-    fit = loop_fit(first, last, 0.0)
-    np.testing.assert_allclose([fit.along, fit.across, fit.turn], [0.3, 0.2, -turn], atol=0.06)
-    assert fit.agreement > 0.95 > 0.7 > fit.before
+    gap = loop_gap(first, last, 0.0)
+    np.testing.assert_allclose([gap.along, gap.across, gap.turn], [0.3, 0.2, -turn], atol=0.06)
+    assert gap.agreement > 0.95 > 0.7 > gap.before
 
 
 def test_where_the_scans_leave_a_direction_open_the_way_is_the_odometer_s() -> None:
     """An odometer with the heading of the truth tells the error along the walls that is not the method's own."""
     run = run_scenario("featureless_corridor", 1, ("duration=12",))
-    assert run.open[1:].mean() >= 0.95
-    np.testing.assert_allclose(run.offsets[:, 0], run.odometer_offsets[:, 0], atol=0.002)
-    (table,) = open_tables([("featureless_corridor", 1, run)])
+    assert run.unconstrained[1:].mean() >= 0.95
+    np.testing.assert_allclose(run.offsets[:, 0], run.true_heading_offsets[:, 0], atol=0.002)
+    (table,) = unconstrained_tables([("featureless_corridor", 1, run)])
     assert [row[0] for row in table.rows] == ["featureless_corridor, 1", "median", "worst"]
-    assert open_tables([("cluttered_room", 0, run_scenario("cluttered_room", 0, ("duration=1",)))]) == []
+    assert unconstrained_tables([("cluttered_room", 0, run_scenario("cluttered_room", 0, ("duration=1",)))]) == []
 
 
 def test_the_tables_of_the_hour() -> None:
-    cost, growth = hour_tables(run_scenario("office_loop", 0, ("duration=3",)))
+    cost, sizes = hour_tables(run_scenario("office_loop", 0, ("duration=3",)))
     assert cost.rows[0][0] == "30"
-    assert [row[0] for row in growth.rows][-1] == "60 min"
-    assert len(growth.rows) == 12
+    assert [row[0] for row in sizes.rows][-1] == "60 min"
+    assert len(sizes.rows) == 12

@@ -15,9 +15,17 @@ from slam.errors import InputError
 from slam.odometry import Twist2D
 from slam.pose import FloatArray
 from slam.run.calibration.calibrate import calibrate
-from slam.run.calibration.file import check_onto, write_wheels
+from slam.run.calibration.report import extends_value, write_wheels
 from slam.run.calibration.square import Square
-from slam.run.calibration.wheel_fit import Leg, WheelFit, corrected, fit_errors, fit_wheels, reckoned, wheel_ways
+from slam.run.calibration.wheel_fit import (
+    Leg,
+    WheelFit,
+    corrected,
+    dead_reckoned,
+    fit_errors,
+    fit_wheels,
+    wheel_travels,
+)
 from slam.scenario.file import load_scenario
 
 TRACK = 0.33
@@ -29,10 +37,10 @@ def square(turn: float, rng: np.random.Generator) -> list[FloatArray]:
     """The odometry of sides and turns, (K, 3) each, driven unevenly."""
     legs, start = [], np.zeros(3)
     for _ in range(4):
-        for way, angle in ((2.0, rng.normal(0.0, 0.05)), (rng.normal(0.0, 0.01), turn)):
+        for displacement, angle in ((2.0, rng.normal(0.0, 0.05)), (rng.normal(0.0, 0.01), turn)):
             shares = rng.dirichlet(np.ones(9))
             rim = angle * TRACK / 2.0
-            legs.append(reckoned(start, (way - rim) * shares, (way + rim) * shares, TRACK))
+            legs.append(dead_reckoned(start, (displacement - rim) * shares, (displacement + rim) * shares, TRACK))
             start = legs[-1][-1]
     return legs
 
@@ -44,8 +52,8 @@ def test_what_is_wrong_with_the_wheels_is_found_again(fit: WheelFit, seed: int) 
     legs = []
     for odometry in [*square(-pi / 2, rng), *square(pi / 2, rng)]:
         begin = np.array([*rng.normal(0.0, 3.0, 2), rng.uniform(-pi, pi)])
-        ways = wheel_ways(odometry, TRACK)
-        truth = reckoned(begin, fit.left * ways[0], fit.right * ways[1], fit.track * TRACK)
+        ways = wheel_travels(odometry, TRACK)
+        truth = dead_reckoned(begin, fit.left * ways[0], fit.right * ways[1], fit.track * TRACK)
         truth[:, 2] = (truth[:, 2] + pi) % (2 * pi) - pi
         legs.append(Leg(odometry, truth))
     found = fit_wheels(legs, TRACK)
@@ -62,7 +70,7 @@ def test_odometry_without_a_difference_is_left_alone(fit: WheelFit, seed: int) -
 def test_the_driver_corrects_as_the_fit_means_it(fit: WheelFit, linear: float, angular: float) -> None:
     rim = angular * TRACK / 2.0
     begin, left, right = np.zeros(3), np.array([linear - rim]), np.array([linear + rim])
-    expected = reckoned(begin, fit.left * left, fit.right * right, fit.track * TRACK)[-1]
+    expected = dead_reckoned(begin, fit.left * left, fit.right * right, fit.track * TRACK)[-1]
     scales = WheelScales(TRACK / 2.0, fit.left, fit.right, fit.track)
     corrected_twist = scales.corrected(Twist2D(linear, angular))
     assert corrected_twist.angular == pytest.approx(expected[2], abs=1e-12)
@@ -90,7 +98,7 @@ def test_the_simulated_robot_gets_the_wheels_it_has(tmp_path: Path) -> None:
     scenario = load_scenario("umbmark_room", exact)
     found = calibrate(scenario, Square(size=1.0, laps=1, speed=0.5, turn_speed=1.0), "sim", lambda _: None)
     assert found.worst_closing_error(found.fit) < 0.1 * found.worst_closing_error(WheelFit())
-    write_wheels(tmp_path / "wheels.yaml", check_onto("umbmark_room"), scenario, "sim", found)
+    write_wheels(tmp_path / "wheels.yaml", extends_value("umbmark_room"), scenario, "sim", found)
     wheels = load_scenario(tmp_path / "wheels.yaml").robot.odometry
     assert wheels.left_radius == pytest.approx(0.0975, abs=0.02 * 0.0005)
     assert wheels.right_radius == pytest.approx(0.0975, abs=0.02 * 0.0008)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 from slam.bench.floor_plans import FAMILIES
-from slam.bench.line_score import score_lines, total
+from slam.bench.line_score import score_lines, total_score
 from slam.bench.scenes import TUNING_SEEDS, make_scene
 from slam.config import ChiSquareConfig, SlamConfig
 from slam.lidars import URG04LX
@@ -103,7 +103,7 @@ def test_the_bars_of_the_tuning_scenes() -> None:
     for level, sigmas, bar in (("spec/19", 19.0, 0.98), ("spec/3", 3.0, 0.96), ("spec", 1.0, 0.85)):
         config = ChiSquareConfig(sensor="urg04lx", bound_sigmas=sigmas)
         found = [make_scene(family, seed, level) for family in FAMILIES for seed in TUNING_SEEDS[::10]]
-        score = total([score_lines(scene.walls, segments_by_chi_square(scene.scan, config)) for scene in found])
+        score = total_score([score_lines(scene.walls, segments_by_chi_square(scene.scan, config)) for scene in found])
         assert score.f1 > bar, level
 
 

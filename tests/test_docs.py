@@ -22,7 +22,7 @@ from slam.env.ids import ENV_IDS
 from slam.scenario.file import checked_template, load_scenario
 from slam.scenario.json_schema import scenario_schema
 from slam.scenario.shipped import shipped_scenarios
-from slam.sweep.options import make_plan
+from slam.sweep.make_plan import make_plan
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

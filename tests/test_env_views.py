@@ -16,7 +16,7 @@ from slam.env.top_view import TopView
 from slam.env.views import make_views
 from slam.errors import ScenarioError
 from slam.pose import Pose2D
-from slam.run.course import Course
+from slam.run.pilots import RouteProgress
 from slam.run.viewer.viewers import Viewers
 from slam.scenario.file import load_scenario
 from slam.scenario.schema import Scenario
@@ -60,15 +60,15 @@ def test_the_goal_is_told_from_where_the_robot_is(env: P3DXEnv, form: str) -> No
 
 
 def test_a_course_is_the_way_through_what_is_left() -> None:
-    course = Course(Pose2D(), [(3.0, 0.0), (3.0, 4.0)], arrival=0.5)
-    assert (course.length, course.left, course.goal) == (7.0, 7.0, Pose2D(3.0, 0.0))
-    course.advance(Pose2D(-1.0, 0.0))
-    assert course.left == 8.0
-    course.advance(Pose2D(2.6, 0.0))
-    assert (course.goal, course.left) == (Pose2D(3.0, 4.0), pytest.approx(np.hypot(0.4, 4.0)))
-    course.advance(Pose2D(3.0, 4.0))
-    assert (course.goal, course.left, course.arrived) == (None, 0.0, True)
-    assert not Course(Pose2D(), [], 0.5).arrived
+    route = RouteProgress(Pose2D(), [(3.0, 0.0), (3.0, 4.0)], arrival=0.5)
+    assert (route.length, route.left, route.goal) == (7.0, 7.0, Pose2D(3.0, 0.0))
+    route.advance(Pose2D(-1.0, 0.0))
+    assert route.left == 8.0
+    route.advance(Pose2D(2.6, 0.0))
+    assert (route.goal, route.left) == (Pose2D(3.0, 4.0), pytest.approx(np.hypot(0.4, 4.0)))
+    route.advance(Pose2D(3.0, 4.0))
+    assert (route.goal, route.left, route.arrived) == (None, 0.0, True)
+    assert not RouteProgress(Pose2D(), [], 0.5).arrived
 
 
 def test_the_picture_shows_the_world_and_changes_with_the_robot(env: P3DXEnv) -> None:
@@ -118,7 +118,7 @@ def test_in_human_mode_every_episode_is_a_recording(tmp_path: Path, monkeypatch:
 def test_without_a_screen_human_mode_says_so_once(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for name in ("has_display", "listens"):
+    for name in ("has_display", "is_listening"):
         monkeypatch.setattr(window, name, lambda *_: False)
     with P3DXEnv("paper_simulation", render_mode="human") as env:
         for seed in (1, 2):

@@ -11,7 +11,8 @@ import pytest
 from slam.files.tum import read_tum
 from slam.pose import FloatArray, Pose2D
 from slam.run import experiment
-from slam.run.experiment import Experiment, replay_experiment, scenario_experiment
+from slam.run.experiment import Experiment
+from slam.run.experiment_setup import replay_experiment, scenario_experiment
 from slam.scenario.file import load_scenario
 
 MOUNT = 0.3

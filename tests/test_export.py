@@ -16,9 +16,9 @@ from slam.errors import InputError, StorageError
 from slam.files.logs import read_log
 from slam.files.tum import read_tum
 from slam.pose import FloatArray
-from slam.run.experiment import replay_experiment, scenario_experiment
+from slam.run.experiment_setup import replay_experiment, scenario_experiment
 from slam.run.export.formats import export
-from slam.run.export.ray_counts import count_rays
+from slam.run.export.ros_map import count_rays
 from slam.run.results.run_record import RunRecord
 from slam.scenario.file import load_scenario
 

@@ -17,11 +17,10 @@ from slam.config import OwnMethod, SlamConfig
 from slam.errors import HopslamError, InputError, ScenarioError
 from slam.line_slam import LineSlam
 from slam.pose import Pose2D
-from slam.run.experiment import scenario_experiment
-from slam.run.results.keep import Keep
+from slam.run.experiment_setup import scenario_experiment
 from slam.scenario.file import load_scenario, read_scenario
 from slam.scenario.schema import Scenario
-from slam.sweep.options import make_plan
+from slam.sweep.make_plan import make_plan
 
 GADGET = """
 from pathlib import Path
@@ -79,7 +78,7 @@ def plain_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A short run in a bare room."""
     folder = tmp_path_factory.mktemp("plain")
     experiment = scenario_experiment(load_scenario("umbmark_room", ["duration=1.0"]))
-    return experiment.run(folder / "run", keep=Keep(pictures=False)).folder
+    return experiment.run(folder / "run", pictures=False).folder
 
 
 @pytest.fixture

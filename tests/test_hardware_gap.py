@@ -14,7 +14,7 @@ from hardware.emulator.motion import FACTORY
 from hardware.emulator.ports import PtyPort
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
-from slam.run.experiment import scenario_experiment
+from slam.run.experiment_setup import scenario_experiment
 from slam.run.results.run_record import RunRecord
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario

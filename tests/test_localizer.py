@@ -20,7 +20,7 @@ from slam.matching.global_search import _bounds, _pooled
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
-from slam.run.wanderer import Wanderer
+from slam.run.pilots import Wanderer
 from slam.saved_slam import SavedSlam, save
 from slam.scan import LaserScan
 

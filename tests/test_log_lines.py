@@ -14,8 +14,17 @@ import pytest
 from slam.errors import InputError
 from slam.files.logs import read_log
 from slam.lines.extraction import extract_segments
-from slam.run.log_lines import METHODS, Outputs, chosen_scans, line_config, write_lines
-from slam.run.results.segment_files import CSV_COLUMNS, CSV_HEADER, csv_lines, geojson_features
+from slam.run.log_lines import (
+    CSV_COLUMNS,
+    CSV_HEADER,
+    METHODS,
+    Outputs,
+    chosen_scans,
+    csv_lines,
+    geojson_features,
+    line_config,
+    write_lines,
+)
 
 
 def hopslam(*words: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:

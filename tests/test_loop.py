@@ -11,11 +11,11 @@ from slam.line_slam import Estimate
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
-from slam.run.interruption import Interruption
 from slam.run.loop import run_loop
-from slam.run.pilot import ReplayPilot, WaypointPilot
+from slam.run.pilots import ReplayPilot, WaypointPilot
 from slam.run.robot_env import RobotEnv
 from slam.run.step import Step
+from slam.run.watchers import Interruption
 from slam.scan import LaserScan, Lidar
 from slam.scenario.schema import Route
 
@@ -71,7 +71,7 @@ class Notes:
         self.steps: list[Step] = []
         self.poses: list[Pose2D] = []
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         self.steps.append(step)
 
     def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D:

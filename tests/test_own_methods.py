@@ -24,8 +24,7 @@ from slam.named_code import import_by_name
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 from slam.run.backends import PLANT_PARTS, make_robot
-from slam.run.experiment import scenario_experiment
-from slam.run.results.keep import Keep
+from slam.run.experiment_setup import scenario_experiment
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
 
@@ -287,7 +286,7 @@ def test_what_a_back_end_of_ones_own_does_wrong_is_told(backend: str, error: typ
 @pytest.mark.usefixtures("faulty")
 def test_own_code_that_fails_on_the_way_leaves_a_complete_folder(tmp_path: Path) -> None:
     scenario = load_scenario("corridor", ["duration=9", "slam.lines.method=faulty:tires"])
-    outcome = scenario_experiment(scenario).run(tmp_path / "run", keep=Keep(pictures=False))
+    outcome = scenario_experiment(scenario).run(tmp_path / "run", pictures=False)
     assert (outcome.ending, type(outcome.error)) == ("failed", InputError)
     metrics = json.loads((tmp_path / "run" / "metrics.json").read_text())
     assert 0 < metrics["scans"] < 40

@@ -12,31 +12,29 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from slam.bench.match_report import Comparison, draw_comparison
-from slam.bench.match_score import BEAMS, Runs
+from slam.bench.match_report import MatcherComparison, draw_comparison
+from slam.bench.match_score import BEAMS, MatchRuns
 from slam.bench.paper import fig_3, fig_7, fig_8, fig_10, fig_21
 from slam.config import ChiSquareConfig
 from slam.env import top_view
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
 from slam.lines.extraction import extract_segments
 from slam.pose import FloatArray, Pose2D
 from slam.run.calibration.calibrate import Calibration
-from slam.run.calibration.picture import draw_squares
+from slam.run.calibration.report import draw_squares
 from slam.run.calibration.wheel_fit import Leg, WheelFit
-from slam.run.experiment import scenario_experiment
+from slam.run.experiment_setup import scenario_experiment
+from slam.run.pictures.figure_style import PAPER, save_figure
+from slam.run.pictures.map_picture import MapContents, map_figure
+from slam.run.pictures.scan_picture import draw_scan
+from slam.run.pictures.world_picture import draw_world
 from slam.run.report.animation import write_animation
 from slam.run.report.figure_files import write_figures
 from slam.run.report.run_plots import distance_figure, iterations_figure, timing_figure
-from slam.run.results.map_picture import map_figure
-from slam.run.results.plan import Plan
 from slam.run.results.run_record import RunRecord
-from slam.run.results.scan_picture import draw_scan
-from slam.run.results.world_picture import draw_world
 from slam.run.viewer import palette
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
-from slam.sweep.report.groups import Group
+from slam.sweep.report.groups import RunGroup
 from slam.sweep.report.pictures import draw_bands, draw_boxes, draw_samples
 
 Scanner = Callable[[FloatArray, Pose2D, int], LaserScan]
@@ -71,10 +69,10 @@ def test_a_map_of_any_shape_is_whole(size: tuple[float, float], tmp_path: Path) 
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) * size
     way = np.column_stack([np.linspace(corners[0], corners[2], 50), np.zeros(50)])
     walls = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
-    plan = Plan(walls, way, way + 0.1 * max(size), way, [corners])
-    save_figure(map_figure(plan), tmp_path / "map.png", dpi=100)
+    contents = MapContents(walls, way, way + 0.1 * max(size), way, [corners])
+    save_figure(map_figure(contents), tmp_path / "map.png", dpi=100)
     assert_nothing_is_cut(tmp_path / "map.png")
-    lone = Plan(walls, way, way)  # without truth
+    lone = MapContents(walls, way, way)  # without truth
     save_figure(map_figure(lone, longest=8.0), tmp_path / "lone.png", dpi=100)
     assert_nothing_is_cut(tmp_path / "lone.png")
 
@@ -123,10 +121,10 @@ def test_the_pictures_of_benches_are_whole(tmp_path: Path) -> None:
     fig_8.draw(fig_8.measure(1), tmp_path / "8.png")
     fig_10.draw(tmp_path / "10.png")
     fig_21.draw(fig_21.measure(1.0), tmp_path / "21.png")
-    runs = Runs(np.full(9, 1e-3), np.zeros((9, 2)))
+    runs = MatchRuns(np.full(9, 1e-3), np.zeros((9, 2)))
     names = [f"matcher {k} with a long name" for k in range(6)]
     near = {name: dict.fromkeys(BEAMS, runs) for name in names}
-    draw_comparison(tmp_path / "match.png", Comparison(near, {name: np.full((5, 7), 0.5) for name in names}, 9))
+    draw_comparison(tmp_path / "match.png", MatcherComparison(near, {name: np.full((5, 7), 0.5) for name in names}, 9))
     for path in tmp_path.glob("*.png"):
         assert_nothing_is_cut(path)
 
@@ -139,7 +137,7 @@ def test_the_squares_of_a_calibration_are_drawn_whole(tmp_path: Path) -> None:
 
 def test_the_pictures_of_a_sweep_are_whole(tmp_path: Path) -> None:
     grids = [{"slam.matching.floor": 0.01 * k, "robot.odometry.travel_noise": 0.001 * k} for k in range(8)]
-    groups = [Group("a_scenario_of_a_long_name", "hopslam", grid) for grid in grids]
+    groups = [RunGroup("a_scenario_of_a_long_name", "hopslam", grid) for grid in grids]
     for group in groups:
         group.values, group.curves = [0.1, 0.2, 300.0], [(9.0, [0.1, 0.2]), (9.0, [0.1, 0.3])]
         group.drawn = [{"robot.odometry.travel_noise": 0.1 * k} for k in range(3)]

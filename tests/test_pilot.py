@@ -7,7 +7,7 @@ import pytest
 
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
-from slam.run.pilot import ReplayPilot, WaypointPilot
+from slam.run.pilots import ReplayPilot, WaypointPilot
 from slam.scenario.schema import Route
 
 ROUTE = Route(waypoints=((2.0, 0.0), (2.0, 2.0)), speed=0.5, turn_speed=0.8, arrival=0.1)

@@ -14,15 +14,13 @@ from typer.testing import CliRunner
 
 from slam.cli.main import app
 from slam.errors import InputError
-from slam.run.experiment import scenario_experiment
-from slam.run.report.animation import write_animation
-from slam.run.report.chapter import command
+from slam.run.experiment_setup import scenario_experiment
+from slam.run.report.animation import SeenWalls, write_animation
 from slam.run.report.faults import faults
 from slam.run.report.figure_files import write_figures
-from slam.run.report.growing_lines import SeenWalls
-from slam.run.report.metric_rows import METRICS, rows
-from slam.run.report.page import write_report
-from slam.run.report.settings import changes
+from slam.run.report.page import metric_rows, write_report
+from slam.run.report.run_section import changes, command
+from slam.run.results.metric_table import METRICS
 from slam.run.results.run_names import run_names
 from slam.run.results.run_record import RunRecord
 from slam.scenario.file import load_scenario
@@ -164,10 +162,10 @@ def test_faults_are_found_and_named(run: Path, tmp_path: Path) -> None:
 
 def test_the_best_is_marked_and_only_where_there_is_one() -> None:
     runs = [{"ate_rmse_m": error, "scans": 5, "ending": "arrived"} for error in (0.2, 0.1)]
-    table = {metric.key: cells for metric, cells, _ in rows(runs)}
+    table = {metric.key: cells for metric, cells, _ in metric_rows(runs)}
     assert [cell.best for cell in table["ate_rmse_m"]] == [False, True]
     assert not any(cell.best for cell in table["scans"])
-    same = rows([runs[0], runs[0]])
+    same = metric_rows([runs[0], runs[0]])
     assert not any(cell.best for _, cells, _ in same for cell in cells)
 
 
@@ -176,7 +174,7 @@ def test_a_run_that_was_cut_short_wins_nothing(ending: str | None) -> None:
     whole = [{"ate_rmse_m": error, "ending": "arrived"} for error in (0.3, 0.2)]
     short = {"ate_rmse_m": 0.1} | ({"ending": ending} if ending else {})
     for runs, best in (([short, *whole], [False, False, True]), ([short, whole[0]], [False, False])):
-        (_, cells, _), *_ = rows(runs)
+        (_, cells, _), *_ = metric_rows(runs)
         assert [cell.best for cell in cells] == best
 
 
@@ -202,8 +200,8 @@ def test_runs_of_one_name_are_told_apart(run: Path, tmp_path: Path) -> None:
 
 
 def test_every_number_of_a_run_has_a_meaning(run: Path) -> None:
-    assert {"ate_rmse_m", "scans", "slam_ms_p99"} <= {metric.key for metric in METRICS}
-    assert all(metric.meaning.endswith(".") for metric in METRICS)
+    assert {"ate_rmse_m", "scans", "slam_ms_p99"} <= set(METRICS)
+    assert all(metric.meaning.endswith(".") for metric in METRICS.values())
 
 
 def test_only_what_differs_from_the_defaults_is_a_change() -> None:

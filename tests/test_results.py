@@ -14,25 +14,25 @@ from matplotlib.image import imread
 
 from slam.console.terminal import Terminal
 from slam.errors import InputError
+from slam.files.atomic_files import GrowingGeoJson, atomic_file, write_atomic
 from slam.files.tum import format_tum
-from slam.files.whole_files import GrowingGeoJson, whole_file, write_whole
 from slam.line_slam import Estimate
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
-from slam.run.results.map_picture import draw_map
+from slam.run.pictures.map_picture import draw_map
 from slam.run.results.metrics import measure
-from slam.run.results.progress import RunProgress
 from slam.run.results.recorder import STEP_COLUMNS
 from slam.run.results.run_folder import make_run_folder
 from slam.run.step import Step
+from slam.run.watchers import RunProgress
 from slam.scan import LaserScan
 
 
-def test_a_whole_file_replaces_the_old_one_and_leaves_no_draft(tmp_path: Path) -> None:
+def test_an_atomic_file_replaces_the_old_one_and_leaves_no_draft(tmp_path: Path) -> None:
     path = tmp_path / "metrics.json"
     for text in ("old", "new"):
-        write_whole(path, text)
+        write_atomic(path, text)
         assert path.read_text() == text
     assert list(tmp_path.iterdir()) == [path]
 
@@ -136,7 +136,7 @@ def step_of(truth: Pose2D | None, estimate: Pose2D) -> Step:
 def shown_by_the_bar(step: Step) -> str:
     text = StringIO()
     with RunProgress(Terminal(file=text, force_terminal=True, width=200), "corridor") as bar:
-        bar.see(step)
+        bar.on_step(step)
     return text.getvalue()
 
 
@@ -167,19 +167,20 @@ def test_the_true_walls_are_drawn(tmp_path: Path) -> None:
 KILLED = """
     import os, sys
     from slam.run import experiment
+    from slam.run.experiment_setup import scenario_experiment
     from slam.scenario.file import load_scenario
     from pathlib import Path
 
-    class Assassin:
+    class KillAtStep20:
         def __init__(self, *_): pass
         def __enter__(self): return self
         def __exit__(self, *_): pass
-        def see(self, step):
+        def on_step(self, step):
             if step.index == 20:
                 os.kill(os.getpid(), {signal})
 
-    experiment.RunProgress = Assassin
-    outcome = experiment.scenario_experiment(load_scenario("paper_simulation")).run(Path(sys.argv[1]))
+    experiment.RunProgress = KillAtStep20
+    outcome = scenario_experiment(load_scenario("paper_simulation")).run(Path(sys.argv[1]))
     print(outcome.ending)
 """
 
@@ -228,7 +229,7 @@ def test_a_file_that_fails_half_way_does_not_take_its_name(tmp_path: Path) -> No
     path.write_text("old")
 
     def interrupted() -> None:
-        with whole_file(path) as draft:
+        with atomic_file(path) as draft:
             draft.write_text("half")
             raise KeyboardInterrupt
 

@@ -11,10 +11,10 @@ from slam.matching.match import Match
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
-from slam.run.experiment import Experiment, replay_experiment
-from slam.run.results.log_reader import logged_mount, logged_observations
+from slam.run.experiment import Experiment
+from slam.run.experiment_setup import replay_experiment
 from slam.run.results.recorder import Recorder
-from slam.run.results.run_log import RunLog
+from slam.run.results.run_log import RunLog, logged_mount, logged_observations
 from slam.run.results.run_record import RunRecord
 from slam.run.step import Step
 from slam.scan import LaserScan
@@ -40,7 +40,7 @@ def step(k: int) -> Step:
 def log(tmp_path: Path) -> Path:
     writer = RunLog(tmp_path, MOUNT)
     for k in range(50):
-        writer.see(step(k))
+        writer.on_step(step(k))
     writer.close()
     return tmp_path / "log.mcap"
 
@@ -81,7 +81,7 @@ def test_a_log_that_was_cut_is_read_up_to_the_cut(log: Path) -> None:
 def test_less_than_a_second_is_lost_when_a_run_is_killed(tmp_path: Path) -> None:
     writer = RunLog(tmp_path, MOUNT)
     for k in range(50):
-        writer.see(step(k))
+        writer.on_step(step(k))
         assert k + 1 - len(list(logged_observations(tmp_path / "log.mcap"))) < 10
     writer.close()
 
@@ -91,7 +91,7 @@ def test_a_stamp_that_ros_cannot_hold_does_no_harm(tmp_path: Path) -> None:
     for stamp in (-5.0, 1e18):
         seen = observation(0)
         scan = LaserScan(stamp, -2.0, 0.0125, 0.0625, 4.0, seen.scan.ranges)
-        writer.see(Step(0, Observation(scan, seen.odometry), Estimate(stamp, Pose2D()), Twist2D(), 0.0))
+        writer.on_step(Step(0, Observation(scan, seen.odometry), Estimate(stamp, Pose2D()), Twist2D(), 0.0))
     writer.close()
     assert [seen.scan.stamp for seen in logged_observations(tmp_path / "log.mcap")] == [0.0, 2.0**31 - 1]
 
@@ -99,7 +99,7 @@ def test_a_stamp_that_ros_cannot_hold_does_no_harm(tmp_path: Path) -> None:
 def test_the_covariance_is_in_the_steps(tmp_path: Path) -> None:
     (tmp_path / "config.yaml").write_text("name: cut off\n")
     recorder = Recorder(tmp_path, Pose2D(), MOUNT)
-    recorder.see(step(0))
+    recorder.on_step(step(0))
     record = RunRecord.open(tmp_path)
     names = ("cov_xx", "cov_xy", "cov_xth", "cov_yy", "cov_yth", "cov_thth")
     assert [record.traces.steps[name][0] for name in names] == list(COVARIANCE[np.triu_indices(3)])

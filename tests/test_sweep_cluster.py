@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from slam.sweep.folder import Folder
-from slam.sweep.options import make_plan
-from slam.sweep.store import SweepStore
+from slam.sweep.make_plan import make_plan
+from slam.sweep.result_store import ResultStore
 
 pytestmark = pytest.mark.skipif(
     "HOPSLAM_CLUSTER_TESTS" not in os.environ, reason="takes minutes; set HOPSLAM_CLUSTER_TESTS=1 to run them"
@@ -115,7 +115,7 @@ def start_driver(out: Path) -> subprocess.Popen[bytes]:
 
 def rows_of(out: Path) -> list[str]:
     """Ids of the rows that are there, in the results and in the journal."""
-    compacted = [row["id"] for row in SweepStore(Folder(str(out))).rows(["id"])]
+    compacted = [row["id"] for row in ResultStore(Folder(str(out))).rows(["id"])]
     return compacted + [path.stem for path in (out / "rows").glob("*.json")]
 
 
@@ -142,7 +142,7 @@ def test_all_rows_are_there_once_though_worker_node_and_driver_are_killed(cluste
     wait_for(lambda: len(rows_of(out)) > seen + 20, driver)
     driver.kill()
     driver.wait()
-    store = SweepStore(Folder(str(out)))
+    store = ResultStore(Folder(str(out)))
     store.compact()
     assert [row["error"] for row in store.rows() if row["status"] != "done"] == []
     before = len(store.done())
@@ -151,9 +151,9 @@ def test_all_rows_are_there_once_though_worker_node_and_driver_are_killed(cluste
     assert again.wait(timeout=500) == 0, (out.parent / "driver.txt").read_text()
     said = (out.parent / "driver.txt").read_text()
     assert f"{RUNS - before} runs done, 0 of them failed; {before} were there already" in " ".join(said.split())
-    kept = Counter(row["id"] for row in SweepStore(Folder(str(out))).rows())
+    kept = Counter(row["id"] for row in ResultStore(Folder(str(out))).rows())
     planned = make_plan(["paper_simulation"], {
         "modes": ["dead_reckoning"], "settings": {"duration": 4}, "seeds": f"0:{RUNS}"
     })  # fmt: skip
     assert kept == Counter(job.id for job in planned.jobs())
-    assert all(row["status"] == "done" for row in SweepStore(Folder(str(out))).rows())
+    assert all(row["status"] == "done" for row in ResultStore(Folder(str(out))).rows())

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from slam.errors import HopslamError
 from slam.scenario.file import load_scenario
 from slam.sweep.config import SweepConfig
-from slam.sweep.job import setting
-from slam.sweep.options import make_plan, parse_grid, parse_sample
+from slam.sweep.job import format_setting
+from slam.sweep.make_plan import make_plan, parse_grid, parse_sample
 from slam.sweep.plan import Plan
 
 PSI, FLOOR = "slam.lines.psi", "slam.matching.floor"
@@ -29,7 +29,7 @@ def test_a_setting_is_read_back_as_the_value_that_it_was(value: object) -> None:
     """As --set reads it: with all digits, in spite of YAML."""
     from slam.scenario.settings import parse_setting
 
-    assert parse_setting(setting("route.speed", value)) == (("route", "speed"), value)
+    assert parse_setting(format_setting("route.speed", value)) == (("route", "speed"), value)
 
 
 def test_every_run_of_a_sweep_is_another_and_the_same_in_the_next_sweep() -> None:

@@ -11,19 +11,18 @@ import pytest
 from typer.testing import CliRunner
 
 from slam.cli.main import app
-from slam.run.results.keep import Keep
-from slam.sweep.driver import Driver
-from slam.sweep.executor import Finished, Lost
+from slam.sweep.executor import FinishedJob, LostJob
 from slam.sweep.folder import Folder
 from slam.sweep.job import Job
-from slam.sweep.options import make_plan
-from slam.sweep.pool import Pool
-from slam.sweep.row import job_columns
+from slam.sweep.make_plan import make_plan
+from slam.sweep.process_pool import ProcessPool
+from slam.sweep.result_rows import job_columns
+from slam.sweep.result_store import ResultStore
 from slam.sweep.run_job import run_job
-from slam.sweep.store import SweepStore
+from slam.sweep.scheduler import Scheduler
 
 
-class Unsteady:
+class UnreliableExecutor:
     """An executor that runs nothing: the first tries of some jobs are lost, and one job fails always."""
 
     def __init__(self, jobs: list[Job], lost: int, interrupt_after: int = 10**9) -> None:
@@ -41,17 +40,17 @@ class Unsteady:
     def submit(self, job: Job) -> None:
         self._jobs.append(job)
 
-    def collect(self, timeout: float) -> Iterator[Finished | Lost]:
+    def collect(self, timeout: float) -> Iterator[FinishedJob | LostJob]:
         job = self._jobs.pop(0)
         self._until -= 1
         if self._until < 0:
             raise KeyboardInterrupt
         if self._left.get(job.id, 0) > 0:
             self._left[job.id] -= 1
-            yield Lost(job, "the worker died")
+            yield LostJob(job, "the worker died")
         else:
             status = "failed" if job.id == self._bad else "done"
-            yield Finished(job, job_columns(job) | {"status": status, "error": None})
+            yield FinishedJob(job, job_columns(job) | {"status": status, "error": None})
 
     def close(self) -> None:
         self._jobs.clear()
@@ -61,18 +60,18 @@ class Unsteady:
 def test_each_job_has_one_row_whatever_is_lost(tmp_path: Path, lost: int, retry: int, failed: int) -> None:
     """Five jobs of ten lose their worker, so often; the last one fails."""
     jobs = list(make_plan(["paper_simulation"], {"seeds": "0:10"}).jobs())
-    executor, store = Unsteady(jobs, lost), SweepStore(Folder(str(tmp_path)))
-    driver = Driver(executor, store, retry, lambda done, failed: None)
-    assert not driver.run(iter(jobs))
-    assert (driver.done, driver.failed) == (10, failed)
+    executor, store = UnreliableExecutor(jobs, lost), ResultStore(Folder(str(tmp_path)))
+    scheduler = Scheduler(executor, store, retry, lambda done, failed: None)
+    assert not scheduler.run(iter(jobs))
+    assert (scheduler.done, scheduler.failed) == (10, failed)
     assert sorted(row["id"] for row in store.rows()) == sorted(job.id for job in jobs)
     assert {row["tries"] for row in store.rows()} == {1, lost + 1 if failed == 1 else retry + 1, retry + 1}
 
 
 def test_what_was_done_before_ctrl_c_is_kept(tmp_path: Path) -> None:
     jobs = list(make_plan(["paper_simulation"], {"seeds": "0:10"}).jobs())
-    executor, store = Unsteady(jobs, 0, interrupt_after=4), SweepStore(Folder(str(tmp_path)))
-    assert Driver(executor, store, 0, lambda done, failed: None).run(iter(jobs))
+    executor, store = UnreliableExecutor(jobs, 0, interrupt_after=4), ResultStore(Folder(str(tmp_path)))
+    assert Scheduler(executor, store, 0, lambda done, failed: None).run(iter(jobs))
     assert len(store.done()) == 4
 
 
@@ -88,7 +87,7 @@ def sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_sweep_leaves_a_table_and_ordinary_run_folders(sweep: Path) -> None:
-    rows = list(SweepStore(Folder(str(sweep))).rows())
+    rows = list(ResultStore(Folder(str(sweep))).rows())
     assert len({row["id"] for row in rows}) == 8
     assert {(row["mode"], row["seed"], row["set.physics.rate"]) for row in rows} == {
         (mode, seed, rate) for mode in ("hopslam", "dead_reckoning") for seed in (0, 1) for rate in (240, 480)
@@ -105,13 +104,13 @@ def test_a_sweep_leaves_a_table_and_ordinary_run_folders(sweep: Path) -> None:
 
 
 def test_a_sweep_that_is_started_again_runs_only_what_is_missing(sweep: Path) -> None:
-    before = {row["id"]: row["started"] for row in SweepStore(Folder(str(sweep))).rows()}
+    before = {row["id"]: row["started"] for row in ResultStore(Folder(str(sweep))).rows()}
     words = ["sweep", str(sweep / "sweep.yaml"), "--out", str(sweep)]
     done = CliRunner().invoke(app, [*words, "--seeds", "0:3", "--plan"])
     assert "12 runs, 4 of them to do" in " ".join(done.output.split())
     done = CliRunner().invoke(app, words)
     assert "0 runs done" in done.output
-    assert {row["id"]: row["started"] for row in SweepStore(Folder(str(sweep))).rows()} == before
+    assert {row["id"]: row["started"] for row in ResultStore(Folder(str(sweep))).rows()} == before
 
 
 def test_the_report_is_one_file_with_pictures(sweep: Path) -> None:
@@ -129,7 +128,7 @@ def test_the_report_is_one_file_with_pictures(sweep: Path) -> None:
 
 
 def test_a_row_that_is_run_again_has_the_same_bits(sweep: Path) -> None:
-    row = next(row for row in SweepStore(Folder(str(sweep))).rows() if row["mode"] == "hopslam")
+    row = next(row for row in ResultStore(Folder(str(sweep))).rows() if row["mode"] == "hopslam")
     done = CliRunner().invoke(app, ["sweep", "repeat", str(sweep), row["id"]])
     assert done.exit_code == 0, done.output
     assert "the same, bit for bit" in done.output
@@ -142,7 +141,7 @@ def test_a_row_that_is_run_again_has_the_same_bits(sweep: Path) -> None:
 def test_a_worker_that_is_killed_is_replaced_and_its_job_run(tmp_path: Path) -> None:
     changes = {"settings": {"duration": 0.5}, "modes": ["dead_reckoning"], "seeds": "0:8"}
     plan = make_plan(["paper_simulation"], changes)
-    pool, store = Pool(2, str(tmp_path / "runs"), Keep(pictures=False)), SweepStore(Folder(str(tmp_path)))
+    pool, store = ProcessPool(2, str(tmp_path / "runs"), pictures=False), ResultStore(Folder(str(tmp_path)))
     killed: list[int] = []
 
     def kill(done: int, failed: int) -> None:
@@ -151,7 +150,7 @@ def test_a_worker_that_is_killed_is_replaced_and_its_job_run(tmp_path: Path) -> 
             os.kill(killed[-1], signal.SIGKILL)
 
     with closing(pool):
-        assert not Driver(pool, store, retry=2, show=kill).run(plan.jobs())
+        assert not Scheduler(pool, store, retry=2, show=kill).run(plan.jobs())
     assert killed
     assert killed[0] not in pool.pids
     rows = list(store.rows())
@@ -164,7 +163,7 @@ def test_a_log_is_run_and_one_that_cannot_be_read_is_a_row_that_says_so(tmp_path
     other.write_text(small_log.read_text())
     plan = make_plan([str(small_log), str(other)], {"modes": ["dead_reckoning"]})
     other.write_text("# nothing\n")
-    small, bad = (run_job(job, str(tmp_path / "runs"), Keep(pictures=False)) for job in plan.jobs())
+    small, bad = (run_job(job, str(tmp_path / "runs"), pictures=False) for job in plan.jobs())
     assert small is not None
     assert bad is not None
     assert small["command"].startswith(f"hopslam replay {small_log}")

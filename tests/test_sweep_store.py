@@ -12,10 +12,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from slam.errors import InputError
-from slam.sweep import table
+from slam.sweep import result_rows
 from slam.sweep.folder import Folder
-from slam.sweep.lock import Lock
-from slam.sweep.store import RESULTS, SweepStore
+from slam.sweep.lock import SweepLock
+from slam.sweep.result_store import RESULTS, ResultStore
 
 numbers = st.one_of(st.none(), st.integers(-100, 100), st.just(0.5), st.text("ab"), st.booleans())
 rows = st.lists(st.tuples(st.sampled_from("abcdefg"), st.dictionaries(st.sampled_from(["x", "y", "set.z"]), numbers)))
@@ -40,12 +40,12 @@ def test_the_last_row_of_each_id_is_there_once(
     """However often the journal is taken in between, and whatever columns the rows have."""
     folder, expected = new_folder(), {}
     for batch in batches:
-        store = SweepStore(folder)  # another driver each time
+        store = ResultStore(folder)  # another driver each time
         for run, values in batch:
             store.add(row(run, **values))
             expected[run] = values
         store.compact()
-    kept = list(SweepStore(folder).rows())
+    kept = list(ResultStore(folder).rows())
     assert sorted(r["id"] for r in kept) == sorted(expected)
     for r in kept:
         for name, value in expected[r["id"]].items():
@@ -54,20 +54,20 @@ def test_the_last_row_of_each_id_is_there_once(
 
 def test_a_row_that_was_taken_in_and_not_yet_removed_is_there_once(tmp_path: Path) -> None:
     """As after a kill between the two."""
-    store = SweepStore(Folder(str(tmp_path)))
+    store = ResultStore(Folder(str(tmp_path)))
     store.add(row("a", x=1))
     journal = next((tmp_path / "rows").iterdir())
     text = journal.read_text()
     store.compact()
     journal.write_text(text)
-    again = SweepStore(Folder(str(tmp_path)))
+    again = ResultStore(Folder(str(tmp_path)))
     again.compact()
     assert [r["x"] for r in again.rows()] == [1]
     assert not list((tmp_path / "rows").iterdir())
 
 
 def test_numbers_keep_their_bits(tmp_path: Path) -> None:
-    store = SweepStore(Folder(str(tmp_path)))
+    store = ResultStore(Folder(str(tmp_path)))
     store.add(row("a", x=0.1 + 0.2, n=3, error_m=[0.1, 1e-17]))
     store.compact()
     store.add(row("b", x=1, n=2.5))
@@ -78,7 +78,7 @@ def test_numbers_keep_their_bits(tmp_path: Path) -> None:
 
 
 def test_what_failed_is_not_done(tmp_path: Path) -> None:
-    store = SweepStore(Folder(str(tmp_path)))
+    store = ResultStore(Folder(str(tmp_path)))
     store.add(row("a"))
     store.add(row("b") | {"status": "failed"})
     store.compact()
@@ -88,8 +88,8 @@ def test_what_failed_is_not_done(tmp_path: Path) -> None:
 def test_the_file_is_of_whole_row_groups_though_rows_come_one_by_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(table, "BATCH", 10)
-    store = SweepStore(Folder(str(tmp_path)))
+    monkeypatch.setattr(result_rows, "BATCH", 10)
+    store = ResultStore(Folder(str(tmp_path)))
     for index in range(35):
         store.add(row(f"{index}", x=index))
         store.compact()
@@ -100,9 +100,9 @@ def test_the_file_is_of_whole_row_groups_though_rows_come_one_by_one(
 
 def test_a_folder_has_one_driver(new_folder: Callable[[], Folder]) -> None:
     folder = new_folder()
-    with Lock(folder), pytest.raises(InputError, match="runs a sweep there"), Lock(folder):
+    with SweepLock(folder), pytest.raises(InputError, match="runs a sweep there"), SweepLock(folder):
         pass
-    with Lock(folder):
+    with SweepLock(folder):
         pass
 
 
@@ -111,16 +111,16 @@ def test_the_lock_of_a_dead_driver_is_taken_over() -> None:
     import platform
 
     folder.write("driver.lock", json.dumps({"host": platform.node(), "pid": 2**22 + 1}))
-    with Lock(folder):
+    with SweepLock(folder):
         pass
     folder.write("driver.lock", json.dumps({"host": "elsewhere", "pid": 1}))
-    with pytest.raises(InputError, match="on elsewhere"), Lock(folder):
+    with pytest.raises(InputError, match="on elsewhere"), SweepLock(folder):
         pass
 
 
 def test_results_that_are_none_and_places_that_are_none(tmp_path: Path) -> None:
     (tmp_path / RESULTS).write_text("no parquet")
-    store = SweepStore(Folder(str(tmp_path)))
+    store = ResultStore(Folder(str(tmp_path)))
     store.add(row("a"))
     with pytest.raises(InputError, match=RESULTS):
         store.compact()
@@ -134,6 +134,6 @@ def test_a_folder_that_is_taken_in_again_takes_the_place_of_the_other(new_folder
         with folder.draft() as draft:
             (draft / "run").mkdir()
             (draft / "run" / "metrics.json").write_text(text)
-            folder.take_in(draft / "run", "run")
+            folder.move_in(draft / "run", "run")
     assert (folder / "run").names() == ["metrics.json"]
     assert (folder / "run").read("metrics.json") == "new"

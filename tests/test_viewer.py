@@ -27,18 +27,15 @@ from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.step import Step
 from slam.run.viewer.broadcast import Broadcast
-from slam.run.viewer.curves import PLOTS
-from slam.run.viewer.events import EventWatch
-from slam.run.viewer.frame import coloured, frame_of
+from slam.run.viewer.live_run import EventDetector, RunViewer, coloured, frame_of
 from slam.run.viewer.palette import NO_SEGMENT, wall_colours
-from slam.run.viewer.run_viewer import RunViewer
-from slam.run.viewer.scene import Scene
+from slam.run.viewer.scene import PLOTS, Scene
 from slam.run.viewer.targets import Target, parse_target, parse_targets
 from slam.run.viewer.viewers import NO_DISPLAY, Viewers
 from slam.scan import LaserScan
 
 RERUN = [sys.executable, "-m", "rerun_cli"]
-SETTING = Scene(Pose2D(0.1, 0.0, 0.0), outlines=(np.array([[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0]]),))
+SCENE = Scene(Pose2D(0.1, 0.0, 0.0), outlines=(np.array([[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0]]),))
 ENTITIES = {
     "/map/walls", "/map/robot", "/map/robot/body", "/map/scan", "/map/segments", "/map/points", "/map/lines",
     "/map/trajectory/slam", "/map/trajectory/odometry", "/map/trajectory/truth", "/events",
@@ -55,10 +52,10 @@ def step(index: int, **observed: bool | tuple[bool, ...]) -> Step:
 
 def show(steps: int, files: list[Path], urls: list[str]) -> list[str]:
     said: list[str] = []
-    with Broadcast(files, urls, SETTING, said.append) as broadcast:
-        viewer = RunViewer(broadcast, SETTING)
+    with Broadcast(files, urls, SCENE, said.append) as broadcast:
+        viewer = RunViewer(broadcast, SCENE)
         for index in range(steps):
-            viewer.see(step(index))
+            viewer.on_step(step(index))
         viewer.end("arrived")
     return said
 
@@ -119,7 +116,7 @@ def test_what_is_no_target_is_bad_input(text: str) -> None:
 def test_without_a_target_rerun_is_not_even_imported() -> None:
     code = "import sys, slam.run.experiment, slam.run.run_and_report; sys.exit('rerun' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
-    assert Viewers().open(SETTING) is None
+    assert Viewers().open(SCENE) is None
 
 
 def test_no_screen_is_one_line_and_no_failure(
@@ -128,12 +125,12 @@ def test_no_screen_is_one_line_and_no_failure(
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr("slam.run.viewer.viewers.listens", lambda url: False)
+    monkeypatch.setattr("slam.run.viewer.viewers.is_listening", lambda url: False)
     with Viewers(["spawn"], Terminal()) as viewers:
-        broadcast = viewers.open(SETTING)
+        broadcast = viewers.open(SCENE)
         assert broadcast is not None
         with broadcast:
-            RunViewer(broadcast, SETTING).see(step(0))
+            RunViewer(broadcast, SCENE).on_step(step(0))
     assert capsys.readouterr().out.strip() == NO_DISPLAY
 
 
@@ -155,16 +152,16 @@ def test_points_have_the_colour_of_their_segment() -> None:
 
 def test_a_frame_is_in_the_map_frame() -> None:
     seen = step(4)
-    frame = frame_of(seen, Pose2D(1.0, 0.0, 0.0), SETTING.T_base_laser, deskew=False)
-    laser = seen.estimate.T_map_base @ SETTING.T_base_laser
+    frame = frame_of(seen, Pose2D(1.0, 0.0, 0.0), SCENE.T_base_laser, deskew=False)
+    laser = seen.estimate.T_map_base @ SCENE.T_base_laser
     assert_allclose(np.hypot(*(frame.points - laser.translation).T), 1.5)
     assert frame.odometry.x == pytest.approx(1.2)
 
 
 def test_events_are_told_once_and_when_they_end() -> None:
-    watch = EventWatch()
+    detector = EventDetector()
     steps = [step(0), step(1, stalled=True), step(2, stalled=True), step(3), step(4, collided=True)]
-    told = [(event.scan, event.level, event.text.split(":")[0]) for seen in steps for event in watch.of(seen)]
+    told = [(event.scan, event.level, event.text.split(":")[0]) for seen in steps for event in detector.detect(seen)]
     assert told == [
         (0, "INFO", "first scan"),
         (1, "WARN", "stalled"),
@@ -207,11 +204,11 @@ import os, time
 from pathlib import Path
 import sys
 sys.path[:0] = [{str(Path(__file__).parent)!r}]
-from test_viewer import SETTING, Broadcast, RunViewer, step
-broadcast = Broadcast([Path({str(path)!r})], [], SETTING, print)
-viewer = RunViewer(broadcast, SETTING)
+from test_viewer import SCENE, Broadcast, RunViewer, step
+broadcast = Broadcast([Path({str(path)!r})], [], SCENE, print)
+viewer = RunViewer(broadcast, SCENE)
 for index in range(25):
-    viewer.see(step(index))
+    viewer.on_step(step(index))
     time.sleep(0.1)
 os.kill(os.getpid(), 9)
 """
@@ -243,7 +240,7 @@ def test_a_viewer_that_is_not_there_is_told_once() -> None:
 def test_a_viewer_that_never_reads_stops_nothing() -> None:
     with socket.create_server(("127.0.0.1", 0)) as deaf:
         port = deaf.getsockname()[1]
-        with Broadcast([], [f"rerun+http://127.0.0.1:{port}/proxy"], SETTING, lambda text: None) as broadcast:
-            viewer = RunViewer(broadcast, SETTING)
+        with Broadcast([], [f"rerun+http://127.0.0.1:{port}/proxy"], SCENE, lambda text: None) as broadcast:
+            viewer = RunViewer(broadcast, SCENE)
             for index in range(200):
-                viewer.see(step(index))
+                viewer.on_step(step(index))

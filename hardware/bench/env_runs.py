@@ -50,15 +50,15 @@ def _drive(env: P3DXEnv, goal: Point, emulator: Emulator | None) -> DrivenWay:
     notes = WayNotes(emulator)
     with closing(env):
         observation, info = env.reset(seed=env.scenario.seed, options={"goal": goal})
-        notes.see(_step(info))
+        notes.on_step(_step(info))
         over = False
         while not over:
             observation, _, terminated, truncated, info = env.step(to_the_goal(observation))
-            notes.see(_step(info))
+            notes.on_step(_step(info))
             over = terminated or truncated
         for _ in range(_BRAKING):
             *_, info = env.step(np.zeros(2))
-            notes.see(_step(info))
+            notes.on_step(_step(info))
         return notes.way((env.robot.epoch or 0.0) if isinstance(env.robot, HardwareRobot) else 0.0)
 
 

@@ -13,12 +13,12 @@ from hardware.emulator.emulator import Emulator
 from hardware.robot import HardwareRobot
 from slam.console.terminal import Terminal
 from slam.pose import FloatArray, Pose2D
-from slam.run.experiment import Experiment, scenario_experiment
-from slam.run.interruption import Interruption
+from slam.run.experiment import Experiment
+from slam.run.experiment_setup import scenario_experiment
 from slam.run.loop import run_loop
-from slam.run.results.progress import RunProgress
 from slam.run.step import Step, Watcher
 from slam.run.warm_up import warm_up
+from slam.run.watchers import Interruption, RunProgress
 from slam.scenario.schema import Scenario
 
 Load = Callable[[Sequence[str]], Scenario]
@@ -48,7 +48,7 @@ class WayNotes:
     estimate: list[Pose2D] = field(default_factory=list)
     truth: list[tuple[float, Pose2D]] = field(default_factory=list)
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         seen = step.observation
         self.stamps.append(seen.scan.stamp)
         self.estimate.append(step.estimate.T_map_base)

@@ -47,7 +47,7 @@ def doctor(
 def _draw(png: Path, scan: LaserScan, port: str) -> None:
     from slam.config import ChiSquareConfig
     from slam.lines.extraction import extract_segments
-    from slam.run.results.scan_picture import draw_scan
+    from slam.run.pictures.scan_picture import draw_scan
 
     try:
         draw_scan(png, scan.points(), extract_segments(scan, ChiSquareConfig(sensor="urg04lx")), port)

@@ -7,10 +7,8 @@ import numpy as np
 from hardware.emulator.emulator_state import EmulatorState
 from slam.pose import Pose2D
 from slam.run.viewer.broadcast import Broadcast
-from slam.run.viewer.events import Event
-from slam.run.viewer.frame import Frame
 from slam.run.viewer.palette import NO_SEGMENT
-from slam.run.viewer.scene import Scene
+from slam.run.viewer.scene import Event, Frame, Scene
 from slam.scenario.schema import Scenario
 
 

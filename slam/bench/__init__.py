@@ -1,1 +1,1 @@
-"""Measurements: the tables and figures of the paper, and the line extractors side by side."""
+"""Benchmarks against the paper, the truth and other methods: one report a command of ``hopslam bench``."""

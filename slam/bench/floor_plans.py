@@ -1,21 +1,22 @@
-"""Floor plans of four families for the line bench: corridor, clutter, office, room; each an array of walls.
+"""Floor plans of four families for the line bench, and where beams meet walls: corridor, clutter, office, room.
 
-A wall is a row [[x0, y0], [x1, y1]] in metres; all of a plan has shape (W, 2, 2). The sensor stands at the origin, and
-two walls that touch are never parts of one straight line.
+A plan is an array of walls (W, 2, 2), each [[x0, y0], [x1, y1]] in metres. The sensor stands at the origin, and two
+walls that touch are never parts of one straight line.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
+from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
 from slam.scenario.world_plan import rectangle
 
-Interval = tuple[float, float]
 CLEARANCE: Final = 0.45  # nothing stands nearer to the sensor than this, metres
 
 
@@ -60,6 +61,27 @@ FAMILIES: Final[dict[str, Callable[[np.random.Generator], FloatArray]]] = {
     "office": office,
     "room": room,
 }
+
+
+def cast_beams(
+    walls: FloatArray, T_map_laser: Pose2D, bearings: NDArray[np.floating[Any]]
+) -> tuple[FloatArray, IntArray]:
+    """Metres to the first of the walls (W, 2, 2) along each beam (N,), inf for none, and which wall it is."""
+    angles = bearings + T_map_laser.theta
+    beams = np.column_stack([np.cos(angles), np.sin(angles)])[:, None]
+    start, along = walls[None, :, 0] - T_map_laser.translation, (walls[:, 1] - walls[:, 0])[None]
+    with np.errstate(divide="ignore", invalid="ignore"):  # a beam parallel to a wall hits nothing
+        facing = _cross(beams, along)
+        distance, share = _cross(start, along) / facing, _cross(start, beams) / facing
+        hit = (distance > 0) & (share >= 0) & (share <= 1)
+    distance = np.where(hit, distance, np.inf)
+    wall = np.argmin(distance, axis=1)
+    return distance[np.arange(len(wall)), wall], wall
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """z of the cross product over the last axis."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
 def _recessed(random: np.random.Generator) -> FloatArray:

@@ -1,4 +1,4 @@
-"""How well the segments of an extractor agree with the walls that a scan truly saw.
+"""Score of an extractor: how well its segments agree with the walls that a scan truly saw.
 
 A segment matches a wall when, projected onto the wall's line, intersection over union is at least 0.5, the directions
 differ by less than 10 degrees, and the line of the segment passes the middle of the wall nearer than 0.10 m. Matching
@@ -16,26 +16,17 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from slam.bench.scenes import VisibleWalls
-from slam.bench.wall_overlap import (
-    angles_between,
-    common_lengths,
-    end_distances,
-    offsets_between,
-    phantom_length,
-)
 from slam.lines.segments import IntArray, Segments
 from slam.pose import FloatArray
 
 MIN_OVERLAP: Final = 0.5
 MAX_ANGLE: Final = np.radians(10.0)
 MAX_OFFSET: Final = 0.10
-PART: Final = 0.2
-"""Of a wall: a segment that covers less of it is no part of it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LineScore:
-    """What was found in one scan, or in many."""
+    """Walls found and missed in one scan, or in many."""
 
     required: int
     found: int
@@ -43,18 +34,6 @@ class LineScore:
     angle_errors: FloatArray  # (found,) radians
     offsets: FloatArray  # (found,) metres, at the middle of the wall
     end_errors: FloatArray  # (2 found,) metres
-    over_segmented: int
-    """Required walls that two or more segments cover in part."""
-    under_segmented: int
-    """Segments that cover at least half of two or more required walls."""
-    wall_length: float
-    """Of the required walls, metres ..."""
-    covered_length: float
-    """... and what of it lies beside a segment."""
-    segment_length: float
-    """Of all segments, metres ..."""
-    phantom_length: float
-    """... and what of it is farther than 0.10 m from every visible wall."""
 
     @property
     def recall(self) -> float:
@@ -71,41 +50,29 @@ class LineScore:
         """Harmonic mean of recall and precision."""
         return 2 * self.found / max(self.required + self.found + self.false, 1)
 
-    @property
-    def coverage(self) -> float:
-        """Share of the length of the required walls that lies beside a segment."""
-        return self.covered_length / max(self.wall_length, 1e-12)
-
 
 def score_lines(walls: VisibleWalls, segments: Segments) -> LineScore:
     """Compare the segments of one scan (sensor frame; only rho, theta, start and end are used) with what it saw."""
-    shared, together = common_lengths(walls, segments)
-    angle, offset = angles_between(walls, segments), offsets_between(walls, segments)
+    shared, together = _common_lengths(walls, segments)
+    angle, offset = _angles_between(walls, segments), _offsets_between(walls, segments)
     near = (angle < MAX_ANGLE) & (offset < MAX_OFFSET)
     wall, segment = _match(np.where(near, shared / np.maximum(together, 1e-12), 0.0))
-    lengths, required = walls.lengths, walls.required
-    idle = (shared >= 0.5 * _lengths(segments)) & (offset < MAX_OFFSET) & ~required[:, None]
-    counted = np.asarray(~idle.any(axis=0))
+    required, lengths = walls.required, np.hypot(*(segments.end - segments.start).T)
+    optional = (shared >= 0.5 * lengths) & (offset < MAX_OFFSET) & ~required[:, None]
+    counted = np.asarray(~optional.any(axis=0))
     counted[segment] = False
     wall, segment = wall[required[wall]], segment[required[wall]]
-    covered = np.where(near, shared, 0.0)[required] / np.maximum(lengths[required], 1e-12)[:, None]
     return LineScore(
         required=int(required.sum()),
         found=len(wall),
         false=int(counted.sum()),
         angle_errors=angle[wall, segment],
         offsets=offset[wall, segment],
-        end_errors=end_distances(walls, segments, wall, segment),
-        over_segmented=int(((covered >= PART).sum(axis=1) > 1).sum()),
-        under_segmented=int(((covered >= 0.5).sum(axis=0) > 1).sum()),
-        wall_length=float(lengths[required].sum()),
-        covered_length=float((covered.sum(axis=1).clip(max=1.0) * lengths[required]).sum()),
-        segment_length=float(_lengths(segments).sum()),
-        phantom_length=phantom_length(walls, segments, MAX_OFFSET),
+        end_errors=_end_distances(walls, segments, wall, segment),
     )
 
 
-def total(scores: Sequence[LineScore]) -> LineScore:
+def total_score(scores: Sequence[LineScore]) -> LineScore:
     """The score of many scans together."""
     columns = {field.name: [getattr(score, field.name) for score in scores] for field in fields(LineScore)}
     sums: dict[str, Any] = {
@@ -123,5 +90,35 @@ def _match(overlap: FloatArray) -> tuple[IntArray, IntArray]:
     return wall[matched], segment[matched]
 
 
-def _lengths(segments: Segments) -> FloatArray:
-    return np.asarray(np.hypot(*(segments.end - segments.start).T))
+def _common_lengths(walls: VisibleWalls, segments: Segments) -> tuple[FloatArray, FloatArray]:
+    """Metres that each segment and each wall share, projected onto the wall, and that they cover together; (W, M)."""
+    along = walls.end - walls.start
+    along = along / np.maximum(walls.lengths, 1e-12)[:, None]
+    begin = np.sum(walls.start * along, axis=1)
+    ends = np.stack([along @ segments.start.T, along @ segments.end.T]) - begin[:, None]
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    length = walls.lengths[:, None]
+    shared = np.maximum(np.minimum(high, length) - np.maximum(low, 0.0), 0.0)
+    return shared, np.maximum(high, length) - np.minimum(low, 0.0)
+
+
+def _angles_between(walls: VisibleWalls, segments: Segments) -> FloatArray:
+    """Angles between the lines, in [0, pi / 2], shape (W, M)."""
+    along = walls.end - walls.start
+    direction = np.arctan2(along[:, 1], along[:, 0])
+    apart = np.abs(direction[:, None] - segments.theta - np.pi / 2) % np.pi
+    return np.asarray(np.minimum(apart, np.pi - apart))
+
+
+def _offsets_between(walls: VisibleWalls, segments: Segments) -> FloatArray:
+    """Distance of the middle of each wall from the line of each segment, metres, shape (W, M)."""
+    middle = (walls.start + walls.end) / 2
+    return np.asarray(np.abs(middle @ segments.normals.T - segments.rho))
+
+
+def _end_distances(walls: VisibleWalls, segments: Segments, wall: IntArray, segment: IntArray) -> FloatArray:
+    """Distance from each end of these walls to the end of the segment matched to them, metres, shape (2 matches,)."""
+    w = np.stack([walls.start[wall], walls.end[wall]])
+    s = np.stack([segments.start[segment], segments.end[segment]])
+    straight, crossed = np.linalg.norm(w - s, axis=2), np.linalg.norm(w - s[::-1], axis=2)
+    return np.asarray(np.where(straight.sum(axis=0) <= crossed.sum(axis=0), straight, crossed).ravel())

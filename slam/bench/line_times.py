@@ -1,4 +1,4 @@
-"""What line extraction costs beside the least that it could: one pass that fills prefix sums."""
+"""Time of line extraction beside the least that it could take: one pass that fills prefix sums."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from slam.lines.wall_runs import prefix_sums
 from slam.pose import FloatArray
 from slam.scan import LaserScan
 
-MANY: Final = 2000
+BATCH_SCANS: Final = 2000
 ROUNDS: Final = 7
 
 
 def time_table(seeds: int) -> ResultTable:
-    """One call a scan, in turn with the pass of prefix sums; and many scans at once on one thread and on all."""
+    """Time one call a scan, in turn with the pass of prefix sums; and many scans at once on one thread and on all."""
     found = [scene.scan for scene in scenes(HELD_OUT_SEEDS[:seeds], "spec/3")]
     points = [scan.points() for scan in found]
     ours, unnamed, paper = ChiSquareConfig(sensor="urg04lx"), ChiSquareConfig(), HoppingConfig(psi=0, L_Th=8)
@@ -38,13 +38,13 @@ def time_table(seeds: int) -> ResultTable:
     times = _times(calls)
     least = float(np.median(times["prefix sums alone"]))
     rows = [(name, *_cells(taken, least)) for name, taken in times.items()]
-    many = (found * (MANY // len(found) + 1))[:MANY]
+    many = (found * (BATCH_SCANS // len(found) + 1))[:BATCH_SCANS]
     threads = os.cpu_count() or 1
     one, every = _batch(many, ours, 1), _batch(many, ours, threads)
     notes = (
-        f"One call from Python, 682 beams, spec/3, arrays ready; {ROUNDS} rounds in one process. {MANY} scans at once: "
-        f"{1e6 * one / MANY:.1f} us a scan on one thread, {1e6 * every / MANY:.1f} on {threads}: "
-        f"{one / every:.2f} times as fast."
+        f"One call from Python, 682 beams, spec/3, arrays ready; {ROUNDS} rounds in one process. "
+        f"{BATCH_SCANS} scans at once: {1e6 * one / BATCH_SCANS:.1f} us a scan on one thread, "
+        f"{1e6 * every / BATCH_SCANS:.1f} on {threads}: {one / every:.2f} times as fast."
     )
     return ResultTable("Time of one scan", ("", "median\nus", "p99\nus", "x\nsums"), rows, notes)
 

@@ -1,35 +1,86 @@
-"""The tables of ``hopslam bench localize``."""
+"""``hopslam bench localize``: a run makes a map, then robots are set down in it, and moved without being told."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 from itertools import chain
+from typing import Final
 
 import numpy as np
 
-from slam.bench.localize_trials import MappedWorld, Stay, map_world, starts, trial
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
+from slam.line_localizer import LineLocalizer
+from slam.line_slam import Estimate, LineSlam
+from slam.mapping.surfel_map import SurfelMap
+from slam.matching.surfel_mapper import SurfelMapper
+from slam.pose import FloatArray, Pose2D
+from slam.robot import Observation
+from slam.run.backends import make_robot
+from slam.run.pilots import Wanderer, WaypointPilot
+from slam.run.results.metrics import RIGHT
 from slam.run.warm_up import warm_up
+from slam.scenario.clearance import clearance, in_the_way
 from slam.scenario.schema import Scenario
+from slam.scenario.values import Place
+
+CLEARANCE: Final = 0.4
+"""Metres around a start that are free."""
+MAX_FROM_ROUTE: Final = 1.0
+"""Metres from a start to the way that the mapping robot took, at most."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MappedWorld:
+    """World of a scenario, the map that a run made of it, and the errors of that run."""
+
+    scenario: Scenario
+    map: SurfelMap
+    truth: FloatArray
+    """``T_map_base`` of the run that mapped, (N, 3) ..."""
+    estimate: FloatArray
+    """... and as it was estimated."""
+
+    def in_map(self, T_map_base: Pose2D) -> Pose2D:
+        """Pose in the map of a true pose; the map is as wrong there as the run was when it came nearest."""
+        k = int(np.argmin(np.hypot(*(self.truth[:, :2] - T_map_base.translation).T)))
+        return Pose2D(*self.estimate[k].tolist()) @ Pose2D(*self.truth[k].tolist()).between(T_map_base)
+
+
+@dataclass(frozen=True, slots=True)
+class TrialResult:
+    """Result of setting a robot down at one place, or of moving it there."""
+
+    right_after: float | None
+    """Seconds to the first scan since which it was sure and right, to the end; None where it was not at the end."""
+    wrong: int
+    """Scans in which it was sure, and wrong."""
+    errors: tuple[float, ...]
+    """Metres from the true pose, of the scans since then ..."""
+    errors_in_map: tuple[float, ...]
+    """... and from where that lies in the map."""
+    times: tuple[float, ...]
+    """Seconds of wall time of every update."""
 
 
 def localization_table(scenario: Scenario, trials: int, seconds: float, seed: int, console: Terminal) -> ResultTable:
-    """Map the scenario's world, set down and move so many robots in it, and sum up."""
+    """Map the scenario's world, and set down and move so many robots in it."""
     warm_up(console, scenario.slam, search=True)
     with console.waiting(f"mapping {scenario.name}"):
-        world = map_world(scenario, scenario.slam)
-    places = starts(world, np.random.default_rng(seed))
+        world = map_world(scenario)
+    places = draw_start_poses(world, np.random.default_rng(seed))
     with console.progress(transient=True) as bar:
-        stays = [
+        results = [
             trial(world, (next(places), next(places)), seconds, seed + k)
             for k in bar.track(range(trials), description=scenario.name)
         ]
-    relocate, moved = zip(*stays, strict=True)
+    relocate, moved = zip(*results, strict=True)
     return ResultTable(
         f"Localisation in {scenario.name}, seed {scenario.seed}: {trials} trials of {seconds:g} s",
         ["", "right", "after, s", "95 %, s", "worst, s", "scans\nwrong", "in map,\nm", "true,\nm", "first,\nms",
          "scan,\nms"],
-        [_row("set down", relocate), _row("moved", moved)],
+        [_table_row("set down", relocate), _table_row("moved", moved)],
         f"The map: {len(world.map)} surfels, by one run whose ATE was {_ate(world):.3f} m. Set down anywhere, then "
         "moved without being told. Right: at the end sure, and within 0.3 m and 5 deg; after: median of the simulated "
         "time to the scan since which it was so. Wrong: sure, and not within. In map: rmse of these scans against "
@@ -37,18 +88,99 @@ def localization_table(scenario: Scenario, trials: int, seconds: float, seed: in
     )  # fmt: skip
 
 
-def _row(name: str, stays: tuple[Stay, ...]) -> list[str]:
-    after = [stay.right_after for stay in stays if stay.right_after is not None]
-    times = np.array([stay.times[0] for stay in stays])
+def map_world(scenario: Scenario) -> MappedWorld:
+    """Drive the scenario's route once, mapping."""
+    start = scenario.robot.start.pose
+    slam, pilot = LineSlam(scenario.slam, scenario.lidar.mount.pose, start), WaypointPilot(scenario.route, start)
+    truth, estimates = [], []
+    with make_robot("sim", scenario) as robot:
+        while (observation := robot.observe()) is not None:
+            estimate = slam.update(observation.scan, observation.odometry)
+            assert observation.T_map_base is not None
+            truth.append(_row(observation.T_map_base))
+            estimates.append(_row(estimate.T_map_base))
+            command = pilot.command(estimate.T_map_base)
+            if command is None:
+                break
+            robot.drive(command)
+    assert isinstance(slam.mapper, SurfelMapper)
+    return MappedWorld(scenario, slam.mapper.map, np.array(truth), np.array(estimates))
+
+
+def draw_start_poses(world: MappedWorld, random: np.random.Generator) -> Iterator[Pose2D]:
+    """Draw free poses in the mapped part of the world."""
+    solids, way = in_the_way(world.scenario.world.prisms()), world.truth[:, :2]
+    low, high = way.min(axis=0) - MAX_FROM_ROUTE, way.max(axis=0) + MAX_FROM_ROUTE
+    while True:
+        place = random.uniform(low, high)
+        theta = float(random.uniform(-np.pi, np.pi))
+        if np.hypot(*(way - place).T).min() < MAX_FROM_ROUTE and clearance(place[np.newaxis], solids)[0] > CLEARANCE:
+            yield Pose2D(float(place[0]), float(place[1]), theta)
+
+
+def trial(
+    world: MappedWorld, places: tuple[Pose2D, Pose2D], seconds: float, seed: int
+) -> tuple[TrialResult, TrialResult]:
+    """Set a robot down at the first place, then move it to the second, which its wheels do not notice.
+
+    It wanders at each for so many simulated seconds.
+    """
+    localizer = LineLocalizer(world.scenario.slam, world.scenario.lidar.mount.pose, world.map)
+    first, T_odom_base = _wander_at(world, localizer, places[0], Pose2D(), seconds, seed)
+    second, _ = _wander_at(world, localizer, places[1], T_odom_base, seconds, seed)
+    return first, second
+
+
+def _wander_at(
+    world: MappedWorld, localizer: LineLocalizer, place: Pose2D, T_odom_base: Pose2D, seconds: float, seed: int
+) -> tuple[TrialResult, Pose2D]:
+    """Let the robot wander at one place; also gives the odometry at the end."""
+    robot = world.scenario.robot.model_copy(update={"start": Place(x=place.x, y=place.y, theta=place.theta)})
+    scenario = world.scenario.model_copy(update={"robot": robot, "duration": seconds})
+    pilot, begun, seen = Wanderer(), T_odom_base, []
+    with make_robot("sim", scenario, seed=seed) as wandering:
+        while (observation := wandering.observe()) is not None:
+            T_odom_base = begun @ observation.odometry.T_odom_base
+            odometry = replace(observation.odometry, T_odom_base=T_odom_base)
+            seen.append((observation, localizer.update(observation.scan, odometry)))
+            wandering.drive(pilot.command(seen[-1][1].T_map_base, observation.scan))
+    return _evaluated(world, seen), T_odom_base
+
+
+def _evaluated(world: MappedWorld, seen: list[tuple[Observation, Estimate]]) -> TrialResult:
+    sure = [not estimate.lost for _, estimate in seen]
+    truth = [observation.T_map_base or Pose2D() for observation, _ in seen]
+    poses = [estimate.T_map_base for _, estimate in seen]
+    near = [a.distance(b) < RIGHT[0] and abs(a.between(b).theta) < RIGHT[1] for a, b in zip(truth, poses, strict=True)]
+    right = [a and b for a, b in zip(sure, near, strict=True)]
+    since = len(right)
+    while since > 0 and right[since - 1]:
+        since -= 1
+    return TrialResult(
+        right_after=seen[since][1].stamp - seen[0][1].stamp if since < len(right) else None,
+        wrong=sum(a and not b for a, b in zip(sure, near, strict=True)),
+        errors=tuple(a.distance(b) for a, b in zip(truth[since:], poses[since:], strict=True)),
+        errors_in_map=tuple(world.in_map(a).distance(b) for a, b in zip(truth[since:], poses[since:], strict=True)),
+        times=tuple(estimate.total_time for _, estimate in seen),
+    )
+
+
+def _row(pose: Pose2D) -> tuple[float, float, float]:
+    return pose.x, pose.y, pose.theta
+
+
+def _table_row(name: str, results: tuple[TrialResult, ...]) -> list[str]:
+    after = [result.right_after for result in results if result.right_after is not None]
+    times = np.array([result.times[0] for result in results])
     return [
         name,
-        f"{len(after)} of {len(stays)}",
+        f"{len(after)} of {len(results)}",
         *(f"{np.percentile(after, share):.1f}" if after else "-" for share in (50, 95, 100)),
-        str(sum(stay.wrong for stay in stays)),
-        _rmse(chain.from_iterable(stay.errors_in_map for stay in stays)),
-        _rmse(chain.from_iterable(stay.errors for stay in stays)),
+        str(sum(result.wrong for result in results)),
+        _rmse(chain.from_iterable(result.errors_in_map for result in results)),
+        _rmse(chain.from_iterable(result.errors for result in results)),
         f"{1e3 * np.median(times):.0f}",
-        f"{1e3 * np.median(np.concatenate([stay.times for stay in stays])):.2f}",
+        f"{1e3 * np.median(np.concatenate([result.times for result in results])):.2f}",
     ]
 
 

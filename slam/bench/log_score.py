@@ -1,4 +1,4 @@
-"""The line extractors side by side on a recorded log, where no truth is known."""
+"""Score of line extractors on a recorded log, where no truth is known: how many beams their segments explain."""
 
 from __future__ import annotations
 
@@ -9,14 +9,13 @@ from typing import Final
 
 import numpy as np
 
-from slam.bench.compare import warm_up
-from slam.bench.methods import OURS, Method
+from slam.bench.line_extractors import OURS, LineExtractor, warm_up
 from slam.console.result_table import ResultTable
 from slam.files.logs import Log
 from slam.lines.segments import Segments
 from slam.pose import FloatArray
 
-NEAR: Final = 0.10
+EXPLAINED_WITHIN: Final = 0.10
 """A beam is explained when it ends nearer than this, metres, to a segment."""
 MAX_SCANS: Final = 200
 COLUMNS: Final = ("method", "explained\n%", "rmse\nmm", "segments\na scan", "time\nus", "p99\nus", "x\nours")
@@ -24,41 +23,41 @@ COLUMNS: Final = ("method", "explained\n%", "rmse\nmm", "segments\na scan", "tim
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LogScore:
-    """One method on a log."""
+    """Result of one extractor on a log."""
 
     method: str
     explained: float
     """Share of the beams with an echo."""
     rmse: float
-    """Of the explained beams to their segments, metres."""
+    """Distance of the explained beams from their segments, metres."""
     segments: float
     """A scan, on average."""
     times: FloatArray
     """Seconds a scan."""
 
 
-def scans_of(log: Log) -> list[int]:
-    """The scans that are used: all, or MAX_SCANS evenly drawn."""
+def sampled_scans(log: Log) -> list[int]:
+    """Indices of the scans that are used: all, or MAX_SCANS evenly drawn."""
     return [round(place) for place in np.linspace(0, len(log) - 1, min(len(log), MAX_SCANS)).tolist()]
 
 
-def score_log(log: Log, methods: Sequence[Method], advance: Callable[[], object]) -> list[LogScore]:
-    """The methods on these scans of the log; ``advance`` is called after every scan."""
-    scans = [log.scan(index) for index in scans_of(log)]
-    warm_up(scans[0], methods)
-    found: list[list[tuple[FloatArray, int, float]]] = [[] for _ in methods]
+def score_log(log: Log, extractors: Sequence[LineExtractor], advance: Callable[[], object]) -> list[LogScore]:
+    """Run the extractors on these scans of the log; ``advance`` is called after every scan."""
+    scans = [log.scan(index) for index in sampled_scans(log)]
+    warm_up(scans[0], extractors)
+    found: list[list[tuple[FloatArray, int, float]]] = [[] for _ in extractors]
     for scan in scans:
         points = scan.points()
-        for m, method in enumerate(methods):
+        for m, extractor in enumerate(extractors):
             began = perf_counter()
-            segments = method.extract(scan)
+            segments = extractor.extract(scan)
             taken = perf_counter() - began
-            found[m].append((distances(points, segments), len(segments), taken))
+            found[m].append((distances_to_segments(points, segments), len(segments), taken))
         advance()
-    return [_score(method.name, rows) for method, rows in zip(methods, found, strict=True)]
+    return [_score(extractor.name, rows) for extractor, rows in zip(extractors, found, strict=True)]
 
 
-def distances(points: FloatArray, segments: Segments) -> FloatArray:
+def distances_to_segments(points: FloatArray, segments: Segments) -> FloatArray:
     """Metres from each point (N, 2) to the nearest segment, shape (N,); ``inf`` where there is none."""
     start, along = segments.start, segments.end - segments.start
     squared = np.maximum(np.sum(along**2, axis=1), 1e-12)
@@ -67,8 +66,8 @@ def distances(points: FloatArray, segments: Segments) -> FloatArray:
     return np.asarray(np.linalg.norm(offset - share[..., None] * along, axis=2).min(axis=1, initial=np.inf))
 
 
-def table(name: str, log: Log, scores: list[LogScore]) -> ResultTable:
-    """The table of a log."""
+def log_table(name: str, log: Log, scores: list[LogScore]) -> ResultTable:
+    """Table of a log."""
     ours = next(float(np.median(row.times)) for row in scores if row.method == OURS)
     rows = [
         (
@@ -89,7 +88,7 @@ def table(name: str, log: Log, scores: list[LogScore]) -> ResultTable:
 
 def _score(name: str, rows: list[tuple[FloatArray, int, float]]) -> LogScore:
     distance = np.concatenate([row[0] for row in rows])
-    near = distance[distance < NEAR]
+    near = distance[distance < EXPLAINED_WITHIN]
     return LogScore(
         method=name,
         explained=len(near) / max(len(distance), 1),

@@ -1,4 +1,4 @@
-"""The tables and the picture of ``hopslam bench match``."""
+"""``hopslam bench match``: tables and picture."""
 
 from __future__ import annotations
 
@@ -11,60 +11,66 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from slam.bench.match_scenes import ScannedWorld
-from slam.bench.match_score import BEAMS, NEAR, SHIFTS, TURNS, Runs, basin, race, starts
-from slam.bench.matchers import Icp, Matcher, Ours, Paper
+from slam.bench.match_score import (
+    BEAMS,
+    NEARBY,
+    SHIFTS,
+    TURNS,
+    MatchRuns,
+    convergence_basin,
+    match_in_turns,
+    start_poses,
+)
+from slam.bench.matchers import PaperMatcher, compared_matchers
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
-from slam.files.whole_files import whole_file
+from slam.files.atomic_files import atomic_file
 from slam.optional import optional
 from slam.pose import FloatArray
+from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.scenario.schema import Scenario
 
-FEW: Final = 5
-"""Of so many places one, for the basin of the paper's matcher, which is slow."""
+PAPER_STEP: Final = 5
+"""Every fifth place is used for the basin of the paper's matcher, which is slow."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Comparison:
-    """Of each matcher, by its name."""
+class MatcherComparison:
+    """Results of each matcher, by its name."""
 
-    near: Mapping[str, Mapping[int, Runs]]
-    """From starts nearby, by the number of beams."""
+    near: Mapping[str, Mapping[int, MatchRuns]]
+    """Runs from starts nearby, by the number of beams."""
     basins: Mapping[str, FloatArray]
     """Share that converged, (turns, shifts), at 682 beams."""
     places: int
 
 
-def compare(scenario: Scenario, places: int, seed: int, console: Terminal) -> Comparison:
-    """All matchers on the same scans; InputError where small_gicp is not installed."""
-    small_gicp = optional("small_gicp", "bench")
+def compare_matchers(scenario: Scenario, places: int, seed: int, console: Terminal) -> MatcherComparison:
+    """Run all matchers on the same scans; InputError where small_gicp is not installed."""
+    optional("small_gicp", "bench")  # before seconds of work
     world = ScannedWorld(scenario, seed)
     with console.waiting("scanning"):
         made_from = world.map_scans()
         poses = world.places(places)
         scans = {beams: [world.scan(pose, beams) for pose in poses] for beams in BEAMS}
-    kinds = "PLANE_ICP", "GICP", "ICP"
-    matchers: list[Matcher] = [Ours(made_from), Ours(made_from, search=False), Paper(made_from)]
-    matchers += [Icp(made_from, small_gicp, kind) for kind in kinds]
+    matchers = compared_matchers(made_from)
     with console.waiting("timing"):
-        races = {beams: race(matchers, scans[beams], starts(*NEAR)) for beams in BEAMS}
+        races = {beams: match_in_turns(matchers, scans[beams], start_poses(*NEARBY)) for beams in BEAMS}
     near = {matcher.name: {beams: of[matcher.name] for beams, of in races.items()} for matcher in matchers}
     basins = {}
     with console.progress() as bar:
         for matcher in bar.track(matchers, description="basins"):
-            few = scans[682][::FEW] if isinstance(matcher, Paper) else scans[682]
-            basins[matcher.name] = basin(matcher, few)
-    return Comparison(near, basins, places)
+            few = scans[682][::PAPER_STEP] if isinstance(matcher, PaperMatcher) else scans[682]
+            basins[matcher.name] = convergence_basin(matcher, few)
+    return MatcherComparison(near, basins, places)
 
 
-def match_tables(found: Comparison) -> list[ResultTable]:
-    """Time, accuracy, basin."""
+def match_tables(found: MatcherComparison) -> list[ResultTable]:
+    """Tables of time, accuracy and basin of convergence."""
     return [_times(found), _accuracy(found), _basin(found)]
 
 
-def _times(found: Comparison) -> ResultTable:
+def _times(found: MatcherComparison) -> ResultTable:
     base = {beams: _milliseconds(of) for beams, of in found.near["ours"].items()}
     rows = [
         [name, *(f"{_milliseconds(of):.2f} ({_milliseconds(of) / base[beams]:.1f})" for beams, of in by_beams.items())]
@@ -78,7 +84,7 @@ def _times(found: Comparison) -> ResultTable:
     )  # fmt: skip
 
 
-def _accuracy(found: Comparison) -> ResultTable:
+def _accuracy(found: MatcherComparison) -> ResultTable:
     rows = []
     for name, by_beams in found.near.items():
         errors = by_beams[682].errors
@@ -89,13 +95,13 @@ def _accuracy(found: Comparison) -> ResultTable:
             f"{100 * by_beams[682].converged:.0f} %",
         ])  # fmt: skip
     return ResultTable(
-        f"Accuracy at 682 points, from starts {NEAR[0]:g} m and {NEAR[1]:g} rad off",
+        f"Accuracy at 682 points, from starts {NEARBY[0]:g} m and {NEARBY[1]:g} rad off",
         ["", "median,\nmm", "90 %,\nmm", "median,\ndeg", "90 %,\ndeg", "converged"], rows,
         "Converged: within 3 cm and 1 deg of the truth.",
     )  # fmt: skip
 
 
-def _basin(found: Comparison) -> ResultTable:
+def _basin(found: MatcherComparison) -> ResultTable:
     rows = [
         [f"{name}, {turn:g} rad", *(f"{100 * share:.0f}" for share in shares)]
         for name, table in found.basins.items()
@@ -109,12 +115,12 @@ def _basin(found: Comparison) -> ResultTable:
     )  # fmt: skip
 
 
-def _milliseconds(of: Runs) -> float:
+def _milliseconds(of: MatchRuns) -> float:
     return 1e3 * float(np.median(of.seconds))
 
 
-def draw_comparison(path: Path, found: Comparison) -> None:
-    """Time over points, and a basin for each matcher, as a picture."""
+def draw_comparison(path: Path, found: MatcherComparison) -> None:
+    """Draw time over points, and a basin for each matcher, as a picture."""
     figure = Figure(figsize=(13, 6.5), dpi=130, layout="constrained")
     panels = figure.subplots(2, 4)
     times = panels[0, 0]
@@ -133,5 +139,5 @@ def draw_comparison(path: Path, found: Comparison) -> None:
     figure.colorbar(image, ax=panels, label="converged [%]")
     for axes in places[len(found.basins) :]:
         axes.set_visible(False)
-    with whole_file(path) as draft:
+    with atomic_file(path) as draft:
         save_figure(figure, draft, format="png")

@@ -1,17 +1,16 @@
-"""What the matchers are compared on: one world, scans at known poses that make the map, and scans to match to it."""
+"""Scans on which matchers are compared: one world, scans at known poses that make the map, and scans to match to it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slam.bench.floor_plans import cast_beams
 from slam.lidars import URG04LX
-from slam.lines.segments import IntArray
-from slam.pose import FloatArray, Pose2D
+from slam.pose import Pose2D
 from slam.scan import LaserScan
 from slam.scenario.clearance import clearance, in_the_way, sampled
 from slam.scenario.schema import Scenario
@@ -23,7 +22,7 @@ NOISE: Final = 1 / 3
 SPACING: Final = 0.5
 """Metres between the scans that make the map; two of opposite heading at each place."""
 REACH: Final = 4.0
-FIXED: Final = 0.05
+FIXED_SHARE: Final = 0.05
 """A place fixes the pose when each direction has at least this share of the squared normals that the beams meet."""
 
 
@@ -36,7 +35,7 @@ class PlacedScan:
 
 
 class ScannedWorld:
-    """The plan of a scenario's world, and a lidar of any number of beams in it; all that is random has one seed."""
+    """Plan of a scenario's world, and a lidar of any number of beams in it; all that is random has one seed."""
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
         outlines = scenario.world.outlines(scenario.lidar.height)
@@ -47,7 +46,7 @@ class ScannedWorld:
         self._random = np.random.default_rng(seed)
 
     def map_scans(self) -> list[PlacedScan]:
-        """Along the route, there and back."""
+        """Scans along the route, in both directions."""
         scans = []
         for (x0, y0), (x1, y1) in pairwise(self._way):
             heading = float(np.arctan2(y1 - y0, x1 - x0))
@@ -56,7 +55,7 @@ class ScannedWorld:
         return scans
 
     def places(self, count: int) -> list[Pose2D]:
-        """Free poses near the route, from which the lidar sees walls across every direction."""
+        """Draw free poses near the route, from which the lidar sees walls across every direction."""
         way, found = sampled(self._way), list[Pose2D]()
         while len(found) < count:
             place = way[self._random.integers(len(way))] + self._random.uniform(-0.5, 0.5, 2)
@@ -66,34 +65,17 @@ class ScannedWorld:
         return found
 
     def scan(self, T_map_laser: Pose2D, beams: int) -> PlacedScan:
-        """With so many beams in the same fan."""
+        """Make a scan of this number of beams, always in the same fan."""
         increment = FAN / beams
         angles = -0.5 * FAN + increment * (np.arange(beams) + 0.5)
-        distance, _ = self._cast(T_map_laser, angles)
+        distance, _ = cast_beams(self._walls, T_map_laser, angles)
         seen = distance < REACH
         sigma = NOISE * URG04LX.accuracy(np.where(seen, distance, 0.0))
         ranges = np.where(seen, distance + sigma * self._random.standard_normal(beams), np.inf)
         return PlacedScan(LaserScan(0.0, float(angles[0]), increment, 0.06, 4.095, ranges), T_map_laser)
 
     def _fixes(self, T_map_laser: Pose2D) -> bool:
-        distance, wall = self._cast(T_map_laser, np.linspace(-0.5 * FAN, 0.5 * FAN, 200))
+        distance, wall = cast_beams(self._walls, T_map_laser, np.linspace(-0.5 * FAN, 0.5 * FAN, 200))
         along = np.diff(self._walls[wall[distance < REACH]], axis=1)[:, 0]
         along /= np.linalg.norm(along, axis=1, keepdims=True)
-        return len(along) > 50 and bool(np.linalg.eigvalsh(along.T @ along / len(along))[0] > FIXED)
-
-    def _cast(self, T_map_laser: Pose2D, angles: NDArray[np.floating[Any]]) -> tuple[FloatArray, IntArray]:
-        """Metres to the first wall along each beam, inf for none, and which wall it is."""
-        beams = np.column_stack([np.cos(angles + T_map_laser.theta), np.sin(angles + T_map_laser.theta)])[:, None]
-        start, along = self._walls[None, :, 0] - T_map_laser.translation, (self._walls[:, 1] - self._walls[:, 0])[None]
-        with np.errstate(divide="ignore", invalid="ignore"):  # a beam parallel to a wall hits nothing
-            facing = _cross(beams, along)
-            distance, share = _cross(start, along) / facing, _cross(start, beams) / facing
-            hit = (distance > 0) & (share >= 0) & (share <= 1)
-        distance = np.where(hit, distance, np.inf)
-        wall = np.argmin(distance, axis=1)
-        return distance[np.arange(len(wall)), wall], wall
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """z of the cross product over the last axis."""
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+        return len(along) > 50 and bool(np.linalg.eigvalsh(along.T @ along / len(along))[0] > FIXED_SHARE)

@@ -1,4 +1,4 @@
-"""How fast, how far and how well a matcher finds the pose of a scan."""
+"""Score of matchers: how fast, from how far and how well each finds the pose of a scan."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ CONVERGED: Final = 0.03, float(np.radians(1.0))
 """Metres and radians from the truth, at most."""
 BLOCK: Final = 10
 """Scans that a matcher has in one turn."""
-NEAR: Final = 0.05, 0.03
+NEARBY: Final = 0.05, 0.03
 """Start of the runs that are timed: metres and radians off."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Runs:
-    """One matcher on many scans: K runs."""
+class MatchRuns:
+    """Results of one matcher on many scans: K runs."""
 
     seconds: FloatArray
     """(K,) wall time."""
@@ -38,12 +38,14 @@ class Runs:
 
     @property
     def converged(self) -> float:
-        """Share of the runs."""
+        """Share of the runs that converged."""
         return float(np.mean((self.errors[:, 0] < CONVERGED[0]) & (self.errors[:, 1] < CONVERGED[1])))
 
 
-def race(matchers: Sequence[Matcher], scans: Sequence[PlacedScan], starts: Sequence[Pose2D]) -> dict[str, Runs]:
-    """Every scan from every start, which is given as seen from the truth; by the matchers' names.
+def match_in_turns(
+    matchers: Sequence[Matcher], scans: Sequence[PlacedScan], start_poses: Sequence[Pose2D]
+) -> dict[str, MatchRuns]:
+    """Match every scan from every start, which is given as seen from the truth; by the matchers' names.
 
     They take turns with blocks of scans: a machine that is slower for a while is so for all, and each finds its own
     code and map in the caches, as in a loop that does nothing else.
@@ -53,17 +55,17 @@ def race(matchers: Sequence[Matcher], scans: Sequence[PlacedScan], starts: Seque
     rows: dict[str, list[tuple[float, float, float]]] = {matcher.name: [] for matcher in matchers}
     blocks = [scans[k : k + BLOCK] for k in range(0, len(scans), BLOCK)]
     for block, matcher in product(blocks, matchers):
-        for placed, start in product(block, starts):
+        for placed, start in product(block, start_poses):
             begun = perf_counter()
             found = matcher.match(placed.scan, placed.T_map_laser @ start)
             taken, error = perf_counter() - begun, placed.T_map_laser.between(found)
             rows[matcher.name].append((taken, error.distance(Pose2D()), abs(error.theta)))
     tables = {name: np.array(of) for name, of in rows.items()}
-    return {name: Runs(table[:, 0], table[:, 1:]) for name, table in tables.items()}
+    return {name: MatchRuns(table[:, 0], table[:, 1:]) for name, table in tables.items()}
 
 
-def starts(shift: float, turn: float) -> list[Pose2D]:
-    """Four directions, each with a turn to one side."""
+def start_poses(shift: float, turn: float) -> list[Pose2D]:
+    """Start poses in four directions, each with a turn to one side."""
     bearings = 0.4 + 0.5 * np.pi * np.arange(4)
     return [
         Pose2D(float(shift * np.cos(bearing)), float(shift * np.sin(bearing)), turn * (-1.0) ** k)
@@ -71,8 +73,11 @@ def starts(shift: float, turn: float) -> list[Pose2D]:
     ]
 
 
-def basin(matcher: Matcher, scans: Sequence[PlacedScan]) -> FloatArray:
-    """Share that converged, (turns, shifts)."""
+def convergence_basin(matcher: Matcher, scans: Sequence[PlacedScan]) -> FloatArray:
+    """Share of the runs that converged, (turns, shifts)."""
     return np.array(
-        [[race([matcher], scans, starts(shift, turn))[matcher.name].converged for shift in SHIFTS] for turn in TURNS]
+        [
+            [match_in_turns([matcher], scans, start_poses(shift, turn))[matcher.name].converged for shift in SHIFTS]
+            for turn in TURNS
+        ]
     )

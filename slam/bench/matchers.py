@@ -1,4 +1,4 @@
-"""The matchers that are compared: each made from the scans of the map, then asked where a scan was taken."""
+"""Matchers that are compared: each is made from the scans of the map, then asked where a scan was taken."""
 
 from __future__ import annotations
 
@@ -8,21 +8,31 @@ from typing import Any, Final, Protocol
 import numpy as np
 
 from slam.bench.match_scenes import PlacedScan
-from slam.config import ForceFieldConfig, HoppingConfig, LeastSquaresConfig, SearchConfig, SlamConfig, SurfelMapConfig
+from slam.config import (
+    ForceFieldConfig,
+    HoppingConfig,
+    LeastSquaresConfig,
+    PointMapConfig,
+    SearchConfig,
+    SlamConfig,
+    SurfelMapConfig,
+)
 from slam.lines.extraction import extract_segments
 from slam.lines.facets import facets_of
 from slam.mapping.drift import Drift
+from slam.mapping.point_map import PointMap
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.force_field import match_points_to_segments
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.matching.surfel_memory import SurfelMemory
+from slam.optional import optional
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
 VOXEL: Final = 0.05
 """Metres: point maps have one point, the mean, in each square of this side."""
-PRIOR: Final = np.diag([0.5**2, 0.5**2, 0.3**2])
-"""Covariance of the start that ours is told: next to nothing is known."""
+START_COVARIANCE: Final = np.diag([0.5**2, 0.5**2, 0.3**2])
+"""Covariance of the start that ours is given: next to nothing is known."""
 
 
 class Matcher(Protocol):
@@ -31,11 +41,11 @@ class Matcher(Protocol):
     name: str
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
-        """All that must be done for one scan."""
+        """Find the pose; this is all that must be done for one scan."""
         ...
 
 
-class Ours:
+class OurMatcher:
     """Facets to surfels by least squares, with the coarse search where the first match is bad, or without."""
 
     def __init__(self, scans: Sequence[PlacedScan], search: bool = True) -> None:
@@ -52,48 +62,46 @@ class Ours:
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
         """Extraction, facets, match."""
-        memory = SurfelMemory(self._map, Drift(), start, None, PRIOR)
+        memory = SurfelMemory(self._map, Drift(), start, None, START_COVARIANCE)
         segments = extract_segments(scan, self._config.lines)
         match = SurfelMapper(memory, self._matching, Pose2D()).locate(scan, segments, start)
         return start @ match.T_prior_laser
 
 
-class Paper:
+class PaperMatcher:
     """Map points to the segments of the scan by the force field, section 4.2, with the settings of the corridor."""
 
     name = "paper"
 
     def __init__(self, scans: Sequence[PlacedScan]) -> None:
-        self._points = mean_points(scans)
+        self._map = PointMap()
+        self._map.add(voxel_means(scans), Pose2D())
+        self._draw_all = PointMapConfig(draw=1.0)
         self._matching = ForceFieldConfig(gamma_M=0.3, max_iterations=300)
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
         """Extraction, and the pull on the points that the lidar could see from the start."""
         lines = HoppingConfig(psi=1, L_Th=min(8, max(4, len(scan.ranges) // 42)), split_gap=0.3)
-        near = self._points[np.abs(self._points - start.translation).max(axis=1) <= scan.range_max]
-        local = start.inverse().transform(near)
-        bearing = np.arctan2(local[:, 1], local[:, 0])
-        seen = (np.abs(bearing) <= scan.angle_max) & (np.hypot(*local.T) <= scan.range_max)
-        return (
-            start @ match_points_to_segments(local[seen], extract_segments(scan, lines), self._matching).T_prior_laser
-        )
+        visible = self._map.draw_visible(start, scan.lidar, self._draw_all, np.random.default_rng(0))
+        segments = extract_segments(scan, lines)
+        return start @ match_points_to_segments(visible, segments, self._matching).T_prior_laser
 
 
-class Icp:
+class IcpMatcher:
     """small_gicp on one thread. Its clouds are 3-D: a flat one has normals that point up, so the map is there three
     times, one layer above the other, which turns them level; roll, pitch and height then stay where they are."""
 
     def __init__(self, scans: Sequence[PlacedScan], small_gicp: Any, kind: str = "PLANE_ICP", reach: float = 1.0):
         self.name = {"PLANE_ICP": "ICP, point to plane", "ICP": "ICP, point to point", "GICP": "GICP"}[kind]
         self._library, self._kind, self._reach = small_gicp, kind, reach
-        points = mean_points(scans)
+        points = voxel_means(scans)
         layers = [np.column_stack([points, np.full(len(points), z)]) for z in (-VOXEL, 0.0, VOXEL)]
         self._target = small_gicp.PointCloud(np.concatenate(layers))
         self._tree = small_gicp.KdTree(self._target)
         small_gicp.estimate_normals_covariances(self._target, self._tree, num_neighbors=20)
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
-        """All points, and for GICP their covariances."""
+        """Alignment of all points, for GICP with their covariances."""
         points = scan.points()
         source = self._library.PointCloud(np.column_stack([points, np.zeros(len(points))]))
         if self._kind == "GICP":
@@ -108,8 +116,16 @@ class Icp:
         return Pose2D(float(found[0, 3]), float(found[1, 3]), float(np.arctan2(found[1, 0], found[0, 0])))
 
 
-def mean_points(scans: Sequence[PlacedScan]) -> FloatArray:
-    """Of all points of the scans, the mean (N, 2) of those in each square; of squares that were met once, nothing."""
+def compared_matchers(scans: Sequence[PlacedScan]) -> list[Matcher]:
+    """Make every matcher from the scans of the map; InputError where small_gicp is not installed."""
+    small_gicp = optional("small_gicp", "bench")
+    kinds = "PLANE_ICP", "GICP", "ICP"
+    ours = [OurMatcher(scans), OurMatcher(scans, search=False)]
+    return [*ours, PaperMatcher(scans), *(IcpMatcher(scans, small_gicp, kind) for kind in kinds)]
+
+
+def voxel_means(scans: Sequence[PlacedScan]) -> FloatArray:
+    """Mean (N, 2) of the points of the scans in each square; squares that have one point are left out."""
     points = np.concatenate([placed.T_map_laser.transform(placed.scan.points()) for placed in scans])
     _, place, count = np.unique(np.floor(points / VOXEL), axis=0, return_inverse=True, return_counts=True)
     sums = np.column_stack([np.bincount(place, column) for column in points.T])

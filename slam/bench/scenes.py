@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.bench.floor_plans import FAMILIES
+from slam.bench.floor_plans import FAMILIES, cast_beams
 from slam.lidars import URG04LX
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
@@ -29,7 +29,7 @@ DROPOUT: Final = 0.005
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VisibleWalls:
-    """The truth of a scan: W maximal runs of consecutive beams on one wall; dropped beams belong to their run."""
+    """Walls that a scan saw: W maximal runs of consecutive beams on one wall; dropped beams belong to their run."""
 
     first: IntArray  # (W,) beam of the scan
     last: IntArray  # (W,)
@@ -43,13 +43,13 @@ class VisibleWalls:
 
     @property
     def required(self) -> NDArray[np.bool_]:
-        """Which an extractor has to find: those of at least 8 beams and 0.15 m; it may find or leave the others."""
+        """Mask of the walls that an extractor has to find: at least 8 beams and 0.15 m; others it may find or leave."""
         return (self.last - self.first + 1 >= 8) & (self.lengths >= 0.15)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """One scan and what it saw."""
+    """Simulated scan, and the walls that it saw."""
 
     family: str
     seed: int
@@ -59,47 +59,28 @@ class Scene:
 
 
 def make_scene(family: str, seed: int, noise_level: str) -> Scene:
-    """The scene of this family and seed, see FAMILIES; its noise level, see NOISE_LEVELS, changes nothing but noise."""
+    """Make the scene of this family and seed, see FAMILIES; the noise level, see NOISE_LEVELS, changes only noise."""
     number = list(FAMILIES).index(family)
     plan_random, noise_random = (np.random.default_rng([number, seed, stream]) for stream in range(2))
     walls = FAMILIES[family](plan_random)
     heading = Pose2D(theta=plan_random.uniform(-np.pi, np.pi))
     walls = heading.transform(walls.reshape(-1, 2)).reshape(-1, 2, 2)
-    distance, wall = _cast(walls)
+    distance, wall = cast_beams(walls, Pose2D(), URG04LX.lidar.angles)
+    seen = distance <= REACH
+    distance, wall = np.where(seen, distance, np.inf), np.where(seen, wall, -1)
     ranges = _measure(distance, NOISE_LEVELS[noise_level], noise_random)
     lidar = URG04LX.lidar
     scan = LaserScan(0.0, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, ranges)
-    return Scene(family, seed, noise_level, scan, _runs(distance, wall))
+    return Scene(family, seed, noise_level, scan, _visible_walls(distance, wall))
 
 
 def scenes(seeds: range, noise_level: str) -> Iterator[Scene]:
-    """The scenes of all families."""
+    """Make the scenes of all families."""
     return (make_scene(family, seed, noise_level) for family in FAMILIES for seed in seeds)
 
 
-def _cast(walls: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Distance to what each beam hits first, ``inf`` beyond reach, and which of the walls (W, 2, 2) it is, else -1."""
-    beams = np.column_stack([np.cos(URG04LX.lidar.angles), np.sin(URG04LX.lidar.angles)])[:, None]
-    start, along = walls[None, :, 0], (walls[:, 1] - walls[:, 0])[None]
-    with np.errstate(divide="ignore", invalid="ignore"):  # a beam parallel to a wall hits nothing
-        facing = _cross(beams, along)
-        distance = _cross(start, along) / facing
-        share = _cross(start, beams) / facing
-        hit = (distance > 0) & (share >= 0) & (share <= 1)
-    distance = np.where(hit, distance, np.inf)
-    wall = np.argmin(distance, axis=1)
-    nearest = distance[np.arange(len(wall)), wall]
-    seen = nearest <= REACH
-    return np.where(seen, nearest, np.inf), np.where(seen, wall, -1)
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """z of the cross product over the last axis."""
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
-
-
 def _measure(distance: FloatArray, noise: float, random: np.random.Generator) -> FloatArray:
-    """The ranges that the sensor reports."""
+    """Ranges that the sensor reports."""
     sigma = noise * np.where(np.isfinite(distance), URG04LX.accuracy(distance), 0.0)
     ranges = distance + sigma * random.standard_normal(len(distance))
     ranges = np.round(ranges / URG04LX.resolution) * URG04LX.resolution
@@ -107,7 +88,7 @@ def _measure(distance: FloatArray, noise: float, random: np.random.Generator) ->
     return np.asarray(ranges)
 
 
-def _runs(distance: FloatArray, wall: IntArray) -> VisibleWalls:
+def _visible_walls(distance: FloatArray, wall: IntArray) -> VisibleWalls:
     change = np.flatnonzero(np.diff(wall)) + 1
     first, last = np.concatenate([[0], change]), np.concatenate([change, [len(wall)]]) - 1
     seen = wall[first] >= 0

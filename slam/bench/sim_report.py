@@ -1,4 +1,4 @@
-"""``hopslam bench slam-sim``: the tables of the runs in the simulator."""
+"""``hopslam bench slam-sim``: errors, covariances and costs in the simulator, also over an hour."""
 
 from __future__ import annotations
 
@@ -8,23 +8,28 @@ from typing import Final
 
 import numpy as np
 
-from slam.bench.hour_report import hour_tables
-from slam.bench.open_report import open_tables
-from slam.bench.sim_runs import SimRun, run_scenario
+from slam.bench.sim_runs import HOUR, SimRun, run_scenario
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
+from slam.pose import FloatArray
 
 WORKERS: Final = 2
 SCENARIOS: Final = (
     "crowded_corridor", "featureless_corridor", "corridor", "office_loop", "cluttered_room", "random_office"
 )  # fmt: skip
-HOUR_OF: Final = "office_loop"
-"""The route of the long run: a loop, so that most of the hour is in places seen before."""
-BOUND: Final = 7.815
+HOUR_SCENARIO: Final = "office_loop"
+"""Scenario of the long run: a loop, so that most of the hour is in places seen before."""
+CHI_SQUARE_95: Final = 7.815
 """95 % of chi-square with three degrees of freedom."""
+OPEN_SHARE: Final = 0.5
+"""Share of the scans that must leave a direction to odometry, for a run to be in the table."""
+HOUR_BLOCK: Final = 1000
+"""Scans at the beginning and at the end that are compared."""
+HOUR_PARTS: Final = 12
+"""Parts of the hour: five minutes each."""
 
 
-def tables(
+def sim_tables(
     names: Sequence[str],
     seeds: Sequence[int],
     hour: bool,
@@ -32,8 +37,8 @@ def tables(
     console: Terminal,
     allow_modules: tuple[str, ...] = (),
 ) -> list[ResultTable]:
-    """Errors of every scenario for these seeds, all scenarios without a name; with ``hour`` also the long run, after
-    the others: nothing else should run beside what is timed."""
+    """Drive every scenario, all without a name, with these seeds; with ``hour`` also the long run, after the others:
+    nothing else should run beside what is timed."""
     jobs = [(name, seed) for name in (names or SCENARIOS) for seed in seeds]
     with ProcessPoolExecutor(WORKERS) as pool:
         futures = [
@@ -43,14 +48,42 @@ def tables(
         with console.progress() as bar:
             done = bar.track(futures, description="driving in the simulator")
             runs = [(name, seed, future.result()) for name, seed, future in done]
-        made = [_each(runs), _together(runs), *open_tables(runs)] if runs else []
+        made = [_run_table(runs), _scenario_table(runs), *unconstrained_tables(runs)] if runs else []
         if hour:
-            with console.waiting(f"driving around {HOUR_OF} for an hour of its time"):
-                made += hour_tables(pool.submit(run_scenario, HOUR_OF, 0, settings, True).result())
+            with console.waiting(f"driving around {HOUR_SCENARIO} for an hour of its time"):
+                made += hour_tables(pool.submit(run_scenario, HOUR_SCENARIO, 0, settings, True).result())
         return made
 
 
-def _each(runs: Sequence[tuple[str, int, SimRun]]) -> ResultTable:
+def unconstrained_tables(runs: Sequence[tuple[str, int, SimRun]]) -> list[ResultTable]:
+    """Table of those runs whose scans left a direction open most of the way; no table where there is none.
+
+    Odometry is all that is known along that direction; across it the scans must hold.
+    """
+    chosen = [(name, seed, run) for name, seed, run in runs if run.unconstrained[1:].mean() > OPEN_SHARE]
+    if not chosen:
+        return []
+    found = np.array([_unconstrained_errors(run) for *_, run in chosen])
+    labels = [f"{name}, {seed}" for name, seed, _ in chosen]
+    summary = [("median", *_cells(np.median(found, axis=0))), ("worst", *_cells(_worst(found)))]
+    columns = (
+        "scenario, seed", "along\nend, cm", "odometer", "odometry", "across\nmost, cm", "across\nrms, cm",
+        "heading\nmost, deg", "open",
+    )  # fmt: skip
+    notes = (
+        "Along the way from the first to the last true place, and across it. Odometer: what odometry's way is off by, "
+        "were its heading right, which is all that is known there; odometry: with its heading as it was."
+    )
+    rows = [(label, *_cells(row)) for label, row in zip(labels, found, strict=True)]
+    return [ResultTable("Where the scans leave a direction open", columns, [*rows, *summary], notes)]
+
+
+def hour_tables(run: SimRun) -> list[ResultTable]:
+    """Tables of cost and memory over the hour: the first scans beside the last, and the map over time."""
+    return [_hour_cost(run), _map_size(run)]
+
+
+def _run_table(runs: Sequence[tuple[str, int, SimRun]]) -> ResultTable:
     columns = (
         "scenario, seed", "ending", "scans", "final\ncm", "ATE\ncm", "most\ncm", "most x\ncm", "odometry\nmost x, cm",
         "most y\ncm", "open", "in bound", "lost", "ms", "p99 ms",
@@ -59,32 +92,80 @@ def _each(runs: Sequence[tuple[str, int, SimRun]]) -> ResultTable:
         "Against the truth, without alignment. Open: scans that left a direction to odometry. In bound: normalised "
         "squared error within 95 % of chi-square. Milliseconds of processor time an update, extraction included."
     )
-    return ResultTable("In the simulator", columns, [_row(*run) for run in runs], notes)
+    return ResultTable("In the simulator", columns, [_run_row(*run) for run in runs], notes)
 
 
-def _row(name: str, seed: int, run: SimRun) -> tuple[str, ...]:
+def _run_row(name: str, seed: int, run: SimRun) -> tuple[str, ...]:
     offsets, wheels = 100.0 * np.abs(run.offsets), 100.0 * np.abs(run.odometry_offsets)
     distance = np.hypot(offsets[:, 0], offsets[:, 1])
     return (
         f"{name}, {seed}", run.ending, str(len(run.poses)), f"{distance[-1]:.1f}",
         f"{np.sqrt(np.mean(distance**2)):.1f}", f"{distance.max():.1f}", f"{offsets[:, 0].max():.1f}",
-        f"{wheels[:, 0].max():.1f}", f"{offsets[:, 1].max():.1f}", f"{100 * run.open[1:].mean():.0f} %",
-        f"{100 * np.mean(run.normalised_errors < BOUND):.0f} %", str(run.lost), f"{1e3 * np.median(run.times):.3f}",
-        f"{1e3 * np.percentile(run.times, 99):.2f}",
+        f"{wheels[:, 0].max():.1f}", f"{offsets[:, 1].max():.1f}", f"{100 * run.unconstrained[1:].mean():.0f} %",
+        f"{100 * np.mean(run.normalised_errors < CHI_SQUARE_95):.0f} %", str(run.lost),
+        f"{1e3 * np.median(run.times):.3f}", f"{1e3 * np.percentile(run.times, 99):.2f}",
     )  # fmt: skip
 
 
-def _together(runs: Sequence[tuple[str, int, SimRun]]) -> ResultTable:
+def _scenario_table(runs: Sequence[tuple[str, int, SimRun]]) -> ResultTable:
     groups = {name: [run for other, _, run in runs if other == name] for name, *_ in runs}
-    rows = [_sum(name, group) for name, group in groups.items()]
+    rows = [_scenario_row(name, group) for name, group in groups.items()]
     if len(groups) > 1:
-        rows.append(_sum("all", [run for *_, run in runs]))
+        rows.append(_scenario_row("all", [run for *_, run in runs]))
     columns = ("scenario", "runs", "worst final\ncm", "lost", "in bound")
     return ResultTable("All seeds together", columns, rows)
 
 
-def _sum(name: str, runs: Sequence[SimRun]) -> tuple[str, ...]:
+def _scenario_row(name: str, runs: Sequence[SimRun]) -> tuple[str, ...]:
     final = max(float(np.hypot(*run.offsets[-1, :2])) for run in runs)
     errors = np.concatenate([run.normalised_errors for run in runs])
     lost = sum(run.lost > 0 or run.ending != "arrived" for run in runs)
-    return name, str(len(runs)), f"{100 * final:.1f}", str(lost), f"{100 * np.mean(errors < BOUND):.1f} %"
+    return name, str(len(runs)), f"{100 * final:.1f}", str(lost), f"{100 * np.mean(errors < CHI_SQUARE_95):.1f} %"
+
+
+def _unconstrained_errors(run: SimRun) -> FloatArray:
+    """Errors of one run: centimetres, degrees, and the share of open scans."""
+    way = run.truth[-1, :2] - run.truth[0, :2]
+    along = way / np.hypot(*way)
+    across = 100.0 * np.abs(run.offsets[:, :2] @ np.array([-along[1], along[0]]))
+    compared = run.offsets, run.true_heading_offsets, run.odometry_offsets
+    ends = [abs(100.0 * offsets[-1, :2] @ along) for offsets in compared]
+    turned = np.degrees(np.abs(run.offsets[:, 2])).max()
+    return np.array([*ends, across.max(), np.sqrt(np.mean(across**2)), turned, run.unconstrained[1:].mean()])
+
+
+def _worst(found: FloatArray) -> FloatArray:
+    """Greatest error of each kind, and the least share."""
+    return np.append(found[:, :-1].max(axis=0), found[:, -1].min())
+
+
+def _cells(row: FloatArray) -> list[str]:
+    return [*(f"{value:.2f}" for value in row[:-1]), f"{100 * row[-1]:.0f} %"]
+
+
+def _hour_cost(run: SimRun) -> ResultTable:
+    columns = ("scans", "first 1,000\nms", "p99", "last 1,000\nms", "p99", "ratio", "end\ncm", "most\ncm")
+    first, last = run.times[:HOUR_BLOCK], run.times[-HOUR_BLOCK:]
+    errors = 100.0 * np.hypot(*run.offsets[:, :2].T)
+    row = (
+        str(len(run.times)), *_milliseconds(first), *_milliseconds(last), f"{np.median(last) / np.median(first):.2f}",
+        f"{errors[-1]:.1f}", f"{errors.max():.1f}",
+    )  # fmt: skip
+    return ResultTable("One hour", columns, [row], "Around and around. The first 1,000 scans make the map.")
+
+
+def _map_size(run: SimRun) -> ResultTable:
+    ends = [len(run.times) * part // HOUR_PARTS for part in range(1, HOUR_PARTS + 1)]
+    rows = [
+        (
+            f"{end / len(run.times) * HOUR / 60.0:.0f} min", f"{run.map_points[end - 1]:.0f}",
+            f"{run.map_bytes[end - 1] / 1e3:.0f}", *_milliseconds(run.times[begin:end]),
+        )
+        for begin, end in zip([0, *ends], ends, strict=False)
+    ]  # fmt: skip
+    return ResultTable("The map in that hour", ("after", "surfels", "kB", "ms", "p99"), rows)
+
+
+def _milliseconds(times: np.ndarray) -> tuple[str, str]:
+    """Median and 99th percentile."""
+    return f"{1e3 * np.median(times):.3f}", f"{1e3 * np.percentile(times, 99):.2f}"

@@ -1,4 +1,4 @@
-"""The method in the simulator, where the truth is known: one run of a scenario with one seed."""
+"""Runs of the method in the simulator, where the truth is known."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from slam.line_slam import Estimate, LineSlam
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
-from slam.run.experiment import scenario_experiment
+from slam.run.experiment_setup import scenario_experiment
 from slam.run.loop import Ending, run_loop
 from slam.run.step import Step
 from slam.run.warm_up import warm_up
@@ -27,7 +27,7 @@ HOUR: Final = 3600.0
 
 
 class _TimedSlam(LineSlam):
-    """The method, with the processor time of every update."""
+    """Method with the processor time of every update."""
 
     def __init__(self, scenario: Scenario) -> None:
         super().__init__(scenario.slam, scenario.lidar.mount.pose, scenario.robot.start.pose, scenario.seed)
@@ -44,18 +44,18 @@ class _TimedSlam(LineSlam):
 
 
 @dataclass
-class _Notes:
-    """A watcher that keeps numbers only: an hour of scans would not fit into memory."""
+class _Recorder:
+    """Watcher that keeps numbers only: an hour of scans would not fit into memory."""
 
     poses: list[Pose2D] = field(default_factory=list)
     truth: list[Pose2D] = field(default_factory=list)
     wheels: list[Pose2D] = field(default_factory=list)
     covariances: list[FloatArray] = field(default_factory=list)
-    open: list[bool] = field(default_factory=list)
+    unconstrained: list[bool] = field(default_factory=list)
     lost: int = 0
     map_points: list[int] = field(default_factory=list)
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         observation, estimate = step.observation, step.estimate
         assert observation.T_map_base is not None
         assert estimate.covariance is not None
@@ -63,23 +63,23 @@ class _Notes:
         self.truth.append(observation.T_map_base)
         self.wheels.append(observation.odometry.T_odom_base)
         self.covariances.append(estimate.covariance)
-        self.open.append(estimate.unconstrained is not None and len(estimate.unconstrained) > 0)
+        self.unconstrained.append(estimate.unconstrained is not None and len(estimate.unconstrained) > 0)
         self.lost += estimate.lost
         self.map_points.append(estimate.map_points)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SimRun:
-    """What came out; poses are rows x, y, theta, (N, 3), of ``T_map_base``."""
+    """Result of a run; poses are rows x, y, theta, (N, 3), of ``T_map_base``."""
 
     ending: Ending
     poses: FloatArray
     truth: FloatArray
     odometry: FloatArray
-    """From the true start on."""
+    """Poses by the wheels alone, from the true start on."""
     covariances: FloatArray
     """(N, 3, 3)."""
-    open: FloatArray
+    unconstrained: FloatArray
     """1 where a direction was left to odometry, (N,)."""
     lost: int
     times: FloatArray
@@ -100,8 +100,8 @@ class SimRun:
         return _offsets(self.odometry, self.truth)
 
     @property
-    def odometer_offsets(self) -> FloatArray:
-        """As ``odometry_offsets`` (N, 3), were the heading of the odometry always right: the error of its way alone."""
+    def true_heading_offsets(self) -> FloatArray:
+        """Offsets (N, 3) of an odometry whose heading is always right: the error of its way alone."""
         steps = relative_poses(self.odometry[:-1], self.odometry[1:])
         c, s = np.cos(self.truth[:-1, 2]), np.sin(self.truth[:-1, 2])
         moves = np.column_stack([c * steps[:, 0] - s * steps[:, 1], s * steps[:, 0] + c * steps[:, 1]])
@@ -126,22 +126,22 @@ def run_scenario(
         laps = scenario.route.model_copy(update={"waypoints": 100 * scenario.route.waypoints})
         scenario = scenario.model_copy(update={"route": laps, "duration": HOUR})
     warm_up(Terminal(quiet=True), scenario.slam)
-    experiment, slam, notes = scenario_experiment(scenario), _TimedSlam(scenario), _Notes()
+    experiment, slam, recorder = scenario_experiment(scenario), _TimedSlam(scenario), _Recorder()
     try:
-        ending = run_loop(experiment.env, slam, experiment.pilot, [notes], scenario.seed)
+        ending = run_loop(experiment.env, slam, experiment.pilot, [recorder], scenario.seed)
     finally:
         experiment.env.close()
-    start = notes.truth[0] @ notes.wheels[0].inverse()
+    start = recorder.truth[0] @ recorder.wheels[0].inverse()
     return SimRun(
         ending=ending,
-        poses=_rows(notes.poses),
-        truth=_rows(notes.truth),
-        odometry=_rows([start @ wheels for wheels in notes.wheels]),
-        covariances=np.array(notes.covariances),
-        open=np.array(notes.open, np.float64),
-        lost=notes.lost,
+        poses=_rows(recorder.poses),
+        truth=_rows(recorder.truth),
+        odometry=_rows([start @ wheels for wheels in recorder.wheels]),
+        covariances=np.array(recorder.covariances),
+        unconstrained=np.array(recorder.unconstrained, np.float64),
+        lost=recorder.lost,
         times=np.array(slam.times),
-        map_points=np.array(notes.map_points, np.float64),
+        map_points=np.array(recorder.map_points, np.float64),
         map_bytes=np.array(slam.nbytes, np.float64),
     )
 

@@ -1,4 +1,4 @@
-"""``hopslam bench slam``: the tables of the recorded logs beside raw odometry and what other systems reach.
+"""``hopslam bench slam``: errors and costs on recorded logs, beside raw odometry and what other systems reach.
 
 PEERS are measurements of LaMa, Karto, GMapping and others built from their own sources and run on these logs; of every
 measure the best of them. The relations are those of Kuemmerle et al. 2009, the references GMapping's.
@@ -13,32 +13,36 @@ from typing import Final
 
 import numpy as np
 
-from slam.bench.crispness import crispness
-from slam.bench.shape_report import shape_table
-from slam.bench.slam_runs import LOGS, SlamRun, doubled_noise, run_log
+from slam.bench.log_runs import LOGS, LogRun, odometry_with_doubled_noise, run_log
+from slam.bench.map_shape import crispness, shape_table
 from slam.config import SlamConfig
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.files.logs.log import relative_poses
 from slam.files.tum import read_tum
 from slam.pose import FloatArray, wrap_angle
-from slam.run.scoring.pose_errors import absolute_error, relative_error
-from slam.run.scoring.poses_at import poses_at
+from slam.run.scoring.pose_errors import absolute_error, poses_at, relative_error
 from slam.run.scoring.relations import read_relations, relation_errors
 
 WORKERS: Final = 2
-DOUBLED: Final = "corridor, noise x 2"
+DOUBLED_NOISE: Final = "corridor, noise x 2"
 PEERS: Final = {
     "corridor_synthetic": "ATE 0.077 (Karto), heading 0.10 (LaMa, 30 particles), extent 1.005 (Karto)",
     "fr079": "relations 0.047 m, 1.13 deg (LaMa)",
     "mines1": "crispness 43.8 on a sister log (small_gicp)",
 }
-CENTRE_AHEAD: Final = np.array([[0.04, 0.0, 0.0]])
-"""fr079: the relations tell of the robot's centre, 4 cm ahead of the laser, where the log has both in one place."""
+CENTRE_AHEAD: Final = 0.04
+"""Metres. fr079: the relations are of the robot's centre, 4 cm ahead of the laser; the log has both in one place."""
+URG_BEAMS: Final = 600
+"""Scans with more beams are those of a URG-04LX."""
+CRISP_URG: Final = 70, 4.0
+"""Crispness of a URG-04LX: beams left out at each end, and metres from which ranges are left out ..."""
+CRISP_OTHERS: Final = 0, 15.0
+"""... and of other sensors."""
 
 
-def tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Terminal) -> list[ResultTable]:
-    """Errors and costs of the logs of these names in the folder, all without a name; those not there are skipped."""
+def slam_tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Terminal) -> list[ResultTable]:
+    """Run the logs of these names in the folder, all without a name; those not there are skipped."""
     asked = list(names) or list(LOGS)
     paths = {name: folder / LOGS.get(name, name) for name in asked}
     for name, path in paths.items():
@@ -47,31 +51,26 @@ def tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Term
     jobs: list[tuple[str, Path, FloatArray | None]] = [(n, p, None) for n, p in paths.items() if p.is_file()]
     reference = folder / "corridor_synthetic.gt.tum"
     if reference.is_file() and any(name == "corridor_synthetic" for name, *_ in jobs):
-        jobs += [
-            (f"{DOUBLED}, {s}", paths["corridor_synthetic"], doubled_noise(read_tum(reference)[1], s))
-            for s in (0, 1, 2)
-        ]
+        path, truth = paths["corridor_synthetic"], read_tum(reference)[1]
+        jobs += [(f"{DOUBLED_NOISE}, {s}", path, odometry_with_doubled_noise(truth, s)) for s in (0, 1, 2)]
     with ProcessPoolExecutor(WORKERS) as pool:
         runs = [(name, pool.submit(run_log, path, config, odometry)) for name, path, odometry in jobs]
         with console.progress() as bar:
             found = [(name, future.result()) for name, future in bar.track(runs, description="logs")]
     if not found:
         return []
-    return [_errors([_error_row(name, run, folder) for name, run in found]), shape_table(found), _costs(found)]
+    return [
+        _error_table([_error_row(name, run, folder) for name, run in found]),
+        shape_table(found),
+        _cost_table(found),
+    ]
 
 
-def _errors(rows: list[tuple[str, ...]]) -> ResultTable:
+def _error_table(rows: list[tuple[str, ...]]) -> ResultTable:
     columns = (
-        "log",
-        "ATE\nm",
-        "odometry\nm",
-        "RPE 10 m\nm",
-        "odometry\nm",
-        "relations\nm, deg",
-        "extent",
-        "end\nm, deg",
-        "crisp",
-    )
+        "log", "ATE\nm", "odometry\nm", "RPE 10 m\nm", "odometry\nm", "relations\nm, deg", "extent",
+        "end\nm, deg", "crisp",
+    )  # fmt: skip
     peers = "; ".join(f"{name}: {text}" for name, text in PEERS.items())
     notes = (
         "Poses at every scan as they were then. End: difference from the reference, or from the start where there is "
@@ -80,7 +79,7 @@ def _errors(rows: list[tuple[str, ...]]) -> ResultTable:
     return ResultTable("Errors", columns, rows, notes)
 
 
-def _error_row(name: str, run: SlamRun, folder: Path) -> tuple[str, ...]:
+def _error_row(name: str, run: LogRun, folder: Path) -> tuple[str, ...]:
     reference, relations = folder / f"{run.name}.gt.tum", folder / f"{run.name}.relations.gz"
     cells = dict.fromkeys(("ate", "ate_odometry", "rpe", "rpe_odometry", "relations", "extent", "end"), "")
     stamps, end = run.log.stamps, relative_poses(run.poses[0], run.poses[-1:])[0]
@@ -97,42 +96,29 @@ def _error_row(name: str, run: SlamRun, folder: Path) -> tuple[str, ...]:
         known = read_relations(relations)
         cells["relations"] = " / ".join(
             f"{np.mean(found.metres):.4f}+-{np.std(found.metres):.3f}, {np.degrees(np.mean(found.radians)):.2f}"
-            for found in (relation_errors(known, stamps, poses) for poses in (run.poses, _ahead(run.poses)))
+            for found in (relation_errors(known, stamps, poses) for poses in (run.poses, _centre_poses(run.poses)))
         )
     cells["end"] = f"{np.hypot(*end[:2]):.3f}, {abs(np.degrees(wrap_angle(float(end[2])))):.2f}"
-    urg = run.log.lidar.beams > 600
-    cut, reach = (70, 4.0) if urg else (0, 15.0)
+    cut, reach = CRISP_URG if run.log.lidar.beams > URG_BEAMS else CRISP_OTHERS
     crisp = {crispness(run.log, run.poses, cut, reach, deskew) for deskew in {run.log.time_increment > 0.0, False}}
     return (name, *cells.values(), " / ".join(f"{value:.1f}" for value in sorted(crisp)))
 
 
-def _ahead(poses: FloatArray) -> FloatArray:
-    """Poses of the point CENTRE_AHEAD of these."""
+def _centre_poses(poses: FloatArray) -> FloatArray:
+    """Poses of the robot's centre."""
     c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    x, y, _ = CENTRE_AHEAD[0]
-    return np.column_stack([poses[:, 0] + c * x - s * y, poses[:, 1] + s * x + c * y, poses[:, 2]])
+    return np.column_stack([poses[:, 0] + c * CENTRE_AHEAD, poses[:, 1] + s * CENTRE_AHEAD, poses[:, 2]])
 
 
 def _extent(poses: FloatArray) -> float:
     return float(np.hypot(*(poses[:, :2] - poses[0, :2]).T).max())
 
 
-def _costs(found: list[tuple[str, SlamRun]]) -> ResultTable:
+def _cost_table(found: list[tuple[str, LogRun]]) -> ResultTable:
     columns = (
-        "log",
-        "scans",
-        "ms",
-        "p99 ms",
-        "CPU\nms",
-        "p99 CPU\nms",
-        "last 10 %\nover first",
-        "surfels",
-        "walls",
-        "open",
-        "searched",
-        "lost",
-        "inliers",
-    )
+        "log", "scans", "ms", "p99 ms", "CPU\nms", "p99 CPU\nms", "last 10 %\nover first", "surfels", "walls", "open",
+        "searched", "lost", "inliers",
+    )  # fmt: skip
     rows = []
     for name, run in found:
         tenth = max(len(run.times) // 10, 1)

@@ -28,7 +28,7 @@ class SplitAndMerge:
     min_length: float = 0.15
 
     def __call__(self, scan: LaserScan) -> Segments:
-        """The segments of a scan, sensor frame; each ends at the feet of its end points on its fitted line."""
+        """Extract the segments of a scan, sensor frame; each ends at the feet of its end points on its fitted line."""
         points = scan.points()
         runs, lines = _split_and_merge(
             points, self.max_distance, self.merge_distance, self.gap, self.gap_share, self.min_points, self.min_length
@@ -76,7 +76,7 @@ def _split_and_merge(
 
 @compiled
 def _is_gap(points: FloatArray, j: int, gap: float, gap_share: float) -> bool:
-    """Whether the points before j and at j are on different walls."""
+    """True where the points before j and at j are on different walls."""
     step = np.hypot(points[j, 0] - points[j - 1, 0], points[j, 1] - points[j - 1, 1])
     reach = min(np.hypot(points[j, 0], points[j, 1]), np.hypot(points[j - 1, 0], points[j - 1, 1]))
     return bool(step > gap + gap_share * reach)

@@ -1,4 +1,4 @@
-"""How long a user waits: for the help, and for the first scan of a run."""
+"""Start-up times: of the help, and until the first scan of a run."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from slam.console.terminal import Terminal
 from slam.errors import InputError
 
 _HOPSLAM: Final = (sys.executable, "-c", "from slam.cli.main import main; main()")
-"""As the console script has it."""
-_PATIENCE: Final = 120.0
-_BARS: Final = {"hopslam --help": 0.4, "first scan": 3.0}
+"""Command of the console script."""
+_TIMEOUT: Final = 120.0
+_TARGETS: Final = {"hopslam --help": 0.4, "first scan": 3.0}
 """Seconds, with warm caches."""
 
 
 def start_up_table(scenario: str, repeats: int, console: Terminal, allow_modules: Sequence[str] = ()) -> ResultTable:
-    """Each in a process of its own, after one that warms the caches and is not counted."""
-    allowing = [word for name in allow_modules for word in ("--allow-module", name)]
+    """Time each start in a process of its own, after one that warms the caches and is not counted."""
+    allow_options = [word for name in allow_modules for word in ("--allow-module", name)]
     measures: dict[str, Callable[[], float]] = {
         "hopslam --help": _help,
-        "first scan": lambda: _first_scan(scenario, allowing),
+        "first scan": lambda: _first_scan(scenario, allow_options),
     }
     rows = []
     for name, measure in measures.items():
         with console.progress(transient=True, still=True) as bar:
             _, *seconds = [measure() for _ in bar.track(range(repeats + 1), description=name)]
         seconds.sort()
-        rows.append([name, *(f"{value:.2f}" for value in (seconds[0], seconds[repeats // 2], _BARS[name]))])
+        rows.append([name, *(f"{value:.2f}" for value in (seconds[0], seconds[repeats // 2], _TARGETS[name]))])
     columns = ("", "least s", "median s", "bar s")
     return ResultTable(
         f"Start-up: {scenario}, {repeats} times", columns, rows, "wall time, from the start of the process"
@@ -47,15 +47,15 @@ def _help() -> float:
     return perf_counter() - began
 
 
-def _first_scan(scenario: str, allowing: Sequence[str]) -> float:
-    """Until a run has written its first pose; the run is then ended."""
+def _first_scan(scenario: str, allow_options: Sequence[str]) -> float:
+    """Seconds until a run has written its first pose; the run is then ended."""
     with TemporaryDirectory() as folder:
         out = Path(folder) / "run"
         began = perf_counter()
-        run = _start("run", scenario, "--out", str(out), *allowing)
+        run = _hopslam("run", scenario, "--out", str(out), *allow_options)
         try:
             while not _has_pose(out / "trajectory.tum"):
-                if run.poll() is not None or perf_counter() - began > _PATIENCE:
+                if run.poll() is not None or perf_counter() - began > _TIMEOUT:
                     raise InputError(f"{scenario}: no first scan; try: hopslam run {quote(scenario)}")
                 sleep(0.002)
             return perf_counter() - began
@@ -64,7 +64,7 @@ def _first_scan(scenario: str, allowing: Sequence[str]) -> float:
             run.wait()
 
 
-def _start(*arguments: str) -> subprocess.Popen[bytes]:
+def _hopslam(*arguments: str) -> subprocess.Popen[bytes]:
     silent = subprocess.DEVNULL
     return subprocess.Popen([*_HOPSLAM, *arguments], stdout=silent, stderr=silent)
 

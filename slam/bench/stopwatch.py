@@ -9,7 +9,7 @@ import numpy as np
 
 
 def seconds(function: Callable[[], object]) -> float:
-    """Seconds that one call takes."""
+    """Time one call, in seconds."""
     began = perf_counter()
     function()
     return perf_counter() - began

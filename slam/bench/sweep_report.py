@@ -1,4 +1,4 @@
-"""The tables of ``hopslam bench sweep``."""
+"""``hopslam bench sweep``: speed and memory of sweeps."""
 
 from __future__ import annotations
 
@@ -7,13 +7,11 @@ from dataclasses import astuple
 from statistics import median
 from typing import Final, NamedTuple
 
-from slam.bench.sweep_runs import SweepSpeed, memory_of_rows, sweep_speed
-from slam.bench.two_processes import arithmetic_ratio
+from slam.bench.sweep_runs import SweepSpeed, arithmetic_ratio, memory_of_rows, sweep_speed
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
-from slam.run.results.keep import Keep
 from slam.sweep.executor import Executor
-from slam.sweep.pool import Pool
+from slam.sweep.process_pool import ProcessPool
 
 TURNS: Final = 5
 """Others load the machine meanwhile, now more and now less: ratios are of one turn, and the middle one is told."""
@@ -39,7 +37,7 @@ def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTabl
 
 
 class _Turn(NamedTuple):
-    """What the machine does with two processes, then one job and two."""
+    """Measurements of one turn: additions by two processes over one, then the sweep with one job and with two."""
 
     allowed: float
     one: SweepSpeed
@@ -77,10 +75,10 @@ def _executors(ray: bool) -> Mapping[str, Callable[[str, int], Executor]]:
 
 
 def _pool(runs: str, jobs: int) -> Executor:
-    return Pool(jobs, runs, Keep(pictures=False))
+    return ProcessPool(jobs, runs, pictures=False)
 
 
 def _ray(runs: str, jobs: int) -> Executor:
     from slam.sweep.ray_cluster import LOCAL, RayCluster
 
-    return RayCluster(LOCAL, jobs, runs, Keep(pictures=False))
+    return RayCluster(LOCAL, jobs, runs, pictures=False)

@@ -1,4 +1,4 @@
-"""What a sweep itself costs: runs a second by the number of jobs, the driver's share, its memory."""
+"""Cost of sweeping itself: runs a second by the number of jobs, the driver's share, its memory."""
 
 from __future__ import annotations
 
@@ -8,22 +8,28 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from itertools import islice
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
+from typing import Final
 
-from slam.sweep.driver import Driver
-from slam.sweep.executor import Executor, Finished, Lost
+from slam.sweep.executor import Executor, FinishedJob, LostJob
 from slam.sweep.folder import Folder
 from slam.sweep.job import Job
-from slam.sweep.options import make_plan
-from slam.sweep.row import job_columns
-from slam.sweep.store import SweepStore
+from slam.sweep.make_plan import make_plan
+from slam.sweep.result_rows import job_columns
+from slam.sweep.result_store import ResultStore
+from slam.sweep.scheduler import Scheduler
+
+_ADDING_TIME: Final = 4.0
+"""Seconds."""
 
 
 @dataclass(frozen=True, slots=True)
 class SweepSpeed:
-    """Of one executor with so many jobs at a time, warm."""
+    """Speed of a warm executor with some number of jobs at a time."""
 
     rate: float
     """Runs a second."""
@@ -34,12 +40,12 @@ class SweepSpeed:
 
 
 def sweep_speed(make: Callable[[str, int], Executor], at_a_time: int, runs: int) -> SweepSpeed:
-    """With the executor that ``make`` gives for the address of the runs and a number of jobs."""
+    """Measure the executor that ``make`` gives for the address of the runs and a number of jobs."""
     with TemporaryDirectory() as here, closing(make(f"{here}/runs", at_a_time)) as executor:
-        jobs, store = _jobs(runs + at_a_time, duration=30.0), SweepStore(Folder(here))
+        jobs, store = _jobs(runs + at_a_time, duration=30.0), ResultStore(Folder(here))
         _warm(executor, list(islice(jobs, at_a_time)))
         began, cpu = perf_counter(), process_time()
-        Driver(executor, store, retry=0, show=_nothing).run(jobs)
+        Scheduler(executor, store, retry=0, show=_nothing).run(jobs)
         elapsed, used = perf_counter() - began, process_time() - cpu
         driving = [row["duration_s"] / row["wall.real_time_factor"] for row in store.rows()]
     return SweepSpeed(runs / elapsed, used / elapsed, (at_a_time * elapsed - sum(driving)) / runs)
@@ -48,16 +54,21 @@ def sweep_speed(make: Callable[[str, int], Executor], at_a_time: int, runs: int)
 def memory_of_rows(count: int) -> float:
     """Megabytes that this process holds after so many rows, of runs that are only made up."""
     with TemporaryDirectory() as here:
-        store = SweepStore(Folder(here))
-        Driver(_Imagined(), store, retry=0, show=_nothing).run(_jobs(count, duration=1.0))
+        store = ResultStore(Folder(here))
+        Scheduler(_FakeExecutor(), store, retry=0, show=_nothing).run(_jobs(count, duration=1.0))
         kept = len(store.done())
     assert kept == count
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-class _Imagined:
-    """An executor that makes rows up, as wide as real ones."""
+def arithmetic_ratio() -> float:
+    """Ratio of the additions that two processes do to those of one: the best that any sweep can reach here."""
+    return _additions(2) / _additions(1)
+
+
+class _FakeExecutor:
+    """Executor that makes rows up, as wide as real ones."""
 
     def __init__(self) -> None:
         self._jobs: deque[Job] = deque()
@@ -73,24 +84,24 @@ class _Imagined:
     def submit(self, job: Job) -> None:
         self._jobs.append(job)
 
-    def collect(self, timeout: float) -> Iterator[Finished | Lost]:
+    def collect(self, timeout: float) -> Iterator[FinishedJob | LostJob]:
         job = self._jobs.popleft()
         metrics = {f"metric_{index}": job.seed + index / 7 for index in range(40)}
         curve = {"error_m": [job.seed / 7] * 64}
-        yield Finished(job, job_columns(job) | {"status": "done", "error": None} | metrics | curve)
+        yield FinishedJob(job, job_columns(job) | {"status": "done", "error": None} | metrics | curve)
 
     def close(self) -> None:
         self._jobs.clear()
 
 
 def _jobs(count: int, duration: float) -> Iterator[Job]:
-    """Runs of the paper's world with this project's method, at most so many simulated seconds long."""
+    """Jobs of the paper's world with this project's method, at most so many simulated seconds long."""
     changes = {"seeds": f"0:{count}", "modes": ["hopslam"], "settings": {"duration": duration}}
     return make_plan(["paper_simulation"], changes).jobs()
 
 
 def _warm(executor: Executor, jobs: list[Job]) -> None:
-    """A first run for each worker: it loads what runs need."""
+    """Do a first run in each worker, which loads what runs need."""
     for job in jobs:
         executor.submit(job)
     while executor.busy:
@@ -100,3 +111,29 @@ def _warm(executor: Executor, jobs: list[Job]) -> None:
 
 def _nothing(done: int, failed: int) -> None:
     pass
+
+
+def _additions(processes: int) -> float:
+    """Additions of all the processes together, in the same seconds."""
+    context = get_context("spawn")
+    pipes = [context.Pipe() for _ in range(processes)]
+    workers = [context.Process(target=_add, args=(far,)) for _, far in pipes]
+    for worker in workers:
+        worker.start()
+    for near, _ in pipes:
+        near.recv_bytes()  # it is there
+    for near, _ in pipes:
+        near.send_bytes(b"go")
+    done = sum(int(near.recv_bytes()) for near, _ in pipes)
+    for worker in workers:
+        worker.join()
+    return float(done)
+
+
+def _add(pipe: Connection) -> None:
+    pipe.send_bytes(b"here")
+    pipe.recv_bytes()
+    total, until = 0, perf_counter() + _ADDING_TIME
+    while perf_counter() < until:
+        total += sum(1 for _ in range(10_000))
+    pipe.send_bytes(str(total).encode())

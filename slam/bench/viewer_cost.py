@@ -1,4 +1,4 @@
-"""What showing a run costs the run: the time and the bytes of a scan."""
+"""Cost of showing a run: the time and the bytes of a scan."""
 
 from __future__ import annotations
 
@@ -12,32 +12,32 @@ from typing import Final, NamedTuple
 
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
-from slam.run.experiment import Experiment, scenario_experiment
+from slam.run.experiment import Experiment
+from slam.run.experiment_setup import scenario_experiment
 from slam.run.loop import run_loop
 from slam.run.step import Step
-from slam.run.viewer.address import listens
 from slam.run.viewer.broadcast import Broadcast
-from slam.run.viewer.programs import data_address, serve_page
-from slam.run.viewer.run_viewer import RunViewer
+from slam.run.viewer.live_run import RunViewer
+from slam.run.viewer.rerun_program import data_address, is_listening, serve_page
 from slam.run.warm_up import warm_up
 from slam.scenario.schema import Scenario
 
 _PORT: Final = 19090
 _ROWS: Final = 5
-_BARS: Final = "bars: 0.5 ms and 7 kB a scan, with --rerun FILE"
+_TARGETS: Final = "bars: 0.5 ms and 7 kB a scan, with --rerun FILE"
 
 
-class _Enough(Exception):
-    """So many scans were asked for."""
+class _EnoughScans(Exception):
+    """The number of scans asked for was driven."""
 
 
-class Cost(NamedTuple):
-    """Of one way to show a run."""
+class ViewerCost(NamedTuple):
+    """Cost of one way to show a run."""
 
     name: str
     scans: int
     seconds: Sequence[float]
-    """That the loop spent in the viewer, scan by scan."""
+    """Time that the loop spent in the viewer, scan by scan."""
     close: float
     """Seconds to hand on the rest in the end."""
     cpu: float
@@ -46,32 +46,27 @@ class Cost(NamedTuple):
     """Bytes of the file."""
 
     def row(self) -> list[str]:
-        """Of the table."""
+        """Cells of the table."""
         total = 1e3 * (sum(self.seconds) + self.close) / self.scans
         worst = 1e3 * max(self.seconds[1:])
         size = f"{self.size / self.scans / 1e3:.2f}" if self.size else "-"
         return [
-            self.name,
-            f"{self.scans}",
-            f"{1e3 * self.cpu / self.scans:.3f}",
-            f"{total:.3f}",
-            f"{worst:.1f}",
-            f"{1e3 * self.seconds[0]:.0f}",
-            size,
-        ]
+            self.name, f"{self.scans}", f"{1e3 * self.cpu / self.scans:.3f}", f"{total:.3f}", f"{worst:.1f}",
+            f"{1e3 * self.seconds[0]:.0f}", size,
+        ]  # fmt: skip
 
 
 def viewer_table(scenario: Scenario, scans: int, console: Terminal) -> ResultTable:
-    """The scenario is driven again for each row, by the same seed; live rows go at 10 Hz for so many scans."""
+    """Drive the scenario again for each row, by the same seed; live rows go at 10 Hz for so many scans."""
     warm_up(console, scenario.slam)
     with TemporaryDirectory() as folder, console.progress() as bar:
         costs = _costs(scenario, scans, Path(folder) / "run.rrd")
         rows = [cost.row() for cost in bar.track(costs, total=_ROWS, description="driving")]
     columns = ("shown in", "scans", "CPU ms\na scan", "ms\na scan", "worst\nms", "first\nms", "kB\na scan")
-    return ResultTable(f"What the viewer costs the loop: {scenario.name}", columns, rows, _BARS)
+    return ResultTable(f"What the viewer costs the loop: {scenario.name}", columns, rows, _TARGETS)
 
 
-def _costs(scenario: Scenario, scans: int, path: Path) -> Iterator[Cost]:
+def _costs(scenario: Scenario, scans: int, path: Path) -> Iterator[ViewerCost]:
     nobody = data_address(_PORT + 1)
     yield _measured("a file, whole run, no pause", scenario, None, 0.0, [path], [])
     yield _measured("a file, at 10 Hz", scenario, scans, 0.1, [path], [])
@@ -89,7 +84,7 @@ def _server() -> Iterator[subprocess.Popen[bytes]]:
     finally:
         server.kill()
         server.wait()
-        while listens(data_address(_PORT + 1)):
+        while is_listening(data_address(_PORT + 1)):
             sleep(0.1)
 
 
@@ -100,23 +95,23 @@ def _measured(
     period: float,
     files: list[Path],
     urls: list[str],
-    victim: subprocess.Popen[bytes] | None = None,
-) -> Cost:
+    viewer_to_kill: subprocess.Popen[bytes] | None = None,
+) -> ViewerCost:
     experiment = scenario_experiment(scenario)
     seconds: list[float] = []
-    with Broadcast(files, urls, experiment.setting, lambda text: None) as broadcast:
-        watcher = _Stopwatch(RunViewer(broadcast, experiment.setting), seconds, scans, period, victim)
+    with Broadcast(files, urls, experiment.scene, lambda text: None) as broadcast:
+        watcher = _Stopwatch(RunViewer(broadcast, experiment.scene), seconds, scans, period, viewer_to_kill)
         _drive(experiment, watcher)
         began, began_cpu = perf_counter(), thread_time()
     cpu = watcher.cpu + thread_time() - began_cpu
     size = files[0].stat().st_size if files else 0
-    return Cost(name, len(seconds), seconds, perf_counter() - began, cpu, size)
+    return ViewerCost(name, len(seconds), seconds, perf_counter() - began, cpu, size)
 
 
 def _drive(experiment: Experiment, watcher: _Stopwatch) -> None:
     try:
         run_loop(experiment.env, experiment.slam, experiment.pilot, [watcher], experiment.seed)
-    except _Enough:
+    except _EnoughScans:
         pass
     finally:
         experiment.env.close()
@@ -131,21 +126,21 @@ class _Stopwatch:
         seconds: list[float],
         scans: int | None,
         period: float,
-        victim: subprocess.Popen[bytes] | None,
+        viewer_to_kill: subprocess.Popen[bytes] | None,
     ) -> None:
         self._watcher, self._seconds, self._scans, self._period = watcher, seconds, scans, period
-        self._victim, self.cpu = victim, 0.0
+        self._viewer_to_kill, self.cpu = viewer_to_kill, 0.0
         self._next = perf_counter()
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         """Let the watcher see it."""
         began, began_cpu = perf_counter(), thread_time()
-        self._watcher.see(step)
+        self._watcher.on_step(step)
         self._seconds.append(perf_counter() - began)
         self.cpu += thread_time() - began_cpu
         if self._scans is not None and step.index + 1 >= self._scans:
-            raise _Enough
-        if self._victim is not None and self._scans is not None and step.index == self._scans // 2:
-            self._victim.kill()
+            raise _EnoughScans
+        if self._viewer_to_kill is not None and self._scans is not None and step.index == self._scans // 2:
+            self._viewer_to_kill.kill()
         self._next = max(self._next + self._period, perf_counter())
         sleep(max(0.0, self._next - perf_counter()) if self._period else 0.0)

@@ -1,4 +1,4 @@
-"""``hopslam calibrate``: what the wheels really are."""
+"""``hopslam calibrate``: wheel sizes and track, from driven squares."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from slam.console.completion import complete_scenario
-from slam.console.options import AllowModules, ScenarioName, Settings
+from slam.console.options import AllowModules, ScenarioName, Settings, complete_scenario
 from slam.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
     from slam.run.calibration.square import Square
     from slam.scenario.schema import Scenario
 
-app = typer.Typer(help="Find what the wheels really are, by driving.", no_args_is_help=True, add_completion=False)
+app = typer.Typer(no_args_is_help=True, add_completion=False)
 
 
 @app.callback()
@@ -66,18 +65,16 @@ def square(
     """
     from slam.console.terminal import Terminal
     from slam.run.calibration.calibrate import require_backend
-    from slam.run.calibration.file import check_onto, write_wheels
-    from slam.run.calibration.picture import draw_squares
-    from slam.run.calibration.report import summary
+    from slam.run.calibration.report import draw_squares, extends_value, summary, write_wheels
     from slam.run.calibration.square import Square
-    from slam.run.results.world_picture import check_picture
+    from slam.run.pictures.world_picture import check_picture
     from slam.run.warm_up import warm_up
     from slam.scenario.file import load_scenario
 
     require_backend(backend)
     if yes and backend == "sim":
         raise InputError("--yes is for the real robot; add --backend hardware")
-    base = check_onto(onto or scenario)
+    base = extends_value(onto or scenario)
     drawn = picture or out.with_suffix(".png")
     check_picture(drawn)
     loaded = load_scenario(scenario, settings or [], allow_modules or [])
@@ -91,7 +88,7 @@ def square(
 
 
 def _driven(scenario: Scenario, path: Square, backend: str, yes: bool, console: Terminal) -> Calibration:
-    """Drive the squares, and say how far it is."""
+    """Drive the squares, with a progress bar."""
     from slam.run.calibration.calibrate import calibrate
 
     legs = len(list(path.turns)) * 2

@@ -48,7 +48,7 @@ def compare(
 
 
 def metrics_of(records: list[RunRecord]) -> list[dict[str, Any]]:
-    """Of each run; of one that was cut off, those that can be measured afterwards."""
+    """Metrics of each run; of one that was cut off, those that can be measured afterwards."""
     from slam.run.results.metrics import measure
 
     return [measure(record.folder) if record.metrics is None else record.metrics for record in records]

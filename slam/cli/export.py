@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
 from slam.console.terminal import Terminal
-
-Format = Literal["tum", "csv", "ros", "geojson", "dxf", "svg", "carmen", "mcap", "rosbag2"]
+from slam.run.export.formats import Format
 
 
 def export(

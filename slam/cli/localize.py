@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from slam.console.completion import complete_scenario
-from slam.console.options import AllowModules, OdomTopic, Out, Rerun, ScanTopic, Settings
+from slam.console.options import AllowModules, OdomTopic, Out, Rerun, ScanTopic, Settings, complete_scenario
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 
@@ -52,10 +51,9 @@ def localize(
 
     hopslam localize runs/latest --map /tmp/office/map.json
     """
-    from slam.cli.recorded import recorded_experiment
+    from slam.cli.inputs import recorded_experiment, with_seed
     from slam.files.logs import BagTopics
-    from slam.run.experiment import scenario_experiment
-    from slam.run.localization import localized
+    from slam.run.experiment_setup import localize_in_map, scenario_experiment
     from slam.run.run_and_report import run_and_report
     from slam.scenario.file import load_scenario
 
@@ -69,13 +67,12 @@ def localize(
         _refuse_options_of_logs(
             source, {"--scenario": scenario, "--scan-topic": scan_topic, "--odom-topic": odom_topic}
         )
-        by_seed = [] if seed is None else [f"seed={seed}"]
-        experiment = scenario_experiment(load_scenario(source, [*(settings or []), *by_seed], allowed))
-    run_and_report(localized(experiment, saved_map), out, rerun, console)
+        experiment = scenario_experiment(load_scenario(source, with_seed(settings, seed), allowed))
+    run_and_report(localize_in_map(experiment, saved_map), out, rerun, console)
 
 
 def _is_recorded(source: str) -> bool:
-    """Whether a file or folder of this name exists that is no scenario. A shipped scenario comes before a folder."""
+    """True for a file or folder that is no scenario. A shipped scenario comes before a folder of its name."""
     from slam.scenario.shipped import shipped_scenarios
 
     path = Path(source)

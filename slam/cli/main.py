@@ -10,9 +10,8 @@ from typing import Annotated, Final, NoReturn
 import typer
 
 from slam.cli.lazy_group import lazy_group
-from slam.console.ending_signals import ENDING_SIGNALS, handled
-from slam.console.lasting_output import LastingOutput
-from slam.console.suspensions import count_suspensions
+from slam.console.robust_output import RobustOutput
+from slam.console.signals import ENDING_SIGNALS, count_suspensions, signal_handler
 from slam.console.terminal import Terminal
 from slam.errors import HopslamError
 
@@ -75,7 +74,7 @@ def _exit_code() -> int:
         raise KeyboardInterrupt
 
     try:
-        with handled(interrupt, set(ENDING_SIGNALS) - {signal.SIGINT}):
+        with signal_handler(interrupt, set(ENDING_SIGNALS) - {signal.SIGINT}):
             app()
     except HopslamError as error:
         print(f"hopslam: {error}", file=sys.stderr)
@@ -94,6 +93,6 @@ def main() -> None:
     Exit codes: 2 bad input, 3 a device or back end, 1 or 141 output that cannot be written, 130 Ctrl-C, and 128 + N for
     the signal N.
     """
-    output = LastingOutput()
+    output = RobustOutput()
     count_suspensions()  # also those before there is a robot
     raise SystemExit(_exit_code() or output.exit_code())

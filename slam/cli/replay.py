@@ -7,8 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from slam.console.completion import complete_scenario
-from slam.console.options import AllowModules, OdomTopic, Out, Rerun, SavedMap, ScanTopic, Settings
+from slam.console.options import AllowModules, OdomTopic, Out, Rerun, SavedMap, ScanTopic, Settings, complete_scenario
 from slam.console.terminal import Terminal
 
 
@@ -52,14 +51,14 @@ def replay(
 
     hopslam replay second_half.log --map runs/latest/map.json --start saved
     """
-    from slam.cli.recorded import recorded_experiment
+    from slam.cli.inputs import recorded_experiment
     from slam.files.logs import BagTopics
     from slam.run.run_and_report import run_and_report
 
     console, topics = Terminal(), BagTopics(scan_topic, odom_topic)
     experiment = recorded_experiment(log, scenario, settings or [], allow_modules or [], topics, console)
     if saved_map is not None:
-        from slam.run.localization import continued
+        from slam.run.experiment_setup import continue_mapping
 
-        experiment = continued(experiment, saved_map, start)
+        experiment = continue_mapping(experiment, saved_map, start)
     run_and_report(experiment, out, rerun, console)

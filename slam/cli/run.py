@@ -44,8 +44,8 @@ def run(
 
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
     """
-    from slam.cli.scenario_warnings import draw_with_warnings
-    from slam.run.experiment import scenario_experiment
+    from slam.cli.inputs import draw_with_warnings, with_seed
+    from slam.run.experiment_setup import scenario_experiment
     from slam.run.run_and_report import run_and_report
     from slam.scenario.file import load_template
 
@@ -54,12 +54,11 @@ def run(
     if backend != "hardware" and (yes or dry_run):
         raise InputError("--yes and --dry-run are for the real robot; add --backend hardware")
     console = Terminal()
-    by_seed = [] if seed is None else [f"seed={seed}"]
     options = {"yes": yes, "dry_run": dry_run} if backend == "hardware" else {}
-    loaded = draw_with_warnings(load_template(scenario, [*(settings or []), *by_seed], allow_modules or []))
+    loaded = draw_with_warnings(load_template(scenario, with_seed(settings, seed), allow_modules or []))
     experiment = scenario_experiment(loaded, backend, **options)
     if saved_map is not None:
-        from slam.run.localization import continued
+        from slam.run.experiment_setup import continue_mapping
 
-        experiment = continued(experiment, saved_map, start)
+        experiment = continue_mapping(experiment, saved_map, start)
     run_and_report(experiment, out, rerun, console)

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from slam.console.completion import complete_sweep
-from slam.console.options import AllowModules
+from slam.console.options import AllowModules, complete_sweep
 from slam.console.terminal import Terminal
 
 if TYPE_CHECKING:
@@ -107,8 +106,8 @@ def run(
 
     hopslam sweep paper_vs_ours --ray auto --out s3://bucket/paper_vs_ours
     """
-    from slam.sweep.options import make_plan, parse_grid, parse_sample
-    from slam.sweep.sweep import SweepOptions, run_sweep
+    from slam.sweep.make_plan import make_plan, parse_grid, parse_sample
+    from slam.sweep.sweep import ExecutionOptions, run_sweep
 
     changes = {
         "seeds": seeds,
@@ -119,11 +118,11 @@ def run(
     }
     planned = make_plan(scenarios, {key: value for key, value in changes.items() if value}, allow_modules or [])
     address = out or f"sweeps/{planned.config.name}"
-    means = SweepOptions(jobs or len(os.sched_getaffinity(0)), ray, retry, pictures)
+    options = ExecutionOptions(jobs or len(os.sched_getaffinity(0)), ray, retry, pictures)
     if plan:
-        _show_plan(planned, address, means.jobs)
+        _show_plan(planned, address, options.jobs)
         return
-    outcome = run_sweep(planned, address, means, console)
+    outcome = run_sweep(planned, address, options, console)
     console.print(
         f"{outcome.done} runs done, {outcome.failed} of them failed; {outcome.before} were there already\n"
         f"results in {address}; look at them: hopslam sweep report {quote(address)}",
@@ -151,7 +150,7 @@ def report(
 
     hopslam sweep report sweeps/paper_vs_ours --metric heading_rmse_deg
     """
-    from slam.sweep.report import write_report
+    from slam.sweep.report.write import write_report
 
     made = write_report(out, metric)
     for table in made.tables:
@@ -174,9 +173,9 @@ def repeat(
 
     hopslam sweep repeat sweeps/paper_vs_ours 3f2a --pictures
     """
-    from slam.sweep.repeat import repeated
+    from slam.sweep.repeat import repeat_run
 
-    again = repeated(out, run_id, pictures, allow_modules or [])
+    again = repeat_run(out, run_id, pictures, allow_modules or [])
     console.print(f"{again.command}\nresults in {again.folder}")
     if again.differences:
         console.print(f"differs in {', '.join(again.differences)}")

@@ -32,7 +32,7 @@ def view(
 
     hopslam view /tmp/paper --rerun paper.rrd
     """
-    from slam.run.viewer.recording import recording_of
+    from slam.run.viewer.finished_run import recording_of
     from slam.run.viewer.viewers import Viewers
 
     console = Terminal()
@@ -40,4 +40,4 @@ def view(
         with console.progress(transient=True) as bar:
             recording = recording_of(run, lambda scans, total: bar.track(scans, total, description="making run.rrd"))
         viewers.open_file(recording)
-        viewers.linger()
+        viewers.serve_until_interrupted()

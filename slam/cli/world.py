@@ -31,13 +31,12 @@ def world(
 
     hopslam world replay --set generate.kind=corridor --set generate.width=3 --out corridor.svg
     """
-    from slam.cli.scenario_warnings import draw_with_warnings
-    from slam.run.results.world_picture import check_picture, draw_world
+    from slam.cli.inputs import draw_with_warnings, with_seed
+    from slam.run.pictures.world_picture import check_picture, draw_world
     from slam.scenario.file import read_template
     from slam.scenario.overview import overview
 
-    by_seed = [] if seed is None else [f"seed={seed}"]
-    loaded = draw_with_warnings(read_template(scenario, [*(settings or []), *by_seed]))
+    loaded = draw_with_warnings(read_template(scenario, with_seed(settings, seed)))
     path = out or Path(f"{loaded.name}.png")
     check_picture(path)
     draw_world(path, loaded)

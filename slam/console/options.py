@@ -1,4 +1,4 @@
-"""Options that several commands have."""
+"""Options that several commands have, and the words that the shell offers for them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,21 @@ from typing import Annotated
 
 import typer
 
-from slam.console.completion import complete_scenario
+
+def complete_scenario(incomplete: str) -> list[str]:
+    """Shipped scenarios whose names begin so; where there is none, the shell offers files."""
+    from slam.scenario.shipped import shipped_scenarios
+
+    return [name for name in shipped_scenarios() if name.startswith(incomplete)]
+
+
+def complete_sweep(incomplete: str) -> list[str]:
+    """Shipped scenarios and sweeps whose names begin so."""
+    from slam.scenario.shipped import SHIPPED
+
+    sweeps = sorted(path.stem for path in (SHIPPED / "sweeps").glob("*.yaml"))
+    return [*complete_scenario(incomplete), *(name for name in sweeps if name.startswith(incomplete))]
+
 
 ScenarioName = Annotated[
     str,

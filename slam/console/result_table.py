@@ -17,7 +17,7 @@ class ResultTable:
     """Line ends in them are for the terminal only."""
     rows: Sequence[Sequence[str]]
     notes: str = ""
-    """What to know about the numbers."""
+    """Remarks on the numbers."""
 
     def for_terminal(self) -> TerminalTable:
         """The table as the terminal shows it."""

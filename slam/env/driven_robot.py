@@ -14,7 +14,7 @@ from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.robot import Observation, Restartable, Robot
 from slam.run.backends import is_restartable, make_robot
-from slam.run.patience import step_patiently
+from slam.run.loop import step_patiently
 from slam.run.warm_up import warm_up
 from slam.scan import LaserScan
 from slam.scenario.lidar_config import LidarConfig

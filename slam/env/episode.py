@@ -13,8 +13,8 @@ from slam.env.step_state import StepState
 from slam.env.views import make_views
 from slam.pose import Pose2D
 from slam.robot import Observation
-from slam.run.course import Course
 from slam.run.estimator import Estimator, make_estimator
+from slam.run.pilots import RouteProgress
 from slam.scenario.schema import Scenario
 
 
@@ -32,7 +32,7 @@ class Episode:
         self.config, self.scenario = config, scenario
         self.start = start
         self._T_base_laser = mount = scenario.lidar.mount.pose
-        self._course = Course(start, scenario.route.waypoints, scenario.route.arrival)
+        self._route_progress = RouteProgress(start, scenario.route.waypoints, scenario.route.arrival)
         runs = config.uses_slam or first.T_map_base is None
         self.slam: Estimator | None = make_estimator(scenario.slam, mount, start, seed) if runs else None
         self._views = make_views(config, scenario, extent)
@@ -70,12 +70,10 @@ class Episode:
         if T_map_base is None:
             assert estimate is not None  # the method runs where the truth is not known
             T_map_base = estimate.T_map_base
-        course = self._course
-        course.advance(T_map_base)
+        route = self._route_progress
+        route.advance(T_map_base)
         T_map_laser = T_map_base @ self._T_base_laser
-        self.moment = StepState(
-            observation, T_map_base, T_map_laser, course.goal, course.arrived, course.left, estimate
-        )
+        self.moment = StepState(observation, T_map_base, T_map_laser, route.goal, route.arrived, route.left, estimate)
         return self.moment
 
     def views(self) -> dict[str, NDArray[Any]]:

@@ -11,9 +11,8 @@ from slam.env.episode import Episode
 from slam.line_slam import Estimate
 from slam.odometry import Twist2D
 from slam.run.step import Step
-from slam.run.viewer.address import listens
-from slam.run.viewer.programs import data_address, has_display
-from slam.run.viewer.run_viewer import RunViewer
+from slam.run.viewer.live_run import RunViewer
+from slam.run.viewer.rerun_program import data_address, has_display, is_listening
 from slam.run.viewer.scene import Scene
 from slam.run.viewer.targets import GRPC_PORT
 from slam.run.viewer.viewers import Viewers
@@ -27,7 +26,7 @@ class Window:
 
     def __init__(self) -> None:
         self._console = Terminal(stderr=True)
-        self._there = has_display() or listens(data_address(GRPC_PORT))
+        self._there = has_display() or is_listening(data_address(GRPC_PORT))
         if not self._there:
             self._console.print('render_mode="human": no screen here, nothing is shown; choose "rgb_array"')
         self._episode = ExitStack()
@@ -47,7 +46,7 @@ class Window:
         moment = episode.moment
         if self._viewer is not None:
             estimate = moment.estimate or Estimate(moment.observation.scan.stamp, moment.T_map_base)
-            self._viewer.see(Step(episode.turns - 1, moment.observation, estimate, applied, 0.0))
+            self._viewer.on_step(Step(episode.turns - 1, moment.observation, estimate, applied, 0.0))
 
     def close(self) -> None:
         """End the recording; the window stays."""

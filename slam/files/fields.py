@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from slam.errors import LogError
 from slam.pose import FloatArray
 
 LARGEST: Final = 1e7
@@ -58,3 +59,14 @@ def count(words: Sequence[bytes], index: int) -> int:
     if value < 0:
         raise BadLine("impossible value")
     return value
+
+
+def table_row(words: Sequence[bytes], columns: str, where: str) -> list[float]:
+    """The numbers of one line of a table with these columns; LogError, naming where, for another line."""
+    try:
+        values = bounded(words, largest=1e18)
+    except BadLine as fault:
+        raise LogError(f"{where}: {fault}; need {columns}") from None
+    if len(values) != len(columns.split()):
+        raise LogError(f"{where}: {len(values)} numbers; need {columns}")
+    return values

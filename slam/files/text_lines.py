@@ -17,7 +17,7 @@ _BLOCK: Final = 1 << 16
 _GZIP_MAGIC: Final = b"\x1f\x8b"
 
 
-class CutShort(LogError):
+class TruncatedFile(LogError):
     """The file ends early or is damaged; what came before has been read."""
 
 
@@ -42,7 +42,7 @@ def _blocks(file: BufferedReader, path: Path) -> Iterator[bytes]:
         while block := stream.read1(_BLOCK):
             yield block
     except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-        raise CutShort(f"{path}: the gzip data are damaged or end early") from error
+        raise TruncatedFile(f"{path}: the gzip data are damaged or end early") from error
 
 
 def _split(blocks: Iterable[bytes]) -> Iterator[bytes]:

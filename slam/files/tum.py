@@ -13,13 +13,13 @@ from typing import Final
 import numpy as np
 
 from slam.errors import LogError
-from slam.files.fields import BadLine, bounded
+from slam.files.fields import table_row
 from slam.files.text_lines import read_lines
 from slam.pose import FloatArray, Pose2D, wrap_angle
 
 _COLUMNS: Final = "stamp x y z qx qy qz qw"
 _UNIT: Final = 0.01
-"""How far from 1 the norm of a quaternion may be: files print as few as four digits."""
+"""Largest deviation of a quaternion's norm from 1: files print as few as four digits."""
 
 
 def format_tum(stamp: float, pose: Pose2D) -> str:
@@ -50,12 +50,7 @@ def read_tum(path: str | Path) -> tuple[FloatArray, FloatArray]:
 
 
 def _parse(words: list[bytes], where: str) -> list[float]:
-    try:
-        values = bounded(words, largest=1e18)
-    except BadLine as fault:
-        raise LogError(f"{where}: {fault}; need {_COLUMNS}") from None
-    if len(values) != len(_COLUMNS.split()):
-        raise LogError(f"{where}: {len(values)} numbers; need {_COLUMNS}")
+    values = table_row(words, _COLUMNS, where)
     if abs(np.linalg.norm(values[4:]) - 1.0) > _UNIT:
         raise LogError(f"{where}: qx qy qz qw are no unit quaternion; need {_COLUMNS}")
     return values

@@ -1,1 +1,1 @@
-"""Everything around the method: scenarios, the loop, recording, replay, pictures and the command line."""
+"""One run: set up, driven, recorded, shown, reported, exported and scored."""

@@ -14,7 +14,7 @@ from slam.pose import FloatArray
 from slam.scan import LaserScan, Lidar
 
 _BOUND: Final = np.array([1e4, 1e4, np.pi, 10.0, 100.0], np.float32)
-"""Of x, y (m), theta (rad), v (m/s), omega (rad/s): no robot of this kind goes beyond."""
+"""Largest x, y (m), theta (rad), v (m/s), omega (rad/s): no robot of this kind goes beyond."""
 
 
 def scan_space(lidar: Lidar) -> Box:

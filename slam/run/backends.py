@@ -19,7 +19,7 @@ BACKENDS: Final = {
 """slam knows of sim and hardware by name only."""
 
 PLANTS: Final = {"sim": "sim.plant:SimPlant", "plan": "hardware.emulator.kinematic_plant:scenario_plant"}
-"""What moves the emulated devices: a function of the scenario."""
+"""Functions of the scenario that make what moves the emulated devices."""
 PLANT_PARTS: Final = (
     "T_map_base", "elapsed", "odometry", "travel", "stalled", "advance", "ranges", "bumpers", "sonar",
 )  # fmt: skip
@@ -47,7 +47,7 @@ def make_robot(backend: str, *args: Any, **options: Any) -> Robot:
 
 
 def is_restartable(backend: str) -> bool:
-    """Whether robots of this back end can be set back to their start."""
+    """True where robots of this back end can be set back to their start."""
     return _can_restart(_robot_code(backend))
 
 

@@ -7,24 +7,54 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.errors import InputError
+from slam.files.atomic_files import GrowingGeoJson, GrowingText, line_feature
 from slam.files.logs import Log
-from slam.files.whole_files import GrowingGeoJson, GrowingText
 from slam.lidars import LIDARS
 from slam.lines.extraction import extract_segments
 from slam.lines.segments import Segments
-from slam.run.results.scan_picture import draw_scan
-from slam.run.results.segment_files import CSV_HEADER, csv_lines, geojson_features
+from slam.run.pictures.scan_picture import draw_scan
 
+CSV_COLUMNS: Final = (
+    "scan", "start_x", "start_y", "end_x", "end_y", "beams", "rho", "theta", "var_rho", "var_theta", "cov_rho_theta",
+)  # fmt: skip
+CSV_HEADER: Final = ",".join(CSV_COLUMNS) + "\n"
 METHODS: Final = ("paper", "chi_square")
+
+
+def csv_lines(scan: int, segments: Segments) -> str:
+    """One line a segment, with its end; the covariance is empty where the method gives none."""
+    rows = ([scan, *start, *end, *rest] for start, end, *rest in _values(segments))
+    return "".join(",".join(_text(value) for value in row) + "\n" for row in rows)
+
+
+def geojson_features(scan: int, segments: Segments) -> Iterator[dict[str, Any]]:
+    """One LineString a segment, from its start to its end, with the other columns of the CSV as properties."""
+    for start, end, *rest in _values(segments):
+        yield line_feature([start, end], dict(zip(("scan", *CSV_COLUMNS[5:]), (scan, *rest), strict=True)))
+
+
+def _values(segments: Segments) -> Iterator[tuple[Any, ...]]:
+    """start (x, y), end (x, y), beams, rho, theta, var_rho, var_theta, cov_rho_theta of each segment."""
+    unknown = [None] * len(segments)
+    variances = [unknown, unknown, unknown]
+    if segments.covariance is not None:
+        rho_rho, rho_theta, theta_theta = segments.covariance[:, [0, 0, 1], [0, 1, 1]].T.tolist()
+        variances = [rho_rho, theta_theta, rho_theta]
+    columns = (segments.start, segments.end, segments.counts, segments.rho, segments.theta)
+    return zip(*(column.tolist() for column in columns), *variances, strict=True)
+
+
+def _text(value: float | None) -> str:
+    return "" if value is None else f"{value:.9g}"
 
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """Where the segments go; without a file, CSV goes to the standard output."""
+    """Files for the segments; without one, CSV goes to the standard output."""
 
     csv: Path | None = None
     geojson: Path | None = None
@@ -50,7 +80,7 @@ def chi_square_config(sensor: str | None) -> ChiSquareConfig:
 
 
 def chosen_scans(log: Log, scan: int | None) -> range:
-    """That scan of the log, or all; InputError when it has none of that number."""
+    """The scan of that number, or all; InputError when the log has none of that number."""
     if scan is None:
         return range(len(log))
     if not 0 <= scan < len(log):
@@ -87,7 +117,7 @@ def _write(
 
 
 def _sinks(log: Log, outputs: Outputs, stack: ExitStack) -> Iterator[Callable[[int, Segments], object]]:
-    """What takes the number of a scan and its segments."""
+    """Functions that write the segments of a scan, given its number."""
     if outputs == Outputs():
         sys.stdout.write(CSV_HEADER)
         yield lambda scan, segments: sys.stdout.write(csv_lines(scan, segments))

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from math import inf
-from typing import Final, Literal
+from time import monotonic
+from typing import Final, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slam.errors import RobotTimeout
 from slam.odometry import Twist2D
 from slam.robot import Observation
 from slam.run.estimator import Estimator
-from slam.run.patience import step_patiently
-from slam.run.pilot import Pilot
+from slam.run.pilots import Pilot
 from slam.run.robot_env import RobotEnv
 from slam.run.step import Step, Watcher
 
 Ending = Literal["arrived", "collided", "duration over", "no more scans", "interrupted", "failed"]
 """Reason for which a run ends, as in ``metrics.json``. Until 0.1 ``no more scans`` also meant ``duration over``."""
 _NO_TIME: Final = 2.5
-"""Where fewer scan times than this are left, no scan comes because the duration is over."""
+"""Scan times before the end of the duration: where fewer are left, it is the reason why no scan comes."""
+Taken = TypeVar("Taken")
 
 
 def run_loop(
@@ -45,7 +47,7 @@ def run_loop(
         estimate = slam.update(observation.scan, observation.odometry)
         command = pilot.command(estimate.T_map_base, observation.scan)
         for watcher in watchers:
-            watcher.see(Step(index, observation, estimate, applied, pilot.progress, timeouts))
+            watcher.on_step(Step(index, observation, estimate, applied, pilot.progress, timeouts))
         if observation.collided:
             return "collided"
         if command is None:
@@ -59,3 +61,19 @@ def run_loop(
 
 def _action(twist: Twist2D) -> NDArray[np.float32]:
     return np.array([twist.linear, twist.angular], np.float32)
+
+
+def step_patiently(step: Callable[[Twist2D], Taken], command: Twist2D, patience: float) -> tuple[Taken, int]:
+    """Make a step, which drives until the next scan comes; where no scan comes, stand and wait for one.
+
+    Returns what the step returned, and how often the robot was silent for too long. RobotTimeout after ``patience``
+    seconds.
+    """
+    until, timeouts = monotonic() + patience, 0
+    while True:
+        try:
+            return step(command), timeouts
+        except RobotTimeout:
+            if monotonic() >= until:
+                raise
+            command, timeouts = Twist2D(), timeouts + 1

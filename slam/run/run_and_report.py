@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, Final
 
 import typer
 
 from slam.console.terminal import Terminal
+from slam.console.terminal_table import TerminalTable
 from slam.run.experiment import Experiment
-from slam.run.results.summary import summary_tables
+from slam.run.results.metric_table import METRICS, Metric
 from slam.run.viewer.viewers import Viewers
+
+_ERRORS: Final = (
+    "ate_rmse_m", "ate_max_m", "final_m", "x_max_abs_m", "y_max_abs_m", "heading_rmse_deg", "heading_max_abs_deg",
+)  # fmt: skip
+_AFTER: Final = ("sure_after_s", "right_after_s")
+_FACTS: Final = (
+    ("scans (mapped)", "{scans} ({updates})"),
+    ("path, time", "{path_m:.1f} m, {duration_s:.1f} s ({real_time_factor:.1f} x real time)"),
+    ("iterations", "mean {iterations_mean:.0f}, max {iterations_max}; {not_converged} of {updates} did not settle"),
+    ("SLAM a mapped scan", "median {slam_ms_median:.2f} ms, p99 {slam_ms_p99:.2f} ms"),
+    ("map", "{map_points} points or surfels; {segments} segments seen"),
+)
 
 
 def run_and_report(experiment: Experiment, out: Path | None, rerun: list[str] | None, console: Terminal) -> None:
@@ -25,4 +40,34 @@ def run_and_report(experiment: Experiment, out: Path | None, rerun: list[str] | 
             raise outcome.error
         if outcome.ending == "interrupted":
             raise typer.Exit(128 + outcome.signal)
-        viewers.linger()
+        viewers.serve_until_interrupted()
+
+
+def summary_tables(metrics: dict[str, Any]) -> Iterator[TerminalTable]:
+    """Tables of ``metrics.json``: the errors of SLAM beside those of dead reckoning, where the truth is known; then
+    the rest."""
+    if "ate_rmse_m" in metrics:
+        errors = [(_label(METRICS[key]), f"{metrics[key]:.3f}", f"{metrics['odometry_' + key]:.3f}") for key in _ERRORS]
+        yield TerminalTable(("", "SLAM", "dead reckoning"), errors, bold_rows=len(errors))
+    found = list(_localization(metrics)) if "lost_scans" in metrics else []
+    facts = [(label, text.format(**metrics)) for label, text in _FACTS] if metrics["scans"] else []
+    if found or facts:
+        yield TerminalTable(("", ""), [*found, *facts], bold_rows=len(found))
+
+
+def _label(metric: Metric) -> str:
+    """Quantity, statistic and unit, as in ``ATE (rmse) [m]``."""
+    statistic = f" ({metric.statistic})" if metric.statistic else ""
+    return f"{metric.quantity}{statistic} [{metric.unit}]"
+
+
+def _localization(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Rows that only a run in a saved map has."""
+    after = {key: "never" if metrics.get(key) is None else f"{metrics[key]:.1f} s" for key in _AFTER}
+    sure, right = (METRICS[key].name for key in _AFTER)
+    yield sure, f"{after['sure_after_s']}, lost in {metrics['lost_scans']} scans"
+    if "right_after_s" in metrics:
+        yield right, f"{after['right_after_s']}, sure but wrong in {metrics['wrong_scans']} scans"
+    if "tracking_rmse_m" in metrics:
+        rest = f"max {metrics['tracking_max_m']:.3f} m, {metrics['tracking_rmse_deg']:.2f} deg"
+        yield "tracking", f"{metrics['tracking_rmse_m']:.3f} m rmse, {rest}"

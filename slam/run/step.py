@@ -26,8 +26,8 @@ class Step:
 
 
 class Watcher(Protocol):
-    """Sees every step of a run, and changes nothing."""
+    """Hears of every step of a run, and changes nothing."""
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         """Take note of one step."""
         ...

@@ -1,35 +1,38 @@
-"""The code and the files that the machines of a cluster need."""
+"""The code, files and package versions that the machines of a cluster need for the runs of a sweep."""
 
 from __future__ import annotations
 
+import platform
 import shutil
 from collections.abc import Iterable
-from importlib.metadata import version
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
 import slam
-from slam.sweep.bundled_file import SENT
 
-_PACKAGES: Final = ("slam", "sim", "hardware")
-_BESIDE: Final = ("assets", "scenarios")
-"""Of a checkout; in a wheel they are inside the packages."""
+_CODE: Final = ("slam", "sim", "hardware", "assets", "scenarios")
+"""Folders of a checkout; in a wheel the last two are inside the packages."""
+_FILES: Final = Path("sent")
+"""Folder beside the packages: there each file lies under the path that it has on the driver's machine."""
+_COMPUTING_PACKAGES: Final = ("hopslam", "numba", "numpy", "pybullet", "scipy")
 
 
 class CodeBundle:
-    """A folder of copies: the packages, what lies beside them, and ``files``, each under its whole path."""
+    """Temporary folder with copies of the code and of ``files``, each under its whole path."""
 
     def __init__(self, files: Iterable[Path]) -> None:
         self._temporary = TemporaryDirectory(prefix="hopslam-sweep-")
         self.folder = Path(self._temporary.name)
         root = Path(slam.__file__).resolve().parents[1]
-        for name in (*_PACKAGES, *_BESIDE):
+        for name in _CODE:
             if (root / name).is_dir():
                 shutil.copytree(root / name, self.folder / name, ignore=shutil.ignore_patterns("__pycache__"))
-        self._name_the_version()
+        self._write_metadata()
         for file in files:
-            place = self.folder / SENT / file.resolve().relative_to("/")
+            place = self.folder / _FILES / file.resolve().relative_to("/")
             place.parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(file, place)
 
@@ -37,9 +40,38 @@ class CodeBundle:
         """Remove the copies."""
         self._temporary.cleanup()
 
-    def _name_the_version(self) -> None:
-        """The machines find the version of hopslam here, where it is not installed."""
+    def _write_metadata(self) -> None:
+        """Tell the machines the version of hopslam, which is not installed there."""
         number = version("hopslam")
         about = self.folder / f"hopslam-{number}.dist-info"
         about.mkdir()
         (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: hopslam\nVersion: {number}\n")
+
+
+def bundled_path(source: str) -> str:
+    """Path of a scenario or log on this machine: in the bundle that was sent here, else ``source`` itself."""
+    path = Path(source)
+    if not path.is_absolute():
+        return source
+    sent = Path(__file__).parents[2] / _FILES / path.relative_to("/")
+    return str(sent) if sent.is_file() else source
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that compute, by name; ``none`` where one is not installed."""
+    return {"python": platform.python_version()} | {name: _version(name) for name in _COMPUTING_PACKAGES}
+
+
+def version_difference(here: dict[str, str], there: dict[str, str]) -> str:
+    """Describe in words which versions differ; empty where none does."""
+    return ", ".join(
+        f"{name} {there.get(name)} instead of {here[name]}" for name in here if there.get(name) != here[name]
+    )
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "none"

@@ -1,8 +1,8 @@
-"""What a sweep runs: the schema of its YAML file, and of the options of ``hopslam sweep``."""
+"""Configuration of a sweep: schema of its YAML file, and of the options of ``hopslam sweep``."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self, get_args
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
@@ -11,11 +11,12 @@ from slam.scenario.random_value import KINDS, is_random
 from slam.scenario.validation_message import message_of
 
 Mode = Literal["hopslam", "paper", "dead_reckoning"]
-"""What estimates the pose: this project's method, the paper's, or wheel odometry alone."""
+"""Source of the pose: this project's method, the paper's, or wheel odometry alone."""
+MODES: Final[tuple[str, ...]] = get_args(Mode)
 
 
-def _range(given: Any) -> Any:
-    """``0:100`` as the numbers from 0 to 99, and one number as a list of it."""
+def _parse_range(given: Any) -> Any:
+    """Parse ``0:100`` as the numbers from 0 to 99, and one number as a list of it."""
     if isinstance(given, int):
         return [given]
     if not isinstance(given, str):
@@ -27,7 +28,7 @@ def _range(given: Any) -> Any:
         raise ValueError("expected first:end, for example 0:100, which ends with 99, or a list of numbers") from None
 
 
-def _random(given: Any) -> Any:
+def _check_distribution(given: Any) -> Any:
     if not is_random(given):
         raise ValueError(f"expected one of {', '.join(KINDS)} with its numbers, for example {{uniform: [0.2, 0.6]}}")
     kind = KINDS[next(iter(given))]
@@ -38,7 +39,7 @@ def _random(given: Any) -> Any:
     return given
 
 
-def _different(values: tuple[Any, ...]) -> tuple[Any, ...]:
+def _check_unique(values: tuple[Any, ...]) -> tuple[Any, ...]:
     doubles = [value for index, value in enumerate(values) if value in values[:index]]
     if doubles:
         raise ValueError(f"{doubles[0]} stands here twice")
@@ -46,34 +47,38 @@ def _different(values: tuple[Any, ...]) -> tuple[Any, ...]:
 
 
 Seeds = Annotated[
-    tuple[Annotated[int, Field(ge=0)], ...], BeforeValidator(_range), AfterValidator(_different), Field(min_length=1)
+    tuple[Annotated[int, Field(ge=0)], ...],
+    BeforeValidator(_parse_range),
+    AfterValidator(_check_unique),
+    Field(min_length=1),
 ]
-Several = Annotated[tuple[Any, ...], AfterValidator(_different), Field(min_length=1)]
+Values = Annotated[tuple[Any, ...], AfterValidator(_check_unique), Field(min_length=1)]
 
 
 class SweepConfig(Section):
     """Scenario x mode x grid x seed: each combination is one run."""
 
     name: str = Field("sweep", pattern=r"^[A-Za-z0-9][A-Za-z0-9._ -]*$")
-    """Of the sweep's folder."""
+    """Name of the sweep's folder."""
     description: str = ""
-    scenarios: Annotated[tuple[str, ...], AfterValidator(_different)] = ()
-    """Shipped ones by name, others by path, relative to the sweep's file."""
-    logs: Annotated[tuple[str, ...], AfterValidator(_different)] = ()
+    scenarios: Annotated[tuple[str, ...], AfterValidator(_check_unique)] = ()
+    """Scenarios: shipped ones by name, others by path, relative to the sweep's file."""
+    logs: Annotated[tuple[str, ...], AfterValidator(_check_unique)] = ()
     """Recorded logs, by path."""
-    modes: Annotated[tuple[Mode, ...], AfterValidator(_different)] = ()
-    """Of the method; none: that of each scenario. Where a scenario is of another mode, its section ``slam`` gives way
-    to the defaults of this one, or to that of ``paper_corridor`` (a log: ``paper_replay``) where it is the paper's."""
+    modes: Annotated[tuple[Mode, ...], AfterValidator(_check_unique)] = ()
+    """Modes of the method; none: that of each scenario. Where a scenario is of another mode, its section ``slam``
+    gives way to the defaults of this one, or to that of ``paper_corridor`` (a log: ``paper_replay``) where it is the
+    paper's."""
     seeds: Seeds = (0,)
     """``first:end``, without the end, or a list."""
-    grid: dict[str, Several] = Field({})
+    grid: dict[str, Values] = Field({})
     """Settings such as ``slam.matching.floor``, and the values of each that are tried."""
-    sample: dict[str, Annotated[Any, AfterValidator(_random)]] = Field({})
+    sample: dict[str, Annotated[Any, AfterValidator(_check_distribution)]] = Field({})
     """Settings that are drawn for each seed: ``{uniform: [low, high]}`` and the like, as in scenarios."""
     settings: dict[str, Any] = Field({})
     """Settings that all runs have."""
     seed: int = Field(0, ge=0)
-    """Of the sampled settings: together with a run's own seed, it says what they are."""
+    """Seed of the sampled settings, together with a run's own seed."""
 
     @model_validator(mode="after")
     def _something_to_run(self) -> Self:

@@ -1,4 +1,4 @@
-"""What a sweep asks of whoever runs its jobs."""
+"""Interface of what runs a sweep's jobs: processes of this machine, or a cluster."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from slam.sweep.job import Job
-from slam.sweep.row import Row
+from slam.sweep.result_rows import Row
 
 
 @dataclass(frozen=True, slots=True)
-class Finished:
+class FinishedJob:
     """A job that came back, with its row."""
 
     job: Job
@@ -19,8 +19,8 @@ class Finished:
 
 
 @dataclass(frozen=True, slots=True)
-class Lost:
-    """A job whose worker went away under it."""
+class LostJob:
+    """A job whose worker died or was interrupted."""
 
     job: Job
     reason: str
@@ -31,20 +31,20 @@ class Executor(Protocol):
 
     @property
     def free(self) -> int:
-        """How many more jobs it takes now."""
+        """Number of jobs that it takes now."""
         ...
 
     @property
     def busy(self) -> int:
-        """How many jobs it has that did not come back."""
+        """Number of submitted jobs that did not come back yet."""
         ...
 
     def submit(self, job: Job) -> None:
-        """Take a job."""
+        """Start a job."""
         ...
 
-    def collect(self, timeout: float) -> Iterator[Finished | Lost]:
-        """What came back, after waiting for at most ``timeout`` seconds; a lost job is free to be submitted again."""
+    def collect(self, timeout: float) -> Iterator[FinishedJob | LostJob]:
+        """Jobs that came back, after waiting for at most ``timeout`` seconds; a lost one may be submitted again."""
         ...
 
     def close(self) -> None:

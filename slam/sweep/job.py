@@ -16,22 +16,22 @@ _ID_LENGTH: Final = 16
 """Hexadecimal digits: among a million jobs, two of one id are one in ten million."""
 
 
-def setting(key: str, value: Any) -> str:
-    """``key=value`` as ``--set`` takes it; numbers keep all their digits."""
+def format_setting(key: str, value: Any) -> str:
+    """Format ``key=value`` as ``--set`` takes it; numbers keep all their digits."""
     text = yaml.safe_dump(value, default_flow_style=True, sort_keys=False, width=10**6).removesuffix("...\n")
     return f"{key}={text.strip()}"
 
 
 class Job(Section):
-    """All that says what a run is; it can be sent to another process, and repeated alone."""
+    """Complete description of one run; it can be sent to another process, and repeated alone."""
 
     id: str
-    """Of its content: the same in every process, another one where anything of the job is another."""
+    """Hash of the content: the same in every process, another one where anything of the job is another."""
     kind: Literal["scenario", "log"]
     name: str
-    """Of the scenario, or of the log's file."""
+    """Name of the scenario, or of the log's file."""
     source: str
-    """What ``hopslam run`` or ``hopslam replay`` takes."""
+    """Argument of ``hopslam run`` or ``hopslam replay``."""
     mode: str
     seed: int
     grid: dict[str, Any] = Field({})
@@ -42,15 +42,15 @@ class Job(Section):
     """All settings, as ``--set`` takes them, in order."""
 
     @classmethod
-    def of(cls, digest: str, **content: Any) -> Self:
-        """The job with its id; ``digest`` is that of the content of its source."""
+    def create(cls, input_digest: str, **content: Any) -> Self:
+        """Make the job with its id; ``input_digest`` is that of the content of its source."""
         job = cls(id="", **content)
-        canonical = json.dumps([job.kind, job.name, digest, job.settings, job.seed])
+        canonical = json.dumps([job.kind, job.name, input_digest, job.settings, job.seed])
         return job.model_copy(update={"id": sha256(canonical.encode()).hexdigest()[:_ID_LENGTH]})
 
     @property
     def command(self) -> str:
-        """What repeats this run alone, for a shell."""
+        """Shell command that repeats this run alone."""
         verb = ["run"] if self.kind == "scenario" else ["replay"]
         seed = ["--seed", str(self.seed)] if self.kind == "scenario" else ["--set", f"seed={self.seed}"]
         settings = [word for text in self.settings for word in ("--set", text)]

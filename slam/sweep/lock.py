@@ -1,4 +1,4 @@
-"""One driver to a sweep's folder."""
+"""Lock that lets one driver at a time work in a sweep's folder."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from slam.sweep.folder import Folder
 _NAME: Final = "driver.lock"
 
 
-class Lock:
+class SweepLock:
     """Held while a driver works in the folder; InputError while another does.
 
     On a file system the kernel holds it, and lets go when the process dies, however it dies. At a URL it is a file that
@@ -32,7 +32,7 @@ class Lock:
         if self._folder.path is not None:
             self._lock_file()
         else:
-            self._claim()
+            self._write_claim()
         return self
 
     def __exit__(
@@ -52,18 +52,18 @@ class Lock:
         except BlockingIOError as error:
             self._file.seek(0)
             with self._file:
-                raise self._taken(self._file.read()) from error
+                raise self._refusal(self._file.read()) from error
         self._file.truncate(0)
         self._file.write(self._me)
         self._file.flush()
 
-    def _claim(self) -> None:
+    def _write_claim(self) -> None:
         other = self._folder.read(_NAME)
-        if other is not None and _lives(other):
-            raise self._taken(other)
+        if other is not None and _may_run(other):
+            raise self._refusal(other)
         self._folder.write(_NAME, self._me)
 
-    def _taken(self, other: str) -> InputError:
+    def _refusal(self, other: str) -> InputError:
         who = json.loads(other) if other else {}
         return InputError(
             f"{self._folder.address}: process {who.get('pid')} on {who.get('host')} runs a sweep there; wait for it, "
@@ -71,8 +71,8 @@ class Lock:
         )
 
 
-def _lives(other: str) -> bool:
-    """Whether that process may still be at work: one of another host is believed to be."""
+def _may_run(other: str) -> bool:
+    """True where that process may still be at work: one of another host is believed to be."""
     who = json.loads(other)
     if who["host"] != platform.node():
         return True

@@ -1,15 +1,27 @@
-"""What a sweep would run, and how long that takes."""
+"""Table of what a sweep would run, and how long that takes, before it is started."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from math import ceil
 from statistics import median
+from time import perf_counter
+from typing import Final
 
 from slam.console.result_table import ResultTable
-from slam.sweep.estimate import seconds_of
+from slam.console.terminal import Terminal
+from slam.run.loop import run_loop
+from slam.run.step import Step
+from slam.run.warm_up import warm_up
 from slam.sweep.folder import Folder
-from slam.sweep.plan import Case, Plan
-from slam.sweep.store import SweepStore
+from slam.sweep.job import Job
+from slam.sweep.plan import Plan
+from slam.sweep.result_store import ResultStore
+from slam.sweep.run_job import make_experiment
+
+_TRIAL_TIME: Final = 2.0
+"""Seconds for which a run is timed."""
 
 
 def plan_table(plan: Plan, out: str, jobs: int) -> ResultTable:
@@ -18,27 +30,52 @@ def plan_table(plan: Plan, out: str, jobs: int) -> ResultTable:
     Seconds are those of the runs that are over, and where none is, of a first look. ScenarioError for wrong settings.
     """
     plan.check()
-    over = _seconds_by_id(SweepStore(Folder(out)))
-    rows, left, runs_left = [], 0.0, 0
+    over = {
+        row["id"]: row["seconds"]
+        for row in ResultStore(Folder(out)).rows(["id", "status", "seconds"])
+        if row["status"] == "done"
+    }
+    seeds, rows, left, runs_left = plan.config.seeds, [], 0.0, 0
     for case in plan.cases:
-        known = [over[job] for job in _ids(plan, case) if job in over]
-        seconds = median(known) if known else seconds_of(plan.job(case, plan.config.seeds[0]), plan.allowed)
-        todo = len(plan.config.seeds) - len(known)
+        known = [over[id_] for seed in seeds if (id_ := plan.job(case, seed).id) in over]
+        seconds = median(known) if known else estimate_seconds(plan.job(case, seeds[0]), plan.allowed)
+        todo = len(seeds) - len(known)
         left, runs_left = left + todo * seconds, runs_left + todo
-        rows.append([case.label, str(len(plan.config.seeds)), str(len(known)), f"{seconds:.1f}"])
+        rows.append([case.label, str(len(seeds)), str(len(known)), f"{seconds:.1f}"])
     notes = (
         f"{len(plan)} runs, {runs_left} of them to do: about {_duration(left / jobs)} with {jobs} at a time; in {out}"
     )
     return ResultTable(f"Plan of {plan.config.name}", ("case", "runs", "done", "s a run"), rows, notes)
 
 
-def _ids(plan: Plan, case: Case) -> list[str]:
-    return [plan.job(case, seed).id for seed in plan.config.seeds]
+def estimate_seconds(job: Job, allowed: Sequence[str]) -> float:
+    """Estimate how long this job takes from its first two seconds; InputError where it cannot be run at all."""
+    experiment = make_experiment(job, allowed)
+    experiment.env.prepare(job.seed)
+    warm_up(Terminal(quiet=True), experiment.scenario.slam)
+    trial = _Trial(perf_counter())
+    try:
+        run_loop(experiment.env, experiment.slam, experiment.pilot, [trial], experiment.seed)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        experiment.env.close()
+    taken = perf_counter() - trial.began
+    return taken / trial.progress if 0.0 < trial.progress < 1.0 else taken
 
 
-def _seconds_by_id(store: SweepStore) -> dict[str, float]:
-    rows = store.rows(["id", "status", "seconds"])
-    return {row["id"]: row["seconds"] for row in rows if row["status"] == "done"}
+@dataclass
+class _Trial:
+    """Watcher that ends a run after _TRIAL_TIME."""
+
+    began: float
+    progress: float = 0.0
+    """Share of the run that is over."""
+
+    def on_step(self, step: Step) -> None:
+        self.progress = step.progress
+        if perf_counter() - self.began > _TRIAL_TIME:
+            raise KeyboardInterrupt
 
 
 def _duration(seconds: float) -> str:

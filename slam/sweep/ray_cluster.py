@@ -1,10 +1,11 @@
-"""Runs jobs as tasks of a Ray cluster."""
+"""Executor that runs jobs as tasks of a Ray cluster."""
 
 from __future__ import annotations
 
 import json
 import logging
 import os
+import platform
 import socket
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -12,15 +13,13 @@ from typing import Any, Final
 
 from slam.errors import ClusterError, InputError
 from slam.optional import optional
-from slam.run.results.keep import Keep
-from slam.sweep.code_bundle import CodeBundle
-from slam.sweep.executor import Finished, Lost
+from slam.sweep.code_bundle import CodeBundle, version_difference, versions
+from slam.sweep.executor import FinishedJob, LostJob
 from slam.sweep.job import Job
-from slam.sweep.pool import ONE_THREAD
-from slam.sweep.versions import difference, versions
+from slam.sweep.process_pool import ONE_THREAD
 
 LOCAL: Final = "local"
-"""The address of a cluster that is made of this machine, for this sweep only."""
+"""Address of a cluster that is made of this machine, for this sweep only."""
 MEMORY: Final = 500 * 2**20
 """Bytes that a task asks for: what a run needs, with its libraries, and half as much again."""
 _WAITING: Final = 1.25
@@ -31,8 +30,8 @@ class RayCluster:
     """The cluster at ``address``, or a new one of ``jobs`` processors on this machine for ``local``.
 
     To other machines the code is sent, with the ``files`` that the jobs name; ``allowed`` is the code of the user's own
-    that they may run. InputError where there is no cluster, or
-    one of another version of Ray or Python; ClusterError where it goes away, or its packages differ from those here.
+    that they may run. InputError where there is no cluster, or one of another version of Ray or Python; ClusterError
+    where it goes away, or its packages differ from those here.
     """
 
     def __init__(
@@ -40,7 +39,7 @@ class RayCluster:
         address: str,
         jobs: int,
         runs: str,
-        keep: Keep,
+        pictures: bool,
         files: Iterable[Path] = (),
         allowed: Sequence[str] = (),
     ) -> None:
@@ -49,8 +48,8 @@ class RayCluster:
         if address == LOCAL:
             os.environ["RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"] = "0"  # what makes Ray stay on the loopback, on Linux too
         self._ray = optional("ray", "cluster")
-        self._runs, self._keep, self._allowed = runs, keep, list(allowed)
-        self._shipment = None if address == LOCAL else CodeBundle(files)
+        self._runs, self._pictures, self._allowed = runs, pictures, list(allowed)
+        self._bundle = None if address == LOCAL else CodeBundle(files)
         self._pending: dict[Any, Job] = {}
         _check_reachable(address)
         self._connect(address, jobs)
@@ -59,21 +58,21 @@ class RayCluster:
 
     @property
     def free(self) -> int:
-        """As many tasks as the cluster has processors, and some that wait."""
+        """Number of tasks that it takes now: as many as the cluster has processors, and some that wait."""
         processors = int(self._ray.cluster_resources().get("CPU", 0))
         return max(int(_WAITING * processors + 0.999) - len(self._pending), 0)
 
     @property
     def busy(self) -> int:
-        """Tasks that did not come back."""
+        """Number of tasks that did not come back."""
         return len(self._pending)
 
     def submit(self, job: Job) -> None:
-        """Make a task of it."""
-        task = self._run.remote(job.model_dump_json(), self._runs, self._keep.pictures, versions(), self._allowed)
+        """Start a task for the job."""
+        task = self._run.remote(job.model_dump_json(), self._runs, self._pictures, versions(), self._allowed)
         self._pending[task] = job
 
-    def collect(self, timeout: float) -> Iterator[Finished | Lost]:
+    def collect(self, timeout: float) -> Iterator[FinishedJob | LostJob]:
         """See Executor."""
         ready, _ = self._ray.wait(list(self._pending), timeout=timeout)
         for task in ready:
@@ -82,14 +81,14 @@ class RayCluster:
     def close(self) -> None:
         """Cancel what runs, and leave the cluster; one that was made for this sweep ends."""
         self._ray.shutdown()
-        if self._shipment is not None:
-            self._shipment.close()
+        if self._bundle is not None:
+            self._bundle.close()
 
     def _connect(self, address: str, jobs: int) -> None:
         runtime_env: dict[str, Any] = {"env_vars": ONE_THREAD}
         options: dict[str, Any] = {"num_cpus": jobs, "include_dashboard": False, "_node_ip_address": "127.0.0.1"}
-        if self._shipment is not None:
-            runtime_env["working_dir"] = str(self._shipment.folder)
+        if self._bundle is not None:
+            runtime_env["working_dir"] = str(self._bundle.folder)
             options = {"address": address}
         options["runtime_env"] = runtime_env
         try:
@@ -97,7 +96,7 @@ class RayCluster:
         except (ConnectionError, RuntimeError, ValueError, self._ray.exceptions.RayError) as error:
             raise InputError(f"--ray {address}: {_first_line(error)}; start one: ray start --head") from error
 
-    def _result(self, task: Any, job: Job) -> Finished | Lost:
+    def _result(self, task: Any, job: Job) -> FinishedJob | LostJob:
         problems = self._ray.exceptions
         try:
             answer = json.loads(self._ray.get(task))
@@ -106,27 +105,25 @@ class RayCluster:
         except problems.RuntimeEnvSetupError as error:
             raise ClusterError(f"a machine of the cluster cannot take the code: {_first_line(error)}") from error
         except problems.RayError as error:
-            return Lost(job, f"the worker died: {_first_line(error)}")
+            return LostJob(job, f"the worker died: {_first_line(error)}")
         if "versions" in answer:
-            differs = difference(versions(), answer["versions"])
+            differs = version_difference(versions(), answer["versions"])
             raise ClusterError(f"{answer['host']} has {differs}; install the same versions there, or leave it out")
-        return Lost(job, "the run was interrupted") if answer["row"] is None else Finished(job, answer["row"])
+        return LostJob(job, "the run was interrupted") if answer["row"] is None else FinishedJob(job, answer["row"])
 
 
 def run_on_cluster(job: str, runs: str, pictures: bool, expected: dict[str, str], allowed: Sequence[str] = ()) -> str:
-    """The task: JSON of the row, or of the host and its versions where these are not the expected ones."""
-    import platform
-
-    if difference(expected, versions()):
+    """Run a job as a task; returns JSON of the row, or of the host and its versions where others are expected."""
+    if version_difference(expected, versions()):
         return json.dumps({"host": platform.node(), "versions": versions()})
     from slam.sweep.run_job import run_job
 
     os.chdir("/")  # the folder of the code is written anew when a second node of this machine starts: no place to stand
-    return json.dumps({"row": run_job(Job.model_validate_json(job), runs, Keep(pictures), allowed)})
+    return json.dumps({"row": run_job(Job.model_validate_json(job), runs, pictures, allowed)})
 
 
 def _check_reachable(address: str) -> None:
-    """Ray itself waits for minutes where nobody listens."""
+    """Fail at once where nobody listens; Ray itself waits for minutes."""
     host, _, port = address.rpartition(":")
     if not port.isdigit() or "/" in host:
         return

@@ -1,64 +1,64 @@
-"""One row of a sweep, run again."""
+"""Running one row of a sweep again, and comparing what comes out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
 
 from slam.errors import InputError, ScenarioError
-from slam.run.results.keep import Keep
 from slam.scenario.file import checked_template
-from slam.sweep.executor import Finished
+from slam.sweep.executor import FinishedJob
 from slam.sweep.folder import Folder
 from slam.sweep.job import Job
-from slam.sweep.pool import Pool
-from slam.sweep.row import Row, comparable
-from slam.sweep.store import SweepStore
+from slam.sweep.process_pool import ProcessPool
+from slam.sweep.result_rows import Row, repeatable_columns
+from slam.sweep.result_store import ResultStore
 from slam.sweep.sweep_input import SweepInput
 
-REPEATED = "repeated"
-"""The folder of the runs' folders."""
+_REPEATED: Final = "repeated"
+"""Folder of the repeated runs."""
 
 
 @dataclass(frozen=True, slots=True)
-class Repeated:
-    """What came of it."""
+class Repetition:
+    """Comparison of a run with its repetition."""
 
     command: str
-    """The same run by hand."""
+    """Shell command of the same run."""
     folder: str
     differences: list[str]
-    """Columns that are not the same bits."""
+    """Names of the columns that are not the same bits."""
     compared: int
-    """Columns."""
+    """Number of columns."""
 
 
-def repeated(out: str, run_id: str, pictures: bool = False, allow_modules: Sequence[str] = ()) -> Repeated:
+def repeat_run(out: str, run_id: str, pictures: bool = False, allow_modules: Sequence[str] = ()) -> Repetition:
     """Run the row of that id, or of the only one that begins so, in a process of its own.
 
     InputError where there is no such row, its scenario or log has changed since, or it names code whose module is not
     in ``allow_modules``.
     """
     folder = Folder(out)
-    row = _find(SweepStore(folder), run_id, out)
+    row = _find(ResultStore(folder), run_id, out)
     job = _job_of(row)
     try:
         checked_template(job.source if job.kind == "scenario" else "replay", job.settings, allow_modules)
     except ScenarioError as error:
         raise InputError(f"{out}: run {job.id}: {error}") from error
-    pool = Pool(1, (folder / REPEATED).address, Keep(pictures), allow_modules)
+    pool = ProcessPool(1, (folder / _REPEATED).address, pictures, allow_modules)
     try:
         pool.submit(job)
-        came = next(iter(pool.collect(timeout=1e6)))
+        result = next(iter(pool.collect(timeout=1e6)))
     finally:
         pool.close()
-    again = came.row if isinstance(came, Finished) else {"status": "failed", "error": came.reason}
-    before, after = comparable(row), comparable(again)
+    again = result.row if isinstance(result, FinishedJob) else {"status": "failed", "error": result.reason}
+    before, after = repeatable_columns(row), repeatable_columns(again)
     differences = [name for name in before if before[name] != after.get(name)]
-    return Repeated(job.command, (folder / REPEATED / job.id).address, differences, len(before))
+    return Repetition(job.command, (folder / _REPEATED / job.id).address, differences, len(before))
 
 
-def _find(store: SweepStore, run_id: str, out: str) -> Row:
+def _find(store: ResultStore, run_id: str, out: str) -> Row:
     store.compact()
     found = [row for row in store.rows() if row["id"].startswith(run_id)]
     if len(found) != 1:
@@ -67,9 +67,9 @@ def _find(store: SweepStore, run_id: str, out: str) -> Row:
 
 
 def _job_of(row: Row) -> Job:
-    of = SweepInput.of_scenario if row["kind"] == "scenario" else SweepInput.of_log
-    job = Job.of(
-        of(row["source"]).digest,
+    read = SweepInput.from_scenario if row["kind"] == "scenario" else SweepInput.from_log
+    job = Job.create(
+        read(row["source"]).digest,
         **{key: row[key] for key in ("kind", "name", "source", "mode", "seed")},
         settings=tuple(row["settings"]),
     )

@@ -1,4 +1,4 @@
-"""What a worker does: one run, whatever becomes of it."""
+"""The work of a sweep's worker: one run, whatever becomes of it."""
 
 from __future__ import annotations
 
@@ -7,20 +7,25 @@ from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from time import perf_counter
+from typing import Final
+
+import numpy as np
 
 from slam.errors import HopslamError
-from slam.run.experiment import Experiment, replay_experiment, scenario_experiment
-from slam.run.results.keep import Keep
+from slam.run.experiment import Experiment
+from slam.run.experiment_setup import replay_experiment, scenario_experiment
+from slam.run.results.traces import Traces, distance_travelled, pose_errors
 from slam.scenario.file import checked_template
-from slam.sweep.bundled_file import shipped_file
-from slam.sweep.error_curve import error_curve
+from slam.sweep.code_bundle import bundled_path, versions
 from slam.sweep.folder import Folder
 from slam.sweep.job import Job
-from slam.sweep.row import Row, done, failed
-from slam.sweep.versions import versions
+from slam.sweep.result_rows import Row, done_row, failed_row
+
+CURVE_POINTS: Final = 64
+"""Places along the way, evenly from its start to its end: as many for a short run as for a long one."""
 
 
-def run_job(job: Job, runs: str, keep: Keep, allowed: Sequence[str] = ()) -> Row | None:
+def run_job(job: Job, runs: str, pictures: bool, allowed: Sequence[str] = ()) -> Row | None:
     """Run it, and keep its folder as ``<id>`` under the address ``runs``; None when it was interrupted.
 
     A run that fails has a row that says so: only an interruption leaves here. ``allowed`` is the code that the user
@@ -28,11 +33,11 @@ def run_job(job: Job, runs: str, keep: Keep, allowed: Sequence[str] = ()) -> Row
     """
     began, started = perf_counter(), datetime.now(UTC)
     try:
-        row = _run(job, runs, keep, allowed)
+        row = _run(job, runs, pictures, allowed)
     except HopslamError as error:
-        row = failed(job, str(error))
+        row = failed_row(job, str(error))
     except Exception as error:  # whatever it is, the other runs go on
-        row = failed(job, f"{type(error).__name__}: {error}")
+        row = failed_row(job, f"{type(error).__name__}: {error}")
     if row is None:
         return None
     seconds = round(perf_counter() - began, 4)
@@ -40,20 +45,31 @@ def run_job(job: Job, runs: str, keep: Keep, allowed: Sequence[str] = ()) -> Row
     return row | where | {"version": versions()["hopslam"]}
 
 
-def experiment_of(job: Job, allowed: Sequence[str] = ()) -> Experiment:
-    """The experiment that ``job.command`` runs, with the code that the user allows."""
-    settings, source = [*job.settings, f"seed={job.seed}"], shipped_file(job.source)
+def make_experiment(job: Job, allowed: Sequence[str] = ()) -> Experiment:
+    """Experiment that ``job.command`` runs, with the code that the user allows."""
+    settings, source = [*job.settings, f"seed={job.seed}"], bundled_path(job.source)
     if job.kind == "log":
         return replay_experiment(Path(source), checked_template("replay", settings, allowed).draw())
     return scenario_experiment(checked_template(source, settings, allowed).draw())
 
 
-def _run(job: Job, runs: str, keep: Keep, allowed: Sequence[str]) -> Row | None:
+def error_curve(folder: Path) -> list[float] | None:
+    """Metres between estimate and truth at CURVE_POINTS places along a run's way; None where no truth is known."""
+    traces = Traces.read(folder)
+    if traces is None or traces.truth is None:
+        return None
+    errors = np.hypot(*pose_errors(traces.estimate, traces.truth)[:, :2].T)
+    way = distance_travelled(traces.truth)
+    at = np.linspace(0.0, way[-1], CURVE_POINTS)
+    return [round(value, 6) for value in np.interp(at, way, errors).tolist()]
+
+
+def _run(job: Job, runs: str, pictures: bool, allowed: Sequence[str]) -> Row | None:
     folder = Folder(runs)
     with folder.draft() as draft:
-        outcome = experiment_of(job, allowed).run(draft / job.id, keep=keep)
+        outcome = make_experiment(job, allowed).run(draft / job.id, pictures=pictures)
         if outcome.ending == "interrupted":
             return None
-        row = done(job, outcome) | {"error_m": error_curve(outcome.folder)}
-        folder.take_in(outcome.folder, job.id)
+        row = done_row(job, outcome) | {"error_m": error_curve(outcome.folder)}
+        folder.move_in(outcome.folder, job.id)
     return row

@@ -2,46 +2,47 @@
 
 from __future__ import annotations
 
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
+from time import perf_counter
+from typing import Final
 
 import yaml
 
 from slam.console.terminal import Terminal
 from slam.errors import StorageError
-from slam.run.results.keep import Keep
-from slam.sweep.driver import Driver
 from slam.sweep.executor import Executor
 from slam.sweep.folder import Folder
-from slam.sweep.lock import Lock
+from slam.sweep.lock import SweepLock
 from slam.sweep.plan import Plan
-from slam.sweep.pool import Pool
-from slam.sweep.progress import SweepProgress
-from slam.sweep.store import SweepStore
+from slam.sweep.process_pool import ProcessPool
+from slam.sweep.result_store import ResultStore
+from slam.sweep.scheduler import Scheduler
 
-RUNS = "runs"
-"""The folder of the runs' folders."""
-CONFIG = "sweep.yaml"
-"""What was asked for last; ``hopslam sweep`` takes it."""
+RUNS: Final = "runs"
+"""Folder of the runs' folders."""
+CONFIG: Final = "sweep.yaml"
+"""Configuration of the last sweep in the folder; ``hopslam sweep`` takes it."""
 
 
 @dataclass(frozen=True, slots=True)
-class SweepOptions:
-    """What a sweep is run with."""
+class ExecutionOptions:
+    """Where and how the runs of a sweep are executed."""
 
     jobs: int
     """Runs at a time; on a cluster that is there already, as many as it has processors."""
     ray: str | None = None
     """Address of the cluster; None: processes of this machine."""
     retry: int = 2
-    """So often a run that failed is tried again."""
+    """Number of times that a failed run is tried again."""
     pictures: bool = False
-    """Of every run."""
+    """Draw map and errors of every run."""
 
 
 @dataclass(frozen=True, slots=True)
 class SweepOutcome:
-    """What came of a sweep."""
+    """Numbers of runs of a sweep."""
 
     done: int
     """Runs that are over now, and were not before ..."""
@@ -52,7 +53,7 @@ class SweepOutcome:
     interrupted: bool
 
 
-def run_sweep(plan: Plan, out: str, means: SweepOptions, console: Terminal) -> SweepOutcome:
+def run_sweep(plan: Plan, out: str, options: ExecutionOptions, console: Terminal) -> SweepOutcome:
     """Run the jobs that have no row under ``out``, a path or URL, or one that failed.
 
     InputError for settings that are wrong, before anything is run, and while another driver works there; StorageError
@@ -62,47 +63,62 @@ def run_sweep(plan: Plan, out: str, means: SweepOptions, console: Terminal) -> S
     with console.waiting("checking the settings"):
         plan.check()
     try:
-        return _run_in(folder, plan, means, console)
+        return _run_in(folder, plan, options, console)
     except OSError as error:
         raise StorageError(f"{out}: {error.strerror or error}; the rows that are there are kept") from error
 
 
-def _run_in(folder: Folder, plan: Plan, means: SweepOptions, console: Terminal) -> SweepOutcome:
-    with Lock(folder):
-        store = SweepStore(folder)
+def _run_in(folder: Folder, plan: Plan, options: ExecutionOptions, console: Terminal) -> SweepOutcome:
+    with SweepLock(folder):
+        store = ResultStore(folder)
         store.compact()
         for place in (folder, folder / RUNS):
             place.clear_drafts()
-        folder.write(CONFIG, yaml.safe_dump(_whole(plan), sort_keys=False, allow_unicode=True))
+        folder.write(CONFIG, yaml.safe_dump(_absolute_config(plan), sort_keys=False, allow_unicode=True))
         over = store.done()
         todo = sum(job.id not in over for job in plan.jobs())
         if not todo:
             return SweepOutcome(0, 0, len(plan), interrupted=False)
-        executor = _executor(plan, folder, means, todo)
-        with closing(executor), SweepProgress(console, plan.config.name, todo) as progress:
-            driver = Driver(executor, store, means.retry, progress.show)
-            interrupted = driver.run(job for job in plan.jobs() if job.id not in over)
-    return SweepOutcome(driver.done, driver.failed, len(plan) - todo, interrupted)
+        executor = _executor(plan, folder, options, todo)
+        with closing(executor), _progress(console, plan.config.name, todo) as show:
+            scheduler = Scheduler(executor, store, options.retry, show)
+            interrupted = scheduler.run(job for job in plan.jobs() if job.id not in over)
+    return SweepOutcome(scheduler.done, scheduler.failed, len(plan) - todo, interrupted)
 
 
-def _executor(plan: Plan, folder: Folder, means: SweepOptions, todo: int) -> Executor:
-    runs, keep = (folder / RUNS).address, Keep(means.pictures)
-    if means.ray is None:
-        return Pool(max(min(means.jobs, todo), 1), runs, keep, plan.allowed)
+@contextmanager
+def _progress(console: Terminal, name: str, total: int) -> Iterator[Callable[[int, int], None]]:
+    """Progress bar; the function that it gives shows how many runs are over, and how many of them have no result."""
+    columns = "{task.completed}/{task.total} runs", "{task.fields[failed]} failed", "{task.fields[rate]}"
+    began = perf_counter()
+    with console.progress(*columns) as bar:
+        task = bar.add_task(name, total=total, failed=0, rate="")
+
+        def show(done: int, failed: int) -> None:
+            rate = f"{done / max(perf_counter() - began, 1e-9):.2f} runs/s"
+            bar.update(task, completed=done, failed=failed, rate=rate)
+
+        yield show
+
+
+def _executor(plan: Plan, folder: Folder, options: ExecutionOptions, todo: int) -> Executor:
+    runs, pictures = (folder / RUNS).address, options.pictures
+    if options.ray is None:
+        return ProcessPool(max(min(options.jobs, todo), 1), runs, pictures, plan.allowed)
     from slam.sweep.ray_cluster import RayCluster
 
-    return RayCluster(means.ray, means.jobs, runs, keep, plan.files(), plan.allowed)
+    return RayCluster(options.ray, options.jobs, runs, pictures, plan.files(), plan.allowed)
 
 
-def _whole(plan: Plan) -> dict[str, object]:
-    """The configuration, with paths that are good from everywhere."""
-    scenarios = [subject.source for subject in plan.subjects if subject.kind == "scenario"]
-    logs = [subject.source for subject in plan.subjects if subject.kind == "log"]
+def _absolute_config(plan: Plan) -> dict[str, object]:
+    """Configuration with absolute paths."""
+    scenarios = [input_.source for input_ in plan.inputs if input_.kind == "scenario"]
+    logs = [input_.source for input_ in plan.inputs if input_.kind == "log"]
     data = plan.config.model_dump(mode="json", exclude_defaults=True) | {"scenarios": scenarios, "logs": logs}
-    return data | {"seeds": _shown(plan.config.seeds)}
+    return data | {"seeds": _seed_range(plan.config.seeds)}
 
 
-def _shown(seeds: tuple[int, ...]) -> str | list[int]:
-    """As short as it can be written."""
+def _seed_range(seeds: tuple[int, ...]) -> str | list[int]:
+    """Write seeds as ``first:end`` where they are a range."""
     end = seeds[0] + len(seeds)
     return f"{seeds[0]}:{end}" if seeds == tuple(range(seeds[0], end)) else list(seeds)

@@ -1,4 +1,4 @@
-"""What is run: a scenario or a recorded log, with the settings that each mode needs."""
+"""Input of a sweep: a scenario or a recorded log, with the settings that each mode needs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, Literal, Self
 from slam.errors import InputError
 from slam.scenario.shipped import SHIPPED, find_scenario
 from slam.scenario.source import ScenarioSource
-from slam.sweep.job import setting
+from slam.sweep.job import format_setting
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,27 +22,26 @@ class SweepInput:
     name: str
     source: str
     scenario: str
-    """Where its settings come from: the scenario itself; for a log ``replay``."""
+    """Source of its settings: the scenario itself; for a log ``replay``."""
     digest: str
-    """Of all that it is made of: other content, other jobs."""
+    """Hash of all that it is made of: other content, other jobs."""
     slam: dict[str, Any]
-    """The section ``slam`` that it has."""
+    """Its own section ``slam``."""
     files: tuple[Path, ...] = ()
-    """Of which it is made, without those that come with hopslam."""
+    """Files that it is made of, without those that come with hopslam."""
 
     @classmethod
-    def of_scenario(cls, name: str, beside: Path = Path()) -> Self:
-        """A shipped scenario or a file, relative to ``beside``; ScenarioError where there is none."""
+    def from_scenario(cls, name: str, beside: Path = Path()) -> Self:
+        """Find a shipped scenario or a file, relative to ``beside``; ScenarioError where there is none."""
         path = find_scenario(name, beside)
         source = ScenarioSource(path)
         given = path.stem if path.parent == SHIPPED else str(path.resolve())
-        return cls(
-            "scenario", str(source.data["name"]), given, given, _digest_of(source), _slam_of(source), _own_files(source)
-        )
+        files = tuple(path for path in source.paths if SHIPPED not in path.parents)
+        return cls("scenario", str(source.data["name"]), given, given, _digest_of(source), _slam_of(source), files)
 
     @classmethod
-    def of_log(cls, name: str, beside: Path = Path()) -> Self:
-        """A recorded log; InputError where it cannot be read."""
+    def from_log(cls, name: str, beside: Path = Path()) -> Self:
+        """Read a recorded log; InputError where it cannot be read."""
         path, source = beside / name, ScenarioSource(find_scenario("replay"))
         try:
             with path.open("rb") as file:
@@ -54,17 +53,17 @@ class SweepInput:
 
     @property
     def mode(self) -> str:
-        """Its own."""
+        """Mode that its own section ``slam`` has."""
         return str(self.slam.get("mode", "hopslam"))
 
-    def in_mode(self, mode: str) -> list[str]:
-        """The settings that put it into this mode: none where it is of it already."""
+    def mode_settings(self, mode: str) -> list[str]:
+        """Settings that put it into this mode: none where it is of it already."""
         if mode == self.mode:
             return []
-        section = {"mode": mode} | (_papers_settings(self.kind) if mode == "paper" else {})
+        section = {"mode": mode} | (_paper_slam(self.kind) if mode == "paper" else {})
         if "odometry" in self.slam and mode != "dead_reckoning":
             section["odometry"] = self.slam["odometry"]
-        return [setting("slam", section)]
+        return [format_setting("slam", section)]
 
 
 def _slam_of(source: ScenarioSource) -> dict[str, Any]:
@@ -72,17 +71,13 @@ def _slam_of(source: ScenarioSource) -> dict[str, Any]:
     return slam if isinstance(slam, dict) else {}
 
 
-def _own_files(source: ScenarioSource) -> tuple[Path, ...]:
-    return tuple(path for path in source.paths if SHIPPED not in path.parents)
-
-
-def _papers_settings(kind: str) -> dict[str, Any]:
-    """Those of the shipped scenario that has chosen what the paper leaves open."""
+def _paper_slam(kind: str) -> dict[str, Any]:
+    """Section ``slam`` of the shipped scenario that has chosen what the paper leaves open."""
     return _slam_of(ScenarioSource(find_scenario("paper_corridor" if kind == "scenario" else "paper_replay")))
 
 
 def _digest_of(source: ScenarioSource) -> str:
-    """Of the scenario's data and of the map file that it names."""
+    """Hash of the scenario's data and of the map file that it names."""
     digest = sha256(json.dumps(source.data, sort_keys=True, default=str).encode())
     for file in source.map_files:
         digest.update(file.read_bytes())

@@ -9,8 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
+from slam.run.pictures.figure_style import PAPER, save_figure
 
 GAMMA_F: Final = 1e-4
 EPSILON: Final = 1e-4

@@ -14,12 +14,11 @@ from matplotlib.figure import Figure
 from slam.bench.stopwatch import seconds
 from slam.config import HoppingConfig
 from slam.console.terminal import Terminal
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
 from slam.lines.hopping import segments_by_hopping
 from slam.pose import FloatArray
-from slam.run.experiment import scenario_experiment
+from slam.run.experiment_setup import scenario_experiment
 from slam.run.loop import run_loop
+from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.run.step import Step
 from slam.run.warm_up import warm_up
 from slam.scenario.file import load_scenario
@@ -68,7 +67,7 @@ class _UpdateTimes:
         self.matching: list[float] = []
         self.extraction: dict[str, list[float]] = {kernel: [] for kernel in KERNELS}
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         self.scans += 1
         estimate = step.estimate
         if not estimate.mapped:

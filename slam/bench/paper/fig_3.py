@@ -13,12 +13,11 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 from slam.errors import RobotError
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
 from slam.lines.extraction import extract_segments
 from slam.lines.segments import Segments
 from slam.pose import FloatArray, Pose2D
 from slam.run.backends import make_robot
+from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
 

@@ -15,10 +15,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from slam.bench.paper.table_2 import SIGMA_TH, count_tests
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
 from slam.lines.hopping import hop_by_svd, sigma_3
 from slam.pose import FloatArray
+from slam.run.pictures.figure_style import PAPER, save_figure
 
 PSI: Final = (0, 1, 2, 3, 5, 7, 10, 15, 25, 40)
 NOISE: Final = 0.002

@@ -15,12 +15,11 @@ from matplotlib.figure import Figure
 from slam.bench.paper.hough import HoughLines, hough_lines
 from slam.bench.stopwatch import median_seconds
 from slam.config import HoppingConfig
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
 from slam.lidars import URG04LX
 from slam.lines.hopping import segments_by_hopping
 from slam.lines.segments import Segments
 from slam.pose import FloatArray
+from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.scan import LaserScan
 
 PAPER_HOUGH_SECONDS: Final = 0.15742

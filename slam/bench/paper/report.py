@@ -10,7 +10,7 @@ from slam.bench.paper import fig_3, fig_7, fig_8, fig_10, fig_21, table_2, table
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.errors import InputError
-from slam.files.whole_files import write_whole
+from slam.files.atomic_files import write_atomic
 from slam.optional import optional
 
 QUICK_POINTS: Final = 380
@@ -69,7 +69,7 @@ def _write(out: Path, found: dict[str, ResultTable]) -> Path:
     for picture, table in found.items():
         parts.append(table.markdown() + (f"![{table.title}]({picture})\n\n" if picture else ""))
     path = out / "report.md"
-    write_whole(path, "".join(parts).rstrip() + "\n")
+    write_atomic(path, "".join(parts).rstrip() + "\n")
     return path
 
 

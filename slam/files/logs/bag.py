@@ -13,16 +13,14 @@ import numpy as np
 
 from slam.errors import LogError
 from slam.files.fields import BadLine
-from slam.files.logs.bag_contents import BagContents
-from slam.files.logs.containers import Messages
-from slam.files.logs.frame_tree import FrameTree
-from slam.files.logs.laser_scan import BagScan, parse_laser_scan
+from slam.files.logs.bag_contents import BagContents, BagScan, parse_laser_scan
+from slam.files.logs.bag_files import Messages
+from slam.files.logs.bag_poses import FrameTree, Track
 from slam.files.logs.log import BagTopics, Log, relative_poses, scan_time
+from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import in_order
-from slam.files.logs.tracks import Track
-from slam.files.read_statistics import ReadStatistics
 from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_transforms
-from slam.files.ros.topics import LASER_SCAN, ODOMETRY, POSE
+from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE
 from slam.pose import FloatArray, Pose2D
 from slam.scan import Lidar
 
@@ -31,53 +29,53 @@ _BASES: Final = ("base_link", "base_footprint")
 
 def read(path: Path, messages: Messages, topics: BagTopics) -> Log:
     """The log in these messages; LogError when it holds no scan, or more topics than one and none is chosen."""
-    tally = ReadStatistics(path)
+    statistics = ReadStatistics(path)
     try:
-        contents = BagContents.read(messages(path), tally)
+        contents = BagContents.read(messages(path), statistics)
     except OSError as error:
         raise LogError(f"{path}: cannot be read: {error.strerror or error}") from error
     scans = _scans(contents, topics.scan)
     if not scans:
-        raise tally.no_scans("sensor_msgs/LaserScan messages")
+        raise statistics.no_scans("sensor_msgs/LaserScan messages")
     return _log(contents, scans, topics.odometry)
 
 
 def _scans(contents: BagContents, topic: str | None) -> list[BagScan]:
     """The scans with the fan of the first, in order; the others are skipped."""
-    tally, scans = contents.tally, []
-    for number, raw in contents.chosen(LASER_SCAN, topic, "--scan-topic"):
+    statistics, scans = contents.statistics, []
+    for number, raw in contents.messages_of(LASER_SCAN, topic, "--scan-topic"):
         try:
             scans.append(parse_laser_scan(raw, number))
         except BadLine as fault:
-            tally.skip(str(fault), number)
-    scans = in_order(scans, tally)
+            statistics.skip(str(fault), number)
+    scans = in_order(scans, statistics)
     for scan in scans:
         if scan.fan != scans[0].fan:
-            tally.skip("changed fan", scan.line)
+            statistics.skip("changed fan", scan.line)
     return [scan for scan in scans if scan.fan == scans[0].fan]
 
 
 def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None) -> Log:
-    tally, fan = contents.tally, scans[0].fan
+    statistics, fan = contents.statistics, scans[0].fan
     stamps = np.array([scan.stamp for scan in scans])
     static = _transforms(contents, static=True)
     moving = _transforms(contents, static=False)
     track, base = _odometry(contents, odometry_topic, moving)
     T_odom_base = np.zeros((len(scans), 3)) if track is None else track.poses_at(stamps)
     if track is None:
-        tally.notes.append("no odometry in it")
+        statistics.notes.append("no odometry in it")
     elif not track.covers(stamps):
-        tally.notes.append("its odometry does not cover the time of its scans")
+        statistics.notes.append("its odometry does not cover the time of its scans")
     return Log(
         lidar=Lidar(fan.angle_min, fan.angle_increment, fan.beams, fan.range_min, fan.range_max, scan_time(stamps)),
-        T_base_laser=_mount(FrameTree([*static, *moving]), base, scans[0].frame, tally, track is not None),
+        T_base_laser=_mount(FrameTree([*static, *moving]), base, scans[0].frame, statistics, track is not None),
         stamps=stamps,
         ranges=np.stack([scan.ranges for scan in scans]),
         T_odom_base=relative_poses(T_odom_base[0], T_odom_base),
         time_increment=float(np.median([scan.time_increment for scan in scans])),
-        skipped=tally.skipped,
-        ignored=tally.ignored,
-        report=tally.report(len(scans)),
+        skipped=statistics.skipped,
+        ignored=statistics.ignored,
+        report=statistics.report(len(scans)),
         has_odometry=track is not None,
         twists=None if track is None else track.twists_at(stamps),
         start=_start(moving, T_odom_base[0].tolist()),
@@ -90,8 +88,8 @@ def _transforms(contents: BagContents, static: bool) -> list[Transform]:
 
 
 def _odometry(contents: BagContents, topic: str | None, moving: list[Transform]) -> tuple[Track | None, str]:
-    """How the base moved in the frame of its odometry, None where that is not known; and the name of the base."""
-    messages = list(contents.decoded(contents.chosen(ODOMETRY, topic, "--odom-topic"), decode_odometry))
+    """Motion of the base in the frame of its odometry, None where that is not known; and the name of the base."""
+    messages = list(contents.decoded(contents.messages_of(ODOMETRY, topic, "--odom-topic"), decode_odometry))
     if messages:
         return Track.of_odometry([message.odometry for message in messages]), messages[0].child or _BASES[0]
     links = [t for t in moving if t.frame.rpartition("/")[2] == "odom" and t.child.rpartition("/")[2] in _BASES]
@@ -101,14 +99,14 @@ def _odometry(contents: BagContents, topic: str | None, moving: list[Transform])
     return None, _BASES[0]
 
 
-def _mount(tree: FrameTree, base: str, laser: str, tally: ReadStatistics, moves: bool) -> Pose2D:
+def _mount(tree: FrameTree, base: str, laser: str, statistics: ReadStatistics, moves: bool) -> Pose2D:
     """``T_base_laser``; where nothing tells it, the laser is taken to sit on the centre."""
     try:
         mount = tree.mount(base, laser)
     except LogError as error:
-        raise LogError(f"{tally.path}: {error}") from None
+        raise LogError(f"{statistics.path}: {error}") from None
     if mount is None and moves:
-        tally.notes.append(f"no transform from {base} to {laser}, so the laser is taken to sit on its centre")
+        statistics.notes.append(f"no transform from {base} to {laser}, so the laser is taken to sit on its centre")
     return mount or Pose2D()
 
 
@@ -122,7 +120,7 @@ def _start(moving: list[Transform], first: list[float]) -> Pose2D:
 
 def _truth(contents: BagContents, stamps: FloatArray) -> FloatArray | None:
     """``T_map_base`` as it was, (N, 3), where the bag has it."""
-    messages = contents.decoded(contents.chosen(POSE, None, "topic"), decode_pose)
+    messages = contents.decoded(contents.messages_of(POSE, None, "topic"), decode_pose)
     poses = [(message.stamp, message.pose) for message in messages if message.frame == "map"]
     if not poses or not (track := Track.of_poses(poses)).covers(stamps):
         return None

@@ -1,17 +1,20 @@
-"""What of a bag matters to a replay."""
+"""Messages of a bag that matter to a replay, and the scans in them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Final, TypeVar
+from typing import Final, NamedTuple, TypeVar
+
+import numpy as np
 
 from slam.errors import LogError
 from slam.files.fields import BadLine
-from slam.files.read_statistics import ReadStatistics
-from slam.files.ros.raw_message import RawMessage
-from slam.files.ros.topics import GROUND_TRUTH, LASER_SCAN, ODOMETRY, POSE, TF_STATIC, TRANSFORMS
-from slam.files.text_lines import CutShort
+from slam.files.logs.read_statistics import ReadStatistics
+from slam.files.ros.decoder import decimal, decimal_ranges, decode, exact_bearings, frame_name, seconds
+from slam.files.ros.messages import GROUND_TRUTH, LASER_SCAN, ODOMETRY, POSE, TF_STATIC, TRANSFORMS, RawMessage
+from slam.files.text_lines import TruncatedFile
+from slam.pose import FloatArray
 
 _WANTED: Final = (LASER_SCAN, ODOMETRY, TRANSFORMS)
 Value = TypeVar("Value")
@@ -22,24 +25,24 @@ Numbered = tuple[int, RawMessage]
 class BagContents:
     """The messages of scans, odometry, transforms and truth, each with its number from 1, by type and topic."""
 
-    tally: ReadStatistics
+    statistics: ReadStatistics
     by_type: dict[str, dict[str, list[Numbered]]] = field(default_factory=dict)
 
     @classmethod
-    def read(cls, messages: Iterable[RawMessage], tally: ReadStatistics) -> BagContents:
-        """What is in these messages, up to where they are damaged; the others are counted by type."""
-        contents = cls(tally)
+    def read(cls, messages: Iterable[RawMessage], statistics: ReadStatistics) -> BagContents:
+        """Sort these messages, up to where they are damaged; those that do not matter are counted by type."""
+        contents = cls(statistics)
         try:
             for number, raw in enumerate(messages, 1):
                 if raw.type in _WANTED or (raw.type == POSE and raw.topic == GROUND_TRUTH):
                     contents.by_type.setdefault(raw.type, {}).setdefault(raw.topic, []).append((number, raw))
                 else:
-                    tally.ignored[raw.type or "unknown"] += 1
-        except CutShort:
-            tally.notes.append("the bag is damaged or ends early, and what comes after that is lost")
+                    statistics.ignored[raw.type or "unknown"] += 1
+        except TruncatedFile:
+            statistics.notes.append("the bag is damaged or ends early, and what comes after that is lost")
         return contents
 
-    def chosen(self, kind: str, wanted: str | None, option: str) -> list[Numbered]:
+    def messages_of(self, kind: str, wanted: str | None, option: str) -> list[Numbered]:
         """The messages of the one topic of a type, or of the wanted one; none where there is no such topic.
 
         LogError where there are more, or where the wanted one is not among them.
@@ -49,10 +52,12 @@ class BagContents:
         if wanted is not None:
             match = [topic for topic in topics if topic.lstrip("/") == wanted.lstrip("/")]
             if not match:
-                raise LogError(f"{self.tally.path}: {option} {wanted}: not among its topics of {kind}: {names}")
+                raise LogError(f"{self.statistics.path}: {option} {wanted}: not among its topics of {kind}: {names}")
             return topics[match[0]]
         if len(topics) > 1:
-            raise LogError(f"{self.tally.path}: {len(topics)} topics of {kind}: {names}; choose one: {option} NAME")
+            raise LogError(
+                f"{self.statistics.path}: {len(topics)} topics of {kind}: {names}; choose one: {option} NAME"
+            )
         return next(iter(topics.values()), [])
 
     def transforms(self, static: bool) -> list[Numbered]:
@@ -66,4 +71,44 @@ class BagContents:
             try:
                 yield decode(raw)
             except BadLine as fault:
-                self.tally.skip(str(fault), number)
+                self.statistics.skip(str(fault), number)
+
+
+class BagFan(NamedTuple):
+    """Lidar geometry in a message; radians and metres."""
+
+    angle_min: float
+    angle_increment: float
+    beams: int
+    range_min: float
+    range_max: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BagScan:
+    """One scan; ``line`` is the number of its message. Ranges in metres, as REP-117 has them; times in seconds."""
+
+    line: int
+    stamp: float
+    frame: str
+    fan: BagFan
+    ranges: FloatArray
+    time_increment: float
+
+
+def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
+    """The scan in a message; BadLine when it is cut or says what cannot be."""
+    scan = decode(raw)
+    beams, step = len(scan.ranges), scan.angle_increment
+    turn = (beams - 1) * step
+    possible = step > 0.0 and scan.range_max > scan.range_min and abs(scan.angle_min) < 7.0
+    if beams < 1 or not possible or turn >= 2.0 * np.pi + 1e-3 or not abs(scan.time_increment) < 1.0:
+        raise BadLine("impossible value")
+    ranges = decimal_ranges(scan.ranges)
+    finite = np.isfinite(ranges)
+    ranges[finite & (scan.ranges > scan.range_max)] = np.inf  # REP 117: no echo ...
+    ranges[finite & (scan.ranges < scan.range_min)] = -np.inf  # ... and too close, which says nothing of free space
+    reach = decimal(scan.range_min), decimal(scan.range_max)
+    fan = BagFan(*exact_bearings(scan.angle_min, step), beams, *reach)
+    frame, between = frame_name(scan.header.frame_id), decimal(scan.time_increment)
+    return BagScan(number, seconds(scan.header), frame, fan, ranges, between)

@@ -12,11 +12,10 @@ from typing import Final
 import numpy as np
 
 from slam.files.fields import BadLine
-from slam.files.logs.carmen_message import PARSERS, Fan, Message, parse
-from slam.files.logs.carmen_params import param, params_of, twists
+from slam.files.logs.carmen_message import PARSERS, Fan, Message, params_of, parse_message, parse_param, twists
 from slam.files.logs.log import Log, relative_poses, scan_time
+from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import in_order
-from slam.files.read_statistics import ReadStatistics
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import Lidar
 
@@ -33,17 +32,17 @@ _RIGID: Final = (0.02, 0.02, 0.01)
 
 
 def recognises(line: bytes) -> bool:
-    """Whether this is a message of a CARMEN log."""
+    """True for a message of a CARMEN log."""
     words = line.split(maxsplit=1)
     return bool(words) and words[0] in _TYPES
 
 
-def read(lines: Iterable[tuple[int, bytes]], tally: ReadStatistics) -> Log:
+def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
     """The log in these numbered lines; LogError when there is not one scan."""
     values: dict[str, float] = {}
-    messages = in_order(_of_one_fan(list(_messages(lines, tally, values)), tally), tally)
+    messages = in_order(_of_one_fan(list(_messages(lines, statistics, values)), statistics), statistics)
     if not messages:
-        raise tally.no_scans("FLASER or ROBOTLASER1 messages")
+        raise statistics.no_scans("FLASER or ROBOTLASER1 messages")
     fan = messages[0].fan
     stamps = np.array([message.stamp for message in messages])
     ranges = np.stack([message.ranges for message in messages])
@@ -62,20 +61,22 @@ def read(lines: Iterable[tuple[int, bytes]], tally: ReadStatistics) -> Log:
             range_max,
             scan_time(stamps),
         ),
-        T_base_laser=_mount(robot, laser, tally),
+        T_base_laser=_mount(robot, laser, statistics),
         stamps=stamps,
         ranges=ranges,
         T_odom_base=relative_poses(robot[0], robot),
         time_increment=params.time_increment if params else 0.0,
-        skipped=tally.skipped,
-        ignored=tally.ignored,
-        report=tally.report(len(messages)),
+        skipped=statistics.skipped,
+        ignored=statistics.ignored,
+        report=statistics.report(len(messages)),
         twists=twists(messages) if params else None,
         start=params.start if params else Pose2D(),
     )
 
 
-def _messages(lines: Iterable[tuple[int, bytes]], tally: ReadStatistics, values: dict[str, float]) -> Iterator[Message]:
+def _messages(
+    lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics, values: dict[str, float]
+) -> Iterator[Message]:
     """The laser messages; this project's parameters go to ``values``; others are counted, garbled lines skipped."""
     for number, line in lines:
         words = line.split()
@@ -83,30 +84,30 @@ def _messages(lines: Iterable[tuple[int, bytes]], tally: ReadStatistics, values:
             continue
         if words[0] in PARSERS:
             try:
-                yield parse(words, number)
+                yield parse_message(words, number)
             except BadLine as fault:
-                tally.skip(str(fault), number)
-        elif words[0] == b"PARAM" and (named := param(words)):
+                statistics.skip(str(fault), number)
+        elif words[0] == b"PARAM" and (named := parse_param(words)):
             values.setdefault(*named)
         else:
-            _pass_by(words[0], number, tally)
+            _pass_by(words[0], number, statistics)
 
 
-def _pass_by(name: bytes, line: int, tally: ReadStatistics) -> None:
+def _pass_by(name: bytes, line: int, statistics: ReadStatistics) -> None:
     if name in _TYPES:
-        tally.ignored[name.decode()] += 1
+        statistics.ignored[name.decode()] += 1
     elif name.isupper() and name.replace(b"_", b"").isalnum():
-        tally.ignored["other"] += 1
+        statistics.ignored["other"] += 1
     else:
-        tally.skip("not a message", line)
+        statistics.skip("not a message", line)
 
 
-def _of_one_fan(messages: Sequence[Message], tally: ReadStatistics) -> list[Message]:
+def _of_one_fan(messages: Sequence[Message], statistics: ReadStatistics) -> list[Message]:
     """The messages of the most frequent fan; the others are skipped."""
     usual: Fan | None = next((fan for fan, _ in Counter(m.fan for m in messages).most_common(1)), None)
     for message in messages:
         if message.fan != usual:
-            tally.skip("changed fan", message.line)
+            statistics.skip("changed fan", message.line)
     return [message for message in messages if message.fan == usual]
 
 
@@ -122,7 +123,7 @@ def _reach(fan: Fan, ranges: FloatArray) -> float:
     return next((first for first, end in _SICK_CODES if first <= reach < end), reach)
 
 
-def _mount(robot: FloatArray, laser: FloatArray, tally: ReadStatistics) -> Pose2D:
+def _mount(robot: FloatArray, laser: FloatArray, statistics: ReadStatistics) -> Pose2D:
     """``T_base_laser``: the median of how the laser poses lie to the robot poses.
 
     Where that is no fixed mount, the laser poses are a mapper's corrections; then none is known, and it is identity.
@@ -131,7 +132,9 @@ def _mount(robot: FloatArray, laser: FloatArray, tally: ReadStatistics) -> Pose2
     offsets[:, 2] = np.unwrap(offsets[:, 2])
     mount = np.median(offsets, axis=0)
     if (np.median(np.abs(offsets - mount), axis=0) > _RIGID).any():
-        tally.notes.append("the laser poses are not fixed to the robot's, so the laser is taken to sit on its centre")
+        statistics.notes.append(
+            "the laser poses are not fixed to the robot's, so the laser is taken to sit on its centre"
+        )
         return Pose2D()
     x, y, theta = mount.tolist()
     return Pose2D(x, y, wrap_angle(theta))

@@ -1,4 +1,4 @@
-"""One laser message of a CARMEN log: its words to numbers."""
+"""Messages of a CARMEN log: the words of a line to numbers."""
 
 from __future__ import annotations
 
@@ -7,12 +7,17 @@ from dataclasses import dataclass, replace
 from math import inf, pi
 from typing import Final, NamedTuple
 
+import numpy as np
+
 from slam.files.fields import BadLine, bounded, count, distances, stamp
-from slam.pose import FloatArray
+from slam.pose import FloatArray, Pose2D
+
+PREFIX: Final = b"hopslam_"
+"""Begins the names of this project's ``PARAM`` lines, which other readers pass by."""
 
 
 class Fan(NamedTuple):
-    """What a message says of its lidar; radians and metres, ``range_max`` inf when it does not say."""
+    """Lidar geometry in a message; radians and metres, ``range_max`` inf when it does not say."""
 
     angle_min: float
     angle_increment: float
@@ -34,7 +39,7 @@ class Message:
     """Two words: linear and angular velocity, m/s and rad/s, as the message has them; none in an old one."""
 
 
-def parse(words: Sequence[bytes], line: int) -> Message:
+def parse_message(words: Sequence[bytes], line: int) -> Message:
     """The message in the words of that line; BadLine when it is garbled."""
     return PARSERS[words[0]](words, line)
 
@@ -91,3 +96,47 @@ def _sick_fan(beams: int) -> Fan:
     """
     steps = beams if beams in (180, 360) else max(beams - 1, 1)
     return Fan(-pi / 2.0, pi / steps, beams, inf)
+
+
+class CarmenParams(NamedTuple):
+    """Facts for which the laser messages have no field: the time between two beams, what makes a reading void, and
+    where in the map the log begins; seconds, metres and radians.
+
+    Where a log has them, a reading of 0 is an error, and ``tv`` and ``rv`` count.
+    """
+
+    time_increment: float
+    range_min: float
+    start_x: float
+    start_y: float
+    start_theta: float
+
+    @property
+    def start(self) -> Pose2D:
+        """``T_map_base`` at the first scan."""
+        return Pose2D(self.start_x, self.start_y, self.start_theta)
+
+
+def parse_param(words: Sequence[bytes]) -> tuple[str, float] | None:
+    """Name and value of one of this project's ``PARAM name value ipc_timestamp host logger_timestamp``."""
+    if len(words) < 3 or not words[1].startswith(PREFIX):
+        return None
+    try:
+        return words[1].removeprefix(PREFIX).decode(errors="replace"), bounded(words[2:3])[0]
+    except BadLine:
+        return None
+
+
+def params_of(values: dict[str, float]) -> CarmenParams | None:
+    """The parameters; None where the log does not have them all."""
+    known = {name: values[name] for name in CarmenParams._fields if name in values}
+    return CarmenParams(**known) if len(known) == len(CarmenParams._fields) else None
+
+
+def twists(messages: Sequence[Message]) -> FloatArray | None:
+    """Linear and angular velocity, (N, 2); None where a message has none that can be read."""
+    try:
+        rows = [bounded(message.twist) for message in messages]
+    except BadLine:
+        return None
+    return np.array(rows) if all(len(row) == 2 for row in rows) else None

@@ -30,11 +30,11 @@ class Log:
     time_increment: float
     """Seconds between two beams, 0 where it is not known."""
     skipped: Mapping[str, int]
-    """How many lines were unusable, by what was wrong with them."""
+    """Number of unusable lines, by what was wrong with them."""
     ignored: Mapping[str, int]
-    """How many messages of other types went by, by their names."""
+    """Number of messages of other types, by their names."""
     report: str
-    """What was read and what was not, one line to show."""
+    """Summary of what was read and what was not, one line to show."""
     has_odometry: bool = True
     """False: nobody measured the motion, and ``T_odom_base`` stands still."""
     twists: FloatArray | None = None
@@ -91,7 +91,7 @@ class Log:
 
 
 class BagTopics(NamedTuple):
-    """Which topics of a bag to read; None: the only one of its type."""
+    """Topics of a bag to read; None: the only one of its type."""
 
     scan: str | None = None
     odometry: str | None = None

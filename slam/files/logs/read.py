@@ -10,28 +10,29 @@ from typing import Final, Protocol
 
 from slam.errors import LogError
 from slam.files.logs import carmen, urg_text
-from slam.files.logs.containers import container
+from slam.files.logs.bag_files import bag_reader
 from slam.files.logs.log import BagTopics, Log
-from slam.files.read_statistics import ReadStatistics
-from slam.files.text_lines import CutShort, read_lines
+from slam.files.logs.read_statistics import ReadStatistics
+from slam.files.text_lines import TruncatedFile, read_lines
+
+_NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
+_HEAD: Final = 200
+"""The format shows in one of that many first lines."""
 
 
-class Format(Protocol):
+class LogFormat(Protocol):
     """A module that reads one format."""
 
     def recognises(self, line: bytes) -> bool:
-        """Whether the line can only be of this format."""
+        """True for a line that can only be of this format."""
         ...
 
-    def read(self, lines: Iterable[tuple[int, bytes]], tally: ReadStatistics) -> Log:
+    def read(self, lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
         """The log in numbered lines; LogError when there is not one scan."""
         ...
 
 
-_FORMATS: Final[tuple[Format, ...]] = (carmen, urg_text)
-_NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
-_HEAD: Final = 200
-"""The format shows in one of that many first lines."""
+_FORMATS: Final[tuple[LogFormat, ...]] = (carmen, urg_text)
 
 
 def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
@@ -42,25 +43,25 @@ def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
     cannot be read, is no such log, holds no scan, or has more topics than one and ``topics`` chooses none.
     """
     path = Path(path)
-    if (messages := container(path)) is not None:
+    if (messages := bag_reader(path)) is not None:
         from slam.files.logs import bag
 
         return bag.read(path, messages, topics or BagTopics())
     if topics is not None and any(topics):
         raise LogError(f"{path}: has no topics, as it is no bag; leave out --scan-topic and --odom-topic")
-    tally = ReadStatistics(path)
-    with closing(_readable_lines(tally)) as lines:
+    statistics = ReadStatistics(path)
+    with closing(_readable_lines(statistics)) as lines:
         head = list(islice(lines, _HEAD))
-        for form in _FORMATS:
-            if any(form.recognises(line) for _, line in head):
-                return form.read(chain(head, lines), tally)
+        for log_format in _FORMATS:
+            if any(log_format.recognises(line) for _, line in head):
+                return log_format.read(chain(head, lines), statistics)
     found = f"a file that begins with {head[0][1][:20]!r}" if head else "nothing"
-    raise LogError("; ".join([f"{path}: not a log that hopslam can read: {found}", *tally.notes, f"need {_NEED}"]))
+    raise LogError("; ".join([f"{path}: not a log that hopslam can read: {found}", *statistics.notes, f"need {_NEED}"]))
 
 
-def _readable_lines(tally: ReadStatistics) -> Generator[tuple[int, bytes], None, None]:
+def _readable_lines(statistics: ReadStatistics) -> Generator[tuple[int, bytes], None, None]:
     """The numbered lines as far as the file can be read."""
     try:
-        yield from read_lines(tally.path)
-    except CutShort:
-        tally.notes.append("the gzip data are damaged or end early, and what comes after that is lost")
+        yield from read_lines(statistics.path)
+    except TruncatedFile:
+        statistics.notes.append("the gzip data are damaged or end early, and what comes after that is lost")

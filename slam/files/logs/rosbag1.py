@@ -16,8 +16,8 @@ from typing import Final
 import lz4.frame
 
 from slam.errors import LogError
-from slam.files.ros.raw_message import RawMessage, ros2_type
-from slam.files.text_lines import CutShort
+from slam.files.ros.messages import RawMessage, ros2_type
+from slam.files.text_lines import TruncatedFile
 
 MAGIC: Final = b"#ROSBAG V2.0\n"
 _MESSAGE, _INDEX, _CHUNK, _CONNECTION = 2, 4, 5, 7
@@ -39,7 +39,7 @@ def messages(path: Path) -> Iterator[RawMessage]:
                 seconds, rest = struct.unpack("<II", header[b"time"])
                 yield RawMessage(topic, name, "ros1", data, 10**9 * seconds + rest)
     except (struct.error, KeyError, IndexError, ValueError, EOFError, RuntimeError) as error:
-        raise CutShort(f"{path}: the bag is damaged or ends early") from error
+        raise TruncatedFile(f"{path}: the bag is damaged or ends early") from error
 
 
 def _in_chunks(bag: bytes, path: Path) -> Iterator[_Record]:

@@ -6,7 +6,7 @@ from bisect import bisect_left
 from collections.abc import Sequence
 from typing import Protocol, TypeVar
 
-from slam.files.read_statistics import ReadStatistics
+from slam.files.logs.read_statistics import ReadStatistics
 
 
 class Stamped(Protocol):
@@ -21,12 +21,12 @@ class Stamped(Protocol):
 Row = TypeVar("Row", bound=Stamped)
 
 
-def in_order(rows: Sequence[Row], tally: ReadStatistics) -> list[Row]:
+def in_order(rows: Sequence[Row], statistics: ReadStatistics) -> list[Row]:
     """The rows without the fewest that must go for the stamps to increase strictly."""
     kept = set(longest_increasing([row.stamp for row in rows]))
     for index, row in enumerate(rows):
         if index not in kept:
-            tally.skip("stamp not increasing", row.line)
+            statistics.skip("stamp not increasing", row.line)
     return [rows[index] for index in sorted(kept)]
 
 

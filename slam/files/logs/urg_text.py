@@ -16,14 +16,14 @@ import numpy as np
 
 from slam.files.fields import BadLine, bounded, distances, stamp
 from slam.files.logs.log import Log, scan_time
+from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import in_order
-from slam.files.read_statistics import ReadStatistics
 from slam.lidars import URG04LX
 from slam.odometry import wheel_motion
 from slam.pose import FloatArray, Pose2D
 
 _FAN: Final = replace(URG04LX.lidar, range_max=5.6)
-"""That the first beam is step 44 is an assumption. 5.6 m is a URG-04LX's DMAX; 5 % of mines1 lie beyond 4.095 m."""
+"""Beams begin at step 44, which is an assumption. 5.6 m is a URG-04LX's DMAX; 5 % of mines1 lie beyond 4.095 m."""
 _TIME_INCREMENT: Final = 0.1 / 1024
 """Seconds: 600 turns a minute of 1024 steps."""
 _T_BASE_LASER: Final = Pose2D(0.145, 0.0, 0.0)
@@ -47,7 +47,7 @@ class _Row:
 
 
 def recognises(line: bytes) -> bool:
-    """Whether this is a scan of such a log."""
+    """True for a scan of such a log."""
     try:
         _parse(line.split(), 0)
     except BadLine:
@@ -55,11 +55,11 @@ def recognises(line: bytes) -> bool:
     return True
 
 
-def read(lines: Iterable[tuple[int, bytes]], tally: ReadStatistics) -> Log:
+def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
     """The log in these numbered lines; LogError when there is not one scan."""
-    rows = in_order(list(_rows(lines, tally)), tally)
+    rows = in_order(list(_rows(lines, statistics)), statistics)
     if not rows:
-        raise tally.no_scans(f"lines of {_COLUMNS[-1]} columns")
+        raise statistics.no_scans(f"lines of {_COLUMNS[-1]} columns")
     stamps = np.array([row.stamp for row in rows])
     return Log(
         lidar=replace(_FAN, scan_time=scan_time(stamps)),
@@ -68,13 +68,13 @@ def read(lines: Iterable[tuple[int, bytes]], tally: ReadStatistics) -> Log:
         ranges=np.stack([row.ranges for row in rows]),
         T_odom_base=_dead_reckoning(rows),
         time_increment=_TIME_INCREMENT,
-        skipped=tally.skipped,
-        ignored=tally.ignored,
-        report=tally.report(len(rows)),
+        skipped=statistics.skipped,
+        ignored=statistics.ignored,
+        report=statistics.report(len(rows)),
     )
 
 
-def _rows(lines: Iterable[tuple[int, bytes]], tally: ReadStatistics) -> Iterator[_Row]:
+def _rows(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Iterator[_Row]:
     for number, line in lines:
         words = line.split()
         if not words or words[0].startswith(b"#"):
@@ -82,7 +82,7 @@ def _rows(lines: Iterable[tuple[int, bytes]], tally: ReadStatistics) -> Iterator
         try:
             yield _parse(words, number)
         except BadLine as fault:
-            tally.skip(str(fault), number)
+            statistics.skip(str(fault), number)
 
 
 def _parse(words: list[bytes], line: int) -> _Row:

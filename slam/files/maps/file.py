@@ -15,8 +15,8 @@ from pydantic import ValidationError
 
 from slam.config import SlamConfig, SurfelMapConfig
 from slam.errors import InputError
+from slam.files.atomic_files import write_atomic
 from slam.files.maps.schema import VERSION, MapDocument, SavedGrid
-from slam.files.whole_files import write_whole
 from slam.mapping.directions import Directions
 from slam.mapping.drift import Drift
 from slam.mapping.surfel_map import SurfelMap
@@ -55,7 +55,7 @@ def write_map(path: Path, saved: SavedSlam) -> None:
         "directions": json.dumps({"total": directions.total, "clusters": directions.clusters.tolist()}),
         "grid": _grid_text(memory.map.grid),
     }
-    write_whole(path, "{\n" + ",\n".join(f'"{key}": {text}' for key, text in parts.items()) + "\n}\n")
+    write_atomic(path, "{\n" + ",\n".join(f'"{key}": {text}' for key, text in parts.items()) + "\n}\n")
 
 
 def read_map(path: Path, config: SlamConfig) -> SavedSlam:

@@ -10,8 +10,7 @@ import numpy as np
 from rosbags.serde import SerdeError
 
 from slam.files.fields import LARGEST, BadLine
-from slam.files.ros.raw_message import RawMessage
-from slam.files.ros.typestores import ros1_types, ros2_types
+from slam.files.ros.messages import RawMessage, ros1_types, ros2_types
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import LaserScan
@@ -32,9 +31,9 @@ class Transform(NamedTuple):
     frame: str
     child: str
     pose: Pose2D
-    """Of the child in the frame."""
+    """Pose of the child in the frame."""
     level: bool
-    """Whether the z axes agree."""
+    """True where the z axes agree."""
 
 
 class StampedPose(NamedTuple):
@@ -65,7 +64,7 @@ def decode(raw: RawMessage) -> Any:
         raise BadLine("truncated") from None
 
 
-def metres(ranges: Any) -> FloatArray:
+def decimal_ranges(ranges: Any) -> FloatArray:
     """Ranges in single precision as the decimals they stand for: of a lidar that reports whole micrometres or
     millimetres, the very numbers."""
     exact: FloatArray = ranges.astype(np.float64)
@@ -73,7 +72,7 @@ def metres(ranges: Any) -> FloatArray:
     return rounded
 
 
-def bearings(angle_min: float, angle_increment: float) -> tuple[float, float]:
+def exact_bearings(angle_min: float, angle_increment: float) -> tuple[float, float]:
     """First bearing and step, given in single precision, as what they stand for: a lidar divides the turn into a whole
     number of steps, and begins at a whole number of half ones. Where that does not fit, they are left as they are."""
     step = 2.0 * pi / max(round(2.0 * pi / angle_increment), 1) if angle_increment > 0.0 else 0.0
@@ -90,14 +89,14 @@ def decimal(value: float) -> float:
 def decode_scan(raw: RawMessage) -> LaserScan:
     """A ``sensor_msgs/LaserScan``."""
     message = decode(raw)
-    angle_min, angle_increment = bearings(message.angle_min, message.angle_increment)
+    angle_min, angle_increment = exact_bearings(message.angle_min, message.angle_increment)
     return LaserScan(
         stamp=seconds(message.header),
         angle_min=angle_min,
         angle_increment=angle_increment,
         range_min=decimal(message.range_min),
         range_max=decimal(message.range_max),
-        ranges=metres(message.ranges),
+        ranges=decimal_ranges(message.ranges),
         time_increment=decimal(message.time_increment),
         scan_time=decimal(message.scan_time),
     )
@@ -120,7 +119,7 @@ def decode_pose(raw: RawMessage) -> StampedPose:
 
 
 def decode_transforms(raw: RawMessage) -> list[Transform]:
-    """Those of a ``tf2_msgs/TFMessage``."""
+    """The transforms in a ``tf2_msgs/TFMessage``."""
     return [_transform(placed) for placed in decode(raw).transforms]
 
 
@@ -130,7 +129,7 @@ def seconds(header: Any) -> float:
 
 
 def frame_name(name: str) -> str:
-    """Without the slash that some of ROS 1 put before it."""
+    """The name without the slash that some of ROS 1 put before it."""
     return name.lstrip("/")
 
 

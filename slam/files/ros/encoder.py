@@ -7,8 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from slam.files.ros.topics import LASER_SCAN, ODOMETRY, POSE, TRANSFORMS
-from slam.files.ros.typestores import ros2_types
+from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE, TRANSFORMS, ros2_types
 from slam.odometry import Odometry
 from slam.pose import Pose2D
 from slam.scan import LaserScan

@@ -13,7 +13,7 @@ from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
 from slam.run.backends import make_robot
 from slam.run.calibration.square import Square, SquareDrive
-from slam.run.calibration.wheel_fit import Leg, WheelFit, corrected, fit_errors, fit_wheels, way
+from slam.run.calibration.wheel_fit import Leg, WheelFit, corrected, displacement, fit_errors, fit_wheels
 from slam.scenario.hardware_config import FIRMWARE_TRACK
 from slam.scenario.schema import Scenario
 
@@ -30,7 +30,7 @@ class Calibration:
     fit: WheelFit
     track: float
     against: str
-    """What it was compared with: ``the truth`` or ``SLAM``."""
+    """Reference of the fit: ``the truth`` or ``SLAM``."""
 
     @property
     def errors(self) -> WheelFit:
@@ -49,17 +49,17 @@ class Calibration:
     def worst_closing_error(self, fit: WheelFit) -> float:
         """UMBmark's E_max,syst, metres: how far the odometry of this fit misses the end of a square, as the mean of all
         that went one way; the worse way of both."""
-        misses = [way(corrected(lap.odometry, self.track, fit)) - way(lap.truth) for lap in self.laps]
+        misses = [displacement(corrected(lap.odometry, self.track, fit)) - displacement(lap.truth) for lap in self.laps]
         both = np.array(misses).reshape(2, -1, 2).mean(axis=1)
         return float(np.hypot(both[:, 0], both[:, 1]).max())
 
 
 def calibrate(
-    scenario: Scenario, square: Square, backend: str, told: Callable[[int], object], **options: bool
+    scenario: Scenario, square: Square, backend: str, on_leg: Callable[[int], object], **options: bool
 ) -> Calibration:
     """Drive, and fit: against the truth where the back end knows it, else against SLAM.
 
-    ``told`` hears of every leg that is done. ``options`` are the back end's own.
+    ``on_leg`` hears of every leg that is done. ``options`` are the back end's own.
     """
     scenario = scenario.model_copy(update={"duration": _LONG_ENOUGH})
     slam = LineSlam(scenario.slam, scenario.lidar.mount.pose, scenario.robot.start.pose, scenario.seed)
@@ -73,7 +73,7 @@ def calibrate(
     with make_robot(backend, scenario, seed=scenario.seed, **options) as robot:
         for leg in SquareDrive(robot, locate).drive(square):
             legs.append(leg)
-            told(len(legs))
+            on_leg(len(legs))
     track = believed_track(scenario, backend)
     return Calibration(legs, fit_wheels(legs, track), track, "the truth" if known[-1] else "SLAM")
 
@@ -85,11 +85,11 @@ def require_backend(backend: str) -> None:
 
 
 def believed_track(scenario: Scenario, backend: str) -> float:
-    """What the odometry of this back end takes the track to be, metres."""
+    """Track in which the odometry of this back end believes, metres."""
     return scenario.robot.odometry.track if backend == "sim" else FIRMWARE_TRACK * scenario.hardware.track_scale
 
 
-def settings(scenario: Scenario, backend: str, fit: WheelFit) -> dict[str, dict[str, object]]:
+def wheel_settings(scenario: Scenario, backend: str, fit: WheelFit) -> dict[str, dict[str, object]]:
     """The keys of a scenario that make the odometry right: in the simulator what the firmware believes, on the robot,
     whose firmware keeps its beliefs, what the driver makes of its reports."""
     if backend == "sim":

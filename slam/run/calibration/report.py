@@ -1,10 +1,22 @@
-"""What a calibration found, in a table."""
+"""Results of a calibration: a table, a picture of the squares, and a scenario on top of another."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import yaml
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
 from slam.console.terminal_table import TerminalTable
-from slam.run.calibration.calibrate import Calibration
-from slam.run.calibration.wheel_fit import WheelFit
+from slam.errors import InputError
+from slam.files.atomic_files import atomic_file, write_atomic
+from slam.pose import FloatArray, Pose2D
+from slam.run.calibration.calibrate import Calibration, wheel_settings
+from slam.run.calibration.wheel_fit import WheelFit, corrected
+from slam.run.pictures.figure_style import PAPER, save_figure
+from slam.scenario.schema import Scenario
+from slam.scenario.shipped import find_scenario, shipped_scenarios
 
 
 def summary(found: Calibration) -> TerminalTable:
@@ -20,3 +32,58 @@ def summary(found: Calibration) -> TerminalTable:
     for name, wheels in (("before", WheelFit()), ("after", fit)):
         rows.append((f"misses the end of a square, {name}", f"{100.0 * found.worst_closing_error(wheels):.2f} cm"))
     return TerminalTable(("", ""), rows)
+
+
+def draw_squares(path: Path, calibration: Calibration) -> None:
+    """Write the picture, whose suffix names its format; metres, each square in the frame of its start."""
+    figure = Figure(figsize=(10, 5.4), dpi=110, layout="constrained")
+    before, after = figure.subplots(1, 2, sharex=True, sharey=True)
+    _draw(before, calibration, WheelFit(), "before")
+    _draw(after, calibration, calibration.fit, "after")
+    handles, labels = after.get_legend_handles_labels()
+    unique = dict(zip(labels, handles, strict=True))
+    figure.legend(unique.values(), unique.keys(), loc="outside lower center", ncols=3)
+    with atomic_file(path) as draft:
+        save_figure(figure, draft, format=path.suffix[1:])
+
+
+def _draw(axes: Axes, calibration: Calibration, fit: WheelFit, title: str) -> None:
+    error = 100.0 * calibration.worst_closing_error(fit)
+    laps = calibration.laps
+    for number, lap in enumerate(laps):
+        colour, side = (PAPER.odometry, "right") if number < len(laps) / 2 else (PAPER.slam, "left")
+        reckoned = from_start(corrected(lap.odometry, calibration.track, fit))
+        axes.plot(*from_start(lap.truth).T, color="0.75", linewidth=3, label=calibration.against, zorder=1)
+        axes.plot(*reckoned.T, color=colour, linewidth=1, label=f"odometry, to the {side}", zorder=2)
+        axes.plot(*reckoned[-1], "o", color=colour, markersize=5, zorder=3)
+    axes.set(title=f"{title}: misses the end by {error:.1f} cm", xlabel="x [m]", ylabel="y [m]", aspect="equal")
+    axes.grid(color="0.93", linewidth=0.6)
+
+
+def from_start(poses: FloatArray) -> FloatArray:
+    """x and y (K, 2) of poses (K, 3) in the frame of the first."""
+    return Pose2D(*poses[0]).inverse().transform(poses[:, :2])
+
+
+def extends_value(name: str) -> str:
+    """Value of ``extends`` in the file: a shipped scenario's name, or a path; ScenarioError for neither."""
+    path = find_scenario(name)
+    return name if name in shipped_scenarios() and not Path(name).is_file() else str(path.resolve())
+
+
+def write_wheels(path: Path, onto: str, scenario: Scenario, backend: str, found: Calibration) -> None:
+    """Write the file; InputError where that is not possible."""
+    squares = f"{len(found.laps)} squares against {found.against}"
+    content = {
+        "extends": onto,
+        "description": f"{scenario.name}, its wheels calibrated by {squares}",
+    } | wheel_settings(scenario, backend, found.fit)
+    errors = found.errors
+    note = (
+        f"# Two standard errors of the factors, from square to square: left wheel {2.0 * errors.left:.5f}, right wheel "
+        f"{2.0 * errors.right:.5f}, track {2.0 * errors.track:.5f}.\n"
+    )
+    try:
+        write_atomic(path, note + yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --out FILE") from error

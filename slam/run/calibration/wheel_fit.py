@@ -1,4 +1,4 @@
-"""From where the wheels say that the base went, and where it went, to what the wheels are.
+"""Wheel radii and track fitted to the motion that the odometry reports and the motion that was true.
 
 The closed form of Censi, Franchi, Marchionni and Oriolo (IEEE T-RO 29, 2013): headings first, which are linear in each
 wheel's way over the track, then ways, which are linear in the track.
@@ -13,6 +13,7 @@ import numpy as np
 
 from slam.errors import InputError
 from slam.pose import FloatArray
+from slam.run.results.traces import wrapped
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +29,7 @@ class Leg:
 
 @dataclass(frozen=True, slots=True)
 class WheelFit:
-    """How the wheels differ from what the odometry takes them for, as factors; 1 is no difference.
+    """Factors between the wheels and what the odometry takes them for; 1 is no difference.
 
     ``left`` and ``right`` are the true way of each wheel for each metre reported, ``track`` the true effective distance
     between them for each metre believed.
@@ -39,9 +40,9 @@ class WheelFit:
     track: float = 1.0
 
 
-def wheel_ways(odometry: FloatArray, track: float) -> tuple[FloatArray, FloatArray]:
-    """What the left and the right wheel rolled between K poses (K, 3), metres, (K - 1,): eqs. (38)-(42) backwards."""
-    turns = _wrapped(np.diff(odometry[:, 2]))
+def wheel_travels(odometry: FloatArray, track: float) -> tuple[FloatArray, FloatArray]:
+    """Ways of the left and the right wheel between K poses (K, 3), metres, (K - 1,): eqs. (38)-(42) backwards."""
+    turns = wrapped(np.diff(odometry[:, 2]))
     headings = odometry[:-1, 2] + turns / 2.0
     steps = np.diff(odometry[:, :2], axis=0)
     chords = steps[:, 0] * np.cos(headings) + steps[:, 1] * np.sin(headings)
@@ -51,11 +52,11 @@ def wheel_ways(odometry: FloatArray, track: float) -> tuple[FloatArray, FloatArr
 
 def corrected(odometry: FloatArray, track: float, fit: WheelFit) -> FloatArray:
     """The same K poses (K, 3) as wheels of this fit make them, from the first one on."""
-    left, right = wheel_ways(odometry, track)
-    return reckoned(odometry[0], fit.left * left, fit.right * right, track * fit.track)
+    left, right = wheel_travels(odometry, track)
+    return dead_reckoned(odometry[0], fit.left * left, fit.right * right, track * fit.track)
 
 
-def reckoned(start: FloatArray, left: FloatArray, right: FloatArray, track: float) -> FloatArray:
+def dead_reckoned(start: FloatArray, left: FloatArray, right: FloatArray, track: float) -> FloatArray:
     """Poses (K, 3) from ``start`` (3,) on, with the wheels' ways (K - 1,) between them: eqs. (38)-(44)."""
     turns = (right - left) / track
     headings = start[2] + np.concatenate([[0.0], np.cumsum(turns)])
@@ -70,16 +71,16 @@ def fit_wheels(legs: Sequence[Leg], track: float) -> WheelFit:
 
     InputError where the drive does not tell: it needs both straight ways and turns.
     """
-    ways = [wheel_ways(leg.odometry, track) for leg in legs]
+    ways = [wheel_travels(leg.odometry, track) for leg in legs]
     totals = np.array([(-left.sum(), right.sum()) for left, right in ways]).reshape(-1, 2)
     believed = np.array([_net_turn(leg.odometry) for leg in legs])
-    turned = believed + _wrapped(np.array([_turn(leg.truth) for leg in legs]) - believed)
+    turned = believed + wrapped(np.array([_turn(leg.truth) for leg in legs]) - believed)
     if np.linalg.matrix_rank(totals, tol=0.1) < 2:
         raise InputError("the wheels cannot be told from this drive; it needs straight ways and turns")
     per_track = np.linalg.lstsq(totals, turned, rcond=None)[0]  # of each wheel's way, radians a metre
-    of_unit_track = [reckoned(np.zeros(3), per_track[0] * left, per_track[1] * right, 1.0) for left, right in ways]
-    unit = np.concatenate([way(poses) for poses in of_unit_track])
-    true = np.concatenate([way(leg.truth) for leg in legs])
+    of_unit_track = [dead_reckoned(np.zeros(3), per_track[0] * left, per_track[1] * right, 1.0) for left, right in ways]
+    unit = np.concatenate([displacement(poses) for poses in of_unit_track])
+    true = np.concatenate([displacement(leg.truth) for leg in legs])
     metres = float(unit @ true / (unit @ unit))  # the true effective track
     return WheelFit(float(per_track[0]) * metres, float(per_track[1]) * metres, metres / track)
 
@@ -94,7 +95,7 @@ def fit_errors(squares: Sequence[Sequence[Leg]], track: float) -> WheelFit:
     return WheelFit(*np.sqrt((n - 1) * found.var(axis=0)).tolist())
 
 
-def way(poses: FloatArray) -> FloatArray:
+def displacement(poses: FloatArray) -> FloatArray:
     """x and y of the last pose in the frame of the first."""
     (dx, dy), theta = poses[-1, :2] - poses[0, :2], poses[0, 2]
     return np.array([np.cos(theta) * dx + np.sin(theta) * dy, np.cos(theta) * dy - np.sin(theta) * dx])
@@ -105,9 +106,5 @@ def _turn(poses: FloatArray) -> float:
 
 
 def _net_turn(poses: FloatArray) -> float:
-    """More than half a turn is counted as such."""
-    return float(_wrapped(np.diff(poses[:, 2])).sum())
-
-
-def _wrapped(angles: FloatArray) -> FloatArray:
-    return (angles + np.pi) % (2.0 * np.pi) - np.pi
+    """Turn from the first pose to the last, radians; more than half a turn is counted as such."""
+    return float(wrapped(np.diff(poses[:, 2])).sum())

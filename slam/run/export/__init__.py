@@ -1,1 +1,1 @@
-"""A run in the formats of other tools, one file a format; the formats are in formats.py."""
+"""A run in the formats of other tools: formats.py has the table of them."""

@@ -1,7 +1,7 @@
 """The log of a run as CARMEN text: ``PARAM``, and for each scan ``ODOM``, ``TRUEPOS`` and ``ROBOTLASER1``.
 
 What the messages have no field for stands in ``PARAM hopslam_...`` lines, which other readers pass by: see
-slam/files/logs/carmen_params.py. With it, a replay gives the same run.
+slam/files/logs/carmen_message.py. With it, a replay gives the same run.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from slam.files.logs.carmen_params import CarmenParams
-from slam.files.whole_files import whole_file
+from slam.files.atomic_files import atomic_file
+from slam.files.logs.carmen_message import CarmenParams
 from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.results.run_record import RunRecord
@@ -23,9 +23,9 @@ _STEP: Final = 1e-6
 """Metres by which a reading at the very reach of the lidar is drawn in, as CARMEN has that mean no echo."""
 
 
-def write(record: RunRecord, out: Path) -> None:
-    """Metres and radians; poses are those of the odometry, in its own frame."""
-    with whole_file(out) as draft, draft.open("w", encoding="ascii") as file:
+def write_carmen(record: RunRecord, out: Path) -> None:
+    """Write metres and radians; poses are those of the odometry, in its own frame."""
+    with atomic_file(out) as draft, draft.open("w", encoding="ascii") as file:
         for index, seen in enumerate(record.observations()):
             if index == 0:
                 file.writelines(_params(record, seen))

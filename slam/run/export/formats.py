@@ -1,25 +1,29 @@
-"""The formats by name; the module of each is imported when it is asked for."""
+"""The formats by name; what writes one is imported when it is asked for."""
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
-from typing import Final
+from typing import TYPE_CHECKING, Final, Literal
 
 from slam.errors import InputError, StorageError
-from slam.run.results.run_record import RunRecord
+from slam.named_code import import_by_name
 
-_FORMATS: Final = {
-    "tum": "slam.run.export.tum",
-    "csv": "slam.run.export.csv_table",
-    "ros": "slam.run.export.ros_map",
-    "geojson": "slam.run.export.geojson",
-    "dxf": "slam.run.export.dxf",
-    "svg": "slam.run.export.svg",
-    "carmen": "slam.run.export.carmen",
-    "mcap": "slam.run.export.mcap_file",
-    "rosbag2": "slam.run.export.rosbag2",
+if TYPE_CHECKING:
+    from slam.run.results.run_record import RunRecord
+
+Format = Literal["tum", "csv", "ros", "geojson", "dxf", "svg", "carmen", "mcap", "rosbag2"]
+FORMATS: Final[dict[Format, str]] = {
+    "tum": "slam.run.export.trajectories:write_tum",
+    "csv": "slam.run.export.trajectories:write_csv",
+    "ros": "slam.run.export.ros_map:write_ros_map",
+    "geojson": "slam.run.export.line_drawings:write_geojson",
+    "dxf": "slam.run.export.line_drawings:write_dxf",
+    "svg": "slam.run.export.line_drawings:write_svg",
+    "carmen": "slam.run.export.carmen:write_carmen",
+    "mcap": "slam.run.export.bags:write_mcap",
+    "rosbag2": "slam.run.export.bags:write_rosbag2",
 }
+"""Function of a RunRecord and a path that writes each format."""
 
 
 def export(record: RunRecord, to: str, out: Path, force: bool = False) -> None:
@@ -28,14 +32,14 @@ def export(record: RunRecord, to: str, out: Path, force: bool = False) -> None:
     InputError for an unknown format, for what is already there, and for what the run does not have. With ``force`` a
     file that is already there is replaced; a folder never is.
     """
-    if to not in _FORMATS:
-        raise InputError(f"--to {to}: no such format; there are {', '.join(_FORMATS)}")
+    if to not in FORMATS:
+        raise InputError(f"--to {to}: no such format; there are {', '.join(FORMATS)}")
     if out.is_dir():
         raise InputError(f"{out}: a folder that is already there; choose another --out, or remove it")
     if out.exists() and not force:
         raise InputError(f"{out}: already there; add --force to replace it, or choose another --out")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        import_module(_FORMATS[to]).write(record, out)
+        import_by_name(FORMATS[to])(record, out)
     except OSError as error:
         raise StorageError(f"{out}: cannot be written: {error.strerror or error}; choose another --out") from error

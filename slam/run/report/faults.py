@@ -1,4 +1,4 @@
-"""What went wrong in a run, as sentences."""
+"""Faults of a run, as sentences."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slam.pose import FloatArray
 from slam.run.results.run_record import RunRecord
-from slam.run.results.traces import Traces
+from slam.run.results.traces import Traces, wrapped
 
 _GAP: Final = 1.8
 """Number of scan periods without a scan that make a gap."""
@@ -21,7 +21,7 @@ _CREEP: Final = 0.02, 0.05
 _TOO_LONG: Final = {"duration over", "no more scans"}
 """Endings of a run that had no time to arrive; the second is what older runs say."""
 _NAMED: Final = 3
-"""So many places in time are named, the others counted."""
+"""Number of times that are named; the others are counted."""
 
 
 def faults(record: RunRecord, metrics: Mapping[str, Any]) -> list[str]:
@@ -75,7 +75,7 @@ def _stalled(traces: Traces) -> NDArray[np.bool_]:
         return np.zeros(len(traces.stamps), np.bool_)
     elapsed = np.diff(traces.stamps)
     moved = np.diff(traces.odometry, axis=0)
-    turned = np.abs((moved[:, 2] + np.pi) % (2 * np.pi) - np.pi)
+    turned = np.abs(wrapped(moved[:, 2]))
     still = (np.hypot(moved[:, 0], moved[:, 1]) < _CREEP[0] * elapsed) & (turned < _CREEP[1] * elapsed)
     commanded = (np.abs(traces.steps["v"]) > 2 * _CREEP[0]) | (np.abs(traces.steps["omega"]) > 2 * _CREEP[1])
     since, stalled = 0.0, np.zeros(len(traces.stamps), np.bool_)

@@ -8,14 +8,12 @@ from typing import Final
 
 from matplotlib.figure import Figure
 
-from slam.files.figure_file import save_figure
-from slam.files.whole_files import whole_file
-from slam.run.report.chapter import plan_of
-from slam.run.report.paper_curves import paper_curves
-from slam.run.report.paper_maps import fig_15, fig_16, fig_21
+from slam.files.atomic_files import atomic_file
+from slam.run.pictures.error_curves import paper_curves
+from slam.run.pictures.figure_style import save_figure
+from slam.run.pictures.map_picture import contents_of, map_figure
+from slam.run.report.paper_maps import fig_15, fig_16, fig_21, scan_points
 from slam.run.report.run_plots import distance_figure, error_figure, iterations_figure, timing_figure
-from slam.run.report.scan_points import scan_points
-from slam.run.results.map_picture import map_figure
 from slam.run.results.run_record import RunRecord
 
 _DPI: Final = 200
@@ -36,9 +34,9 @@ def write_figures(records: Sequence[RunRecord], folder: Path) -> int:
 
 
 def run_figures(record: RunRecord) -> Iterator[tuple[str, Figure]]:
-    """Each by the name of its file; those that need the truth only where it is known."""
+    """Figures by the names of their files; those that need the truth only where it is known."""
     traces = record.traces
-    yield "map", map_figure(plan_of(record), longest=8.0)
+    yield "map", map_figure(contents_of(record), longest=8.0)
     yield "errors", error_figure(traces)
     if (distance := distance_figure([("", traces)])) is not None:
         yield "distance", distance
@@ -54,5 +52,5 @@ def run_figures(record: RunRecord) -> Iterator[tuple[str, Figure]]:
 
 def _write(figure: Figure, path: Path) -> None:
     for kind, metadata in _NAMELESS.items():
-        with whole_file(path.with_name(f"{path.name}.{kind}")) as draft:
+        with atomic_file(path.with_name(f"{path.name}.{kind}")) as draft:
             save_figure(figure, draft, format=kind, dpi=_DPI, metadata=metadata)

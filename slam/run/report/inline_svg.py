@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import fields
 from html import escape
 from io import StringIO
@@ -12,8 +13,7 @@ from markupsafe import Markup
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from slam.files.figure_file import save_figure
-from slam.files.palette import Palette
+from slam.run.pictures.figure_style import Palette, save_figure
 
 _NAMES: Final = tuple(field.name for field in fields(Palette))
 _STAND_INS: Final = {name: f"#0101{number:02x}" for number, name in enumerate(_NAMES, 1)}
@@ -31,6 +31,17 @@ def inline_svg(figure: Figure, name: str, label: str) -> Markup:
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "path.simplify_threshold": 0.3}):
         save_figure(figure, text, format="svg", transparent=True, metadata={"Date": None})
     return Markup(_cleaned(text.getvalue(), name, label))  # made by matplotlib, the label is escaped
+
+
+def inline_figures(
+    figures: Mapping[str, tuple[Figure | None, str]], key: str, of: str = ""
+) -> list[tuple[Markup, str]]:
+    """Figures, each by its name and with its caption, as SVG with that caption; those that are None are left out."""
+    return [
+        (inline_svg(figure, f"{key}-{name}", f"{name}{of}: {caption}"), caption)
+        for name, (figure, caption) in figures.items()
+        if figure is not None
+    ]
 
 
 def _cleaned(svg: str, name: str, label: str) -> str:

@@ -7,9 +7,9 @@ from typing import Final
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from slam.files.palette import PAPER
 from slam.pose import FloatArray, Pose2D
-from slam.run.results.plan import ROBOT, Plan
+from slam.run.pictures.figure_style import PAPER
+from slam.run.pictures.map_picture import ROBOT, contents_of
 from slam.run.results.run_record import RunRecord
 
 _FINE: Final = 2
@@ -30,9 +30,8 @@ class MapCanvas:
     """The map of one run, from above."""
 
     def __init__(self, record: RunRecord, width: int) -> None:
-        self._traces = traces = record.traces
-        plan = Plan(record.walls, traces.estimate, traces.odometry, traces.truth, record.outlines)
-        self._low, high = plan.extent
+        self._traces = record.traces
+        self._low, high = contents_of(record).extent
         extent = high - self._low
         self._scale = _FINE * width * min(1.0, _TALLEST * extent[0] / extent[1]) / extent[0]
         size = np.ceil(self._scale * extent).astype(int) // _FINE * _FINE

@@ -2,42 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Final
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from slam.files.whole_files import write_whole
-from slam.run.report.chapter import PERCENTILES, Chapter, chapter
-from slam.run.report.inline_svg import THEMED, inline_svg
-from slam.run.report.metric_rows import competes, rows
-from slam.run.report.run_plots import distance_figure, iterations_figure, timing_figure
+from slam.files.atomic_files import write_atomic
+from slam.run.report.inline_svg import THEMED, inline_figures
+from slam.run.report.run_plots import CAPTIONS, distance_figure, iterations_figure, timing_figure
+from slam.run.report.run_section import PERCENTILES, RunSection, run_section
+from slam.run.results.metric_table import METRICS, Metric
 from slam.run.results.run_names import run_names
 from slam.run.results.run_record import RunRecord
+
+_COMPLETE: Final = {"arrived", "duration over", "no more scans"}
+"""Endings of a run that did what it could."""
 
 
 def write_report(records: Sequence[RunRecord], path: Path) -> None:
     """Write the page on these runs, one or more; several are compared."""
     names = run_names(records)
-    chapters = [
-        chapter(record, f"run{number}", name)
+    sections = [
+        run_section(record, f"run{number}", name)
         for number, (record, name) in enumerate(zip(records, names, strict=True), 1)
     ]
-    write_whole(path, _page(chapters, _overlays(records, names) if len(records) > 1 else []))
+    write_atomic(path, _page(sections, _overlays(records, names) if len(records) > 1 else []))
 
 
-def _page(chapters: Sequence[Chapter], overlays: Sequence[tuple[Markup, str]]) -> str:
+def _page(sections: Sequence[RunSection], overlays: Sequence[tuple[Markup, str]]) -> str:
     environment = Environment(
         loader=PackageLoader("slam.run.report", "."), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
     return environment.get_template("page.html").render(
-        chapters=chapters,
+        sections=sections,
         overlays=overlays,
-        compared=rows([chapter.metrics for chapter in chapters]),
+        compared=metric_rows([section.metrics for section in sections]),
         competes=competes,
-        rows=rows,
+        metric_rows=metric_rows,
         percentiles=PERCENTILES,
     )
 
@@ -45,13 +50,46 @@ def _page(chapters: Sequence[Chapter], overlays: Sequence[tuple[Markup, str]]) -
 def _overlays(records: Sequence[RunRecord], names: Sequence[str]) -> list[tuple[Markup, str]]:
     """The curves of all runs on the same axes."""
     runs = [(f"{k}: {name}", record.traces) for k, (record, name) in enumerate(zip(records, names, strict=True), 1)]
-    figures = (
-        ("distance", distance_figure(runs, THEMED), "Position error over the way travelled."),
-        ("iterations", iterations_figure(runs, THEMED), "Iterations of the matcher."),
-        ("timing", timing_figure(runs, THEMED), "Processing time of the mapped scans."),
-    )
+    figures = {
+        "distance": distance_figure(runs, THEMED),
+        "iterations": iterations_figure(runs, THEMED),
+        "timing": timing_figure(runs, THEMED),
+    }
+    captioned = {name: (figure, CAPTIONS[name]) for name, figure in figures.items()}
+    return inline_figures(captioned, "all", " of all runs")
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One value in a table, as text."""
+
+    text: str
+    best: bool = False
+
+
+def metric_rows(runs: Sequence[Mapping[str, Any]]) -> list[tuple[Metric, list[Cell], list[Cell]]]:
+    """Every metric that one of the runs has, with a cell for each run, and one for its dead reckoning; the best of
+    several that ended as they should is marked."""
     return [
-        (inline_svg(figure, f"all-{name}", f"{name} of all runs: {caption}"), caption)
-        for name, figure, caption in figures
-        if figure is not None
+        (metric, _cells(metric, runs), _reckoned(metric, runs))
+        for metric in METRICS.values()
+        if any(metric.key in run for run in runs)
     ]
+
+
+def competes(run: Mapping[str, Any]) -> bool:
+    """True for a run that ended by itself and unharmed: the errors of a shorter way would flatter it."""
+    return run.get("ending") in _COMPLETE
+
+
+def _cells(metric: Metric, runs: Sequence[Mapping[str, Any]]) -> list[Cell]:
+    texts = [metric.shown(run.get(metric.key)) for run in runs]
+    rivals = [run[metric.key] for run in runs if competes(run) and run.get(metric.key) is not None]
+    best = metric.shown(min(rivals)) if metric.less_is_better and len(rivals) > 1 else None
+    apart = len({metric.shown(value) for value in rivals}) > 1
+    return [Cell(text, apart and competes(run) and text == best) for text, run in zip(texts, runs, strict=True)]
+
+
+def _reckoned(metric: Metric, runs: Sequence[Mapping[str, Any]]) -> list[Cell]:
+    values = [run.get(f"odometry_{metric.key}") for run in runs]
+    return [Cell("" if value is None else metric.shown(value)) for value in values]

@@ -11,15 +11,19 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
-from slam.files.palette import PAPER, Palette
 from slam.pose import FloatArray
-from slam.run.results.plan import plain_axes
-from slam.run.results.traces import Traces, pose_errors
+from slam.run.pictures.figure_style import PAPER, Palette, plain_axes
+from slam.run.results.traces import Traces, distance_travelled, pose_errors
 
 _LEGEND: Final = 66
 """Characters side by side in a legend."""
 SIGMAS: Final = 3.0
 """The band about zero is so many standard deviations of the estimate wide, to each side."""
+CAPTIONS: Final = {
+    "distance": "Position error over the way travelled.",
+    "iterations": "Iterations of the matcher.",
+    "timing": "Processing time of the mapped scans.",
+}
 _ROWS: Final = (("x", "cov_xx", 100.0, "cm"), ("y", "cov_yy", 100.0, "cm"), ("heading", "cov_thth", 180 / np.pi, "deg"))
 
 
@@ -57,10 +61,15 @@ def _plain_numbers(axis: Axis) -> None:
 
 
 def _band(axes: Axes, traces: Traces, variance: str, scale: float, colours: Palette) -> None:
-    if variance not in (traces.steps.dtype.names or ()) or not np.isfinite(traces.steps[variance]).any():
+    if not has_variance(traces, variance):
         return
     bound = SIGMAS * scale * np.sqrt(traces.steps[variance])
     axes.fill_between(traces.stamps, -bound, bound, color=colours.slam, alpha=0.18, linewidth=0.0)
+
+
+def has_variance(traces: Traces, column: str) -> bool:
+    """True where the steps of the run have this column of the covariance."""
+    return column in (traces.steps.dtype.names or ()) and bool(np.isfinite(traces.steps[column]).any())
 
 
 def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure | None:
@@ -70,7 +79,7 @@ def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER
         return None
     figure, axes = _panel(colours)
     for k, (name, traces, truth) in enumerate(known):
-        way = np.append(0.0, np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T)))
+        way = distance_travelled(truth)
         alone, (colour, dash) = len(runs) == 1, colours.curve(k)
         axes.plot(way, _off(traces.estimate, truth), dash, color=colour, linewidth=1.3, label="SLAM" if alone else name)
         if alone:
@@ -98,7 +107,7 @@ def iterations_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAP
 
 
 def timing_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER) -> Figure:
-    """How many scans took how long: the whole of SLAM, and of a single run the extraction of lines in it."""
+    """Histogram of the time of a scan: the whole of SLAM, and of a single run the extraction of lines in it."""
     figure, axes = _panel(colours)
     for k, (name, traces) in enumerate(runs):
         mapped = traces.steps[traces.steps["mapped"] == 1]

@@ -1,1 +1,1 @@
-"""What a run shows and leaves behind: its folder, its metrics and its pictures."""
+"""The folder of a run: written as the run goes, read back, and measured."""

@@ -7,8 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from slam.files.atomic_files import GrowingGeoJson, GrowingText, line_feature
 from slam.files.tum import format_tum
-from slam.files.whole_files import GrowingGeoJson, GrowingText
 from slam.pose import FloatArray, Pose2D
 from slam.run.step import Step
 
@@ -33,7 +33,7 @@ class Recorder:
         self._steps = GrowingText(folder / "steps.csv", ",".join(STEP_COLUMNS) + "\n")
         self._lines = GrowingGeoJson(folder / "lines.geojson", frame="map", unit="metre")
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         """Write down one step."""
         odometry, estimate = step.observation.odometry, step.estimate
         self._trajectory.append(format_tum(estimate.stamp, estimate.T_map_base) + "\n")
@@ -67,11 +67,7 @@ class Recorder:
         assert segments is not None
         in_map = segments.transformed(step.estimate.T_map_base @ self._T_base_laser)
         return [
-            {
-                "type": "Feature",
-                "geometry": {"type": "LineString", "coordinates": [_millimetres(start), _millimetres(end)]},
-                "properties": {"scan": step.index, "points": int(count)},
-            }
+            line_feature([_millimetres(start), _millimetres(end)], {"scan": step.index, "points": int(count)})
             for start, end, count in zip(in_map.start, in_map.end, segments.counts, strict=True)
         ]
 
@@ -82,5 +78,5 @@ def _millimetres(point: Any) -> list[float]:
 
 
 def _covariance(covariance: FloatArray | None) -> list[str]:
-    """Its upper triangle, row by row; empty where there is none."""
+    """Upper triangle of the covariance, row by row; empty where there is none."""
     return [""] * 6 if covariance is None else [f"{value:.9g}" for value in covariance[_UPPER]]

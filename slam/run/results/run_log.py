@@ -1,21 +1,28 @@
-"""``log.mcap``: the raw record of a run, every scan with the odometry, the estimate and the truth at its stamp."""
+"""``log.mcap``: the raw record of a run, written scan by scan, and read back as far as it was written."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from slam.errors import InputError
+from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_scan, decode_transforms
 from slam.files.ros.encoder import Encoder, nanoseconds
-from slam.files.ros.mcap_writer import McapWriter
-from slam.files.ros.topics import GROUND_TRUTH, ODOM, SCAN, TF, TF_STATIC
+from slam.files.ros.mcap_files import McapWriter, mcap_messages
+from slam.files.ros.messages import GROUND_TRUTH, ODOM, SCAN, TF, TF_STATIC, RawMessage
+from slam.files.text_lines import TruncatedFile
+from slam.odometry import Odometry
 from slam.pose import Pose2D
+from slam.robot import Observation
 from slam.run.step import Step
 
 LOG: Final = "log.mcap"
 _SCANS_A_CHUNK: Final = 8
 """At 10 Hz less than a second of a run is lost when it is killed."""
 _BYTES_BESIDE: Final = 1300
-"""Of a scan's other messages."""
+"""Size of a scan's other messages."""
 
 
 class RunLog:
@@ -26,7 +33,7 @@ class RunLog:
         self._encoder = Encoder()
         self._writer: McapWriter | None = None
 
-    def see(self, step: Step) -> None:
+    def on_step(self, step: Step) -> None:
         """Write one step."""
         observation, encoder = step.observation, self._encoder
         odometry, scan = observation.odometry, observation.scan
@@ -54,3 +61,42 @@ class RunLog:
         mount = self._encoder.transforms(scan.stamp, ("base_link", "laser", self._T_base_laser))
         self._writer.write(TF_STATIC, nanoseconds(scan.stamp), mount)
         return self._writer
+
+
+def logged_observations(path: Path) -> Iterator[Observation]:
+    """Observations of the robot, scan by scan; ranges in single precision. InputError when there is no such file."""
+    odometry, truth = Odometry(0.0, Pose2D()), None
+    for message in logged_messages(path):
+        if message.topic == ODOM:
+            odometry = decode_odometry(message).odometry
+        elif message.topic == GROUND_TRUTH:
+            truth = decode_pose(message).pose
+        elif message.topic == SCAN:
+            yield Observation(decode_scan(message), odometry, truth)
+
+
+def logged_mount(path: Path) -> Pose2D:
+    """``T_base_laser``; InputError when there is no such file or it ends before that."""
+    return _first_transforms(path, TF_STATIC)[0].pose
+
+
+def logged_start(path: Path) -> Pose2D:
+    """``T_map_base`` at the first scan, as estimated; InputError likewise."""
+    T_odom_base, T_map_odom = _first_transforms(path, TF)
+    return T_map_odom.pose @ T_odom_base.pose
+
+
+def _first_transforms(path: Path, topic: str) -> list[Transform]:
+    for message in logged_messages(path):
+        if message.topic == topic:
+            return decode_transforms(message)
+    raise InputError(f"{path}: holds no scan; the run was ended before its first")
+
+
+def logged_messages(path: Path) -> Iterator[RawMessage]:
+    """All messages in the order of the file; InputError when there is no such file."""
+    try:
+        with suppress(TruncatedFile):
+            yield from mcap_messages(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror}; the folder of a run has this file") from error

@@ -16,8 +16,7 @@ from slam.files.maps.file import read_map
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
-from slam.run.results.log_reader import logged_mount, logged_observations, logged_start
-from slam.run.results.run_log import LOG
+from slam.run.results.run_log import LOG, logged_mount, logged_observations, logged_start
 from slam.run.results.traces import Traces
 from slam.saved_slam import SavedSlam
 from slam.scenario.file import read_scenario
@@ -26,19 +25,19 @@ from slam.scenario.schema import Scenario
 
 @dataclass(frozen=True, eq=False)
 class RunRecord:
-    """What a run left behind; the larger parts are read when they are asked for."""
+    """Everything that a run left behind; the larger parts are read when they are asked for."""
 
     folder: Path
     config: Scenario
-    """What it was run with; of a replay, only ``slam`` and ``seed`` are its own."""
+    """Scenario of the run; of a replay, only ``slam`` and ``seed`` are its own."""
     traces: Traces
     """Stamps, the trajectories and the table of steps, scan by scan."""
     metrics: dict[str, Any] | None
-    """None for a run that was cut off."""
+    """Content of ``metrics.json``; None for a run that was cut off."""
 
     @classmethod
     def open(cls, folder: str | Path) -> Self:
-        """InputError, of one line, for what is no folder of a run, or of one that did not come to its first scan."""
+        """Read the folder of a run; InputError for another folder, and where the run did not come to a scan."""
         folder = Path(folder)
         if not (folder / "config.yaml").is_file():
             raise InputError(f"{folder}: {_fault(folder)}; give the folder of a run, such as runs/latest")
@@ -49,12 +48,12 @@ class RunRecord:
 
     @property
     def name(self) -> str:
-        """Of the folder, behind links."""
+        """Name of the folder, behind links."""
         return self.folder.resolve().name
 
     @property
     def complete(self) -> bool:
-        """Whether the run came to its end, and was measured."""
+        """True where the run came to its end, and was measured."""
         return self.metrics is not None
 
     @property
@@ -73,12 +72,12 @@ class RunRecord:
         return logged_start(self.folder / LOG)
 
     def observations(self) -> Iterator[Observation]:
-        """What the robot saw, scan by scan, in the order of ``traces``; InputError without a log."""
+        """Observations of the robot, scan by scan, in the order of ``traces``; InputError without a log."""
         return logged_observations(self.folder / LOG)
 
     @cached_property
     def segments(self) -> tuple[IntArray, FloatArray]:
-        """Of the mapped scans: the number of the scan of every segment, (M,), and its start and end, (M, 2, 2), metres,
+        """Segments of the mapped scans: the number of the scan of each, (M,), and its start and end, (M, 2, 2), metres,
         map frame."""
         features = self._features()
         scans = np.array([feature["properties"]["scan"] for feature in features], np.int64)

@@ -11,8 +11,7 @@ from slam.errors import InputError
 from slam.files.tum import read_tum
 from slam.pose import FloatArray
 from slam.run.results.run_record import RunRecord
-from slam.run.scoring.pose_errors import PoseErrors, absolute_errors, errors_by_frames, errors_by_path
-from slam.run.scoring.poses_at import poses_at
+from slam.run.scoring.pose_errors import PoseErrors, absolute_errors, errors_by_frames, errors_by_path, poses_at
 from slam.run.scoring.relations import read_relations, relation_errors
 
 Unit = Literal["m", "frames"]
@@ -26,7 +25,7 @@ class Trajectory(NamedTuple):
 
 
 class Score(NamedTuple):
-    """One measure: the errors of all that it looked at, and of how many there were."""
+    """One measure: its name, its errors, and the number of comparisons that were asked for."""
 
     name: str
     errors: PoseErrors
@@ -34,7 +33,7 @@ class Score(NamedTuple):
 
 
 class Delta(NamedTuple):
-    """Over what the relative error is taken."""
+    """Length of the pieces over which the relative error is taken."""
 
     size: float = 1.0
     unit: Unit = "m"

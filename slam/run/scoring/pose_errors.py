@@ -1,17 +1,38 @@
 """Errors of a trajectory against a reference: absolute and relative (Sturm et al., IROS 2012).
 
-Poses are rows x, y, theta (N, 3), metres and radians, pose by pose at the same times.
-"""
+Poses are rows x, y, theta (N, 3), metres and radians."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.files.logs.log import relative_poses
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
+from slam.run.results.traces import distance_travelled
+
+MAX_GAP: Final = 10.0
+"""Seconds to the nearest pose on both sides, at most, for a pose between two scans."""
+
+
+class InterpolatedPoses(NamedTuple):
+    """Poses (N, 3) at asked times, and whether there are any near enough, (N,)."""
+
+    poses: FloatArray
+    known: NDArray[np.bool_]
+
+
+def poses_at(times: FloatArray, stamps: FloatArray, poses: FloatArray, max_gap: float = MAX_GAP) -> InterpolatedPoses:
+    """The trajectory at these times, linear between its stamps, which must increase."""
+    after = np.clip(np.searchsorted(stamps, times), 1, len(stamps) - 1)
+    before_gap, after_gap = times - stamps[after - 1], stamps[after] - times
+    inside = (before_gap >= 0) & (after_gap >= 0) & (before_gap <= max_gap) & (after_gap <= max_gap)
+    known = inside | (np.minimum(np.abs(before_gap), np.abs(after_gap)) < 1e-3)
+    columns = [poses[:, 0], poses[:, 1], np.unwrap(poses[:, 2])]
+    return InterpolatedPoses(np.column_stack([np.interp(times, stamps, column) for column in columns]), known)
 
 
 class PoseErrors(NamedTuple):
@@ -36,7 +57,7 @@ def aligned(poses: FloatArray, onto: FloatArray) -> FloatArray:
 
 
 def absolute_errors(poses: FloatArray, truth: FloatArray, align: bool = True) -> PoseErrors:
-    """Of every pose, after a rigid alignment or as it stands."""
+    """Errors of every pose, after a rigid alignment or as it stands."""
     moved = aligned(poses, truth) if align else poses
     return _sizes(relative_poses(truth, moved))
 
@@ -47,8 +68,8 @@ def absolute_error(poses: FloatArray, truth: FloatArray) -> float:
 
 
 def errors_by_path(poses: FloatArray, truth: FloatArray, length: float) -> PoseErrors:
-    """Of the motions over all pieces of this length, metres, of the true path."""
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T))])
+    """Errors of the motions over all pieces of this length, metres, of the true path."""
+    way = distance_travelled(truth)
     last = np.searchsorted(way, way + length)
     first = np.flatnonzero(last < len(way))
     first = first[way[last[first]] - way[first] < 2 * length + 1]
@@ -56,7 +77,7 @@ def errors_by_path(poses: FloatArray, truth: FloatArray, length: float) -> PoseE
 
 
 def errors_by_frames(poses: FloatArray, truth: FloatArray, frames: int) -> PoseErrors:
-    """Of the motions from every pose to the one that many later."""
+    """Errors of the motions from every pose to the one that many later."""
     first = np.arange(max(len(poses) - frames, 0))
     return _motion_errors(poses, truth, first, first + frames)
 

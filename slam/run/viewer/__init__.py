@@ -1,1 +1,1 @@
-"""A run as the rerun viewer shows it: live, or recorded. Only feed.py's side of the package imports rerun."""
+"""A run as the rerun viewer shows it, live or recorded. Only what comes after broadcast.py imports rerun."""

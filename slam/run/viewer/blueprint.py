@@ -1,4 +1,4 @@
-"""What the viewer opens with: the map from above, y up, beside the curves and the events."""
+"""Layout with which the viewer opens: the map from above, y up, beside the curves and the events."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ import rerun.blueprint as rrb
 
 from slam.pose import FloatArray
 from slam.run.viewer import palette
-from slam.run.viewer.curves import PLOTS
-from slam.run.viewer.scene import Scene
+from slam.run.viewer.scene import PLOTS, Scene
 
 Extent = tuple[FloatArray, FloatArray]
 """Lower and upper corner (2,), metres, map frame."""
@@ -44,11 +43,11 @@ def blueprint(extent: Extent, plots: Sequence[str]) -> rrb.Blueprint:
     )
 
 
-def extent_of(setting: Scene) -> Extent:
-    """Of all that is known of the world before the first scan."""
-    grown = None if setting.slam is None else setting.slam.points.points
-    more = [points for points in (setting.route, setting.around, grown) if points is not None]
-    points = np.concatenate([*setting.outlines, *more, np.empty((0, 2))])
+def extent_of(scene: Scene) -> Extent:
+    """Extent of all that is known of the world before the first scan."""
+    grown = None if scene.slam is None else scene.slam.points.points
+    more = [points for points in (scene.route, scene.around, grown) if points is not None]
+    points = np.concatenate([*scene.outlines, *more, np.empty((0, 2))])
     return UNKNOWN if len(points) < 2 else (points.min(axis=0), points.max(axis=0))
 
 

@@ -12,10 +12,9 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from slam.pose import FloatArray, Pose2D
-from slam.run.viewer.covariance_shapes import ellipses, free_directions, turned
-from slam.run.viewer.events import Event
-from slam.run.viewer.frame import Frame
+from slam.run.viewer.covariance_shapes import ellipses, unconstrained_arrows, yaw_quaternions
 from slam.run.viewer.palette import END_MARK, START_MARK
+from slam.run.viewer.scene import PLOTS, Event, Frame
 
 Float32Array = NDArray[np.float32]
 
@@ -30,25 +29,25 @@ class Chunk:
 
 
 def frame_chunks(frames: Sequence[Frame]) -> Iterator[Chunk]:
-    """All that is drawn of these scans but their strokes."""
+    """Everything that is drawn of these scans but their strokes."""
     when = times_of(frames)
     counts = [len(frame.points) for frame in frames]
-    positions = raised(_rounded(np.concatenate([frame.points for frame in frames])), 0.0)
+    positions = at_height(_rounded(np.concatenate([frame.points for frame in frames])), 0.0)
     colours = np.concatenate([frame.point_colours for frame in frames])
     yield Chunk("map/scan", when, rr.Points3D.columns(positions=positions, colors=colours).partition(counts))
     yield Chunk("map/segments", when, _segments(frames))
-    yield Chunk("map/robot", when, [*_transforms(frames), *ellipses(frames), *free_directions(frames)])
+    yield Chunk("map/robot", when, [*_transforms(frames), *ellipses(frames), *unconstrained_arrows(frames)])
 
 
 def _rounded(points: FloatArray) -> FloatArray:
-    """To 2 mm, less than a pixel and than the sensor's noise: the last bits of a float are most of a file."""
+    """Round to 2 mm, less than a pixel and than the sensor's noise: the last bits of a float are most of a file."""
     return np.rint(points * 512.0) / 512.0
 
 
 def _segments(frames: Sequence[Frame]) -> list[Any]:
     """Columns of lines, and of a mark at each start and each end."""
     counts = [len(frame.ends) for frame in frames]
-    ends = raised(np.concatenate([frame.ends for frame in frames]), 0.05)
+    ends = at_height(np.concatenate([frame.ends for frame in frames]), 0.05)
     colours = np.concatenate([frame.end_colours for frame in frames])
     lines = rr.LineStrips3D.columns(strips=ends, colors=colours).partition(counts)
     marks = np.tile(np.array([START_MARK, END_MARK], np.uint32), len(ends))
@@ -66,9 +65,18 @@ def stroke_chunks(before: Frame | None, frames: Sequence[Frame]) -> Iterator[Chu
         strokes = [(b, p.translation, q.translation) for a, b in pairwise(chain) if (p := pose(a)) and (q := pose(b))]
         if strokes:
             when = _times([frame.index for frame, *_ in strokes], [frame.stamp for frame, *_ in strokes])
-            strips = raised(np.array([ends for _, *ends in strokes]), 0.02 + 0.005 * height)
+            strips = at_height(np.array([ends for _, *ends in strokes]), 0.02 + 0.005 * height)
             columns = rr.LineStrips3D.columns(strips=strips).partition([1] * len(strokes))
             yield Chunk(f"map/trajectory/{name}", when, columns)
+
+
+def plot_chunks(frames: Sequence[Frame], names: Sequence[str]) -> Iterator[Chunk]:
+    """The points of these curves at these scans."""
+    when = times_of(frames)
+    for name in names:
+        values = np.array([PLOTS[name].values(frame) for frame in frames], np.float64)
+        columns = rr.Scalars.columns(scalars=values.ravel()).partition([values.shape[1]] * len(frames))
+        yield Chunk(f"plots/{name}", when, columns)
 
 
 def event_chunk(events: Sequence[Event]) -> Chunk:
@@ -81,11 +89,11 @@ def event_chunk(events: Sequence[Event]) -> Chunk:
 def map_chunks(index: int, stamp: float, points: FloatArray, ends: FloatArray) -> Iterator[Chunk]:
     """The map as it stands at one scan: points (N, 2), walls (M, 2, 2)."""
     when = _times([index], [stamp])
-    yield Chunk("map/points", when, rr.Points3D.columns(positions=raised(points, 0.0)).partition([len(points)]))
-    yield Chunk("map/lines", when, rr.LineStrips3D.columns(strips=raised(ends, 0.01)).partition([len(ends)]))
+    yield Chunk("map/points", when, rr.Points3D.columns(positions=at_height(points, 0.0)).partition([len(points)]))
+    yield Chunk("map/lines", when, rr.LineStrips3D.columns(strips=at_height(ends, 0.01)).partition([len(ends)]))
 
 
-def raised(points: FloatArray, height: float) -> Float32Array:
+def at_height(points: FloatArray, height: float) -> Float32Array:
     """Points (..., 2) of the plane as points (..., 3) at one height, metres: what is higher is seen from above."""
     lifted = np.empty((*points.shape[:-1], 3), np.float32)
     lifted[..., :2], lifted[..., 2] = points, height
@@ -93,7 +101,7 @@ def raised(points: FloatArray, height: float) -> Float32Array:
 
 
 def times_of(frames: Sequence[Frame]) -> tuple[rr.TimeColumn, ...]:
-    """Where these scans stand on both timelines."""
+    """Times of these scans on both timelines."""
     return _times([frame.index for frame in frames], [frame.stamp for frame in frames])
 
 
@@ -103,4 +111,4 @@ def _times(scans: Sequence[int], stamps: Sequence[float]) -> tuple[rr.TimeColumn
 
 def _transforms(frames: Sequence[Frame]) -> Any:
     poses = np.array([[frame.robot.x, frame.robot.y, frame.robot.theta] for frame in frames])
-    return rr.Transform3D.columns(translation=raised(poses[:, :2], 0.06), quaternion=turned(poses[:, 2]))
+    return rr.Transform3D.columns(translation=at_height(poses[:, :2], 0.06), quaternion=yaw_quaternions(poses[:, 2]))

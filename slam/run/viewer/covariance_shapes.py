@@ -1,4 +1,4 @@
-"""How sure a pose is, as shapes: the 95 % ellipse of x and y, and arrows where the scan said nothing."""
+"""Covariance of a pose as shapes: the 95 % ellipse of x and y, and arrows where the scan said nothing."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from slam.pose import FloatArray
-from slam.run.viewer.frame import Frame
+from slam.run.viewer.scene import Frame
 
 _RADIUS_95: Final = 2.4477
-"""Of the circle that holds 95 % of a normal distribution of unit variance in the plane: sqrt(-2 ln 0.05)."""
+"""Radius of the circle that holds 95 % of a normal distribution of unit variance in the plane: sqrt(-2 ln 0.05)."""
 _ARROW: Final = 1.2
 """Metres to each side."""
 _LEAST: Final = 0.05
-"""Of an unconstrained direction in the plane: below it, it is a heading."""
+"""Length in the plane of an unconstrained direction: below it, the direction is a heading."""
 
 
 def ellipses(frames: Sequence[Frame]) -> Any:
@@ -28,11 +28,11 @@ def ellipses(frames: Sequence[Frame]) -> Any:
     variances, axes = np.linalg.eigh(np.array([C[:2, :2] for _, C in known]).reshape(-1, 2, 2))
     sizes = np.full((len(known), 3), 1e-3, np.float32)
     sizes[:, :2] = _RADIUS_95 * np.sqrt(np.maximum(variances, 0.0))
-    turns = turned(np.arctan2(axes[:, 1, 0], axes[:, 0, 0]) - np.array([theta for theta, _ in known]))
+    turns = yaw_quaternions(np.arctan2(axes[:, 1, 0], axes[:, 0, 0]) - np.array([theta for theta, _ in known]))
     return rr.Ellipsoids3D.columns(half_sizes=sizes, quaternions=turns).partition(counts)
 
 
-def free_directions(frames: Sequence[Frame]) -> Any:
+def unconstrained_arrows(frames: Sequence[Frame]) -> Any:
     """Columns of arrows, in the robot's frame, to both sides along each direction in which odometry alone stands."""
     vectors: list[tuple[float, float, float]] = []
     counts = []
@@ -47,7 +47,7 @@ def free_directions(frames: Sequence[Frame]) -> Any:
     return rr.Arrows3D.columns(vectors=np.array(vectors, np.float32).reshape(-1, 3)).partition(counts)
 
 
-def turned(angles: FloatArray) -> NDArray[np.float32]:
+def yaw_quaternions(angles: FloatArray) -> NDArray[np.float32]:
     """Quaternions (N, 4), x y z w, of turns about the upright axis."""
     turns = np.zeros((len(angles), 4), np.float32)
     turns[:, 2], turns[:, 3] = np.sin(0.5 * angles), np.cos(0.5 * angles)

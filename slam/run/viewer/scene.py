@@ -1,32 +1,122 @@
-"""What a viewer is told of a run before it begins."""
+"""Values that a viewer shows: the scene once, a frame for each scan with its curves, and events."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from math import degrees, sqrt
+from typing import Final, Literal, NamedTuple
+
+import numpy as np
 
 from slam.pose import FloatArray, Pose2D
 from slam.run.estimator import Estimator
-from slam.run.viewer.curves import PLOTS
+from slam.run.viewer.palette import Colour
+from slam.scenario.schema import Scenario
 
+Level = Literal["INFO", "WARN", "ERROR"]
 _ORIGIN = Pose2D()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """One scan, the poses at it and what the method made of it; map frame, metres, radians, seconds."""
+
+    index: int
+    stamp: float
+    slam: Pose2D | None
+    """``T_map_base`` as estimated; None where nothing is estimated, ..."""
+    odometry: Pose2D
+    """... as dead reckoning has it ..."""
+    truth: Pose2D | None
+    """... and as it was, where that is known."""
+    points: FloatArray
+    """(N, 2): where the beams ended that came back ..."""
+    point_colours: Colour
+    """... and the colour of the segment that each belongs to, (N,)."""
+    ends: FloatArray
+    """(M, 2, 2): [segment, start or end, x or y]."""
+    end_colours: Colour
+    """(M,)."""
+    covariance: FloatArray | None = None
+    """(3, 3) of x, y, theta."""
+    unconstrained: FloatArray | None = None
+    """(K, 3), see Match."""
+    iterations: int = 0
+    extraction_time: float = 0.0
+    total_time: float = 0.0
+    command: tuple[float, float] = (0.0, 0.0)
+    """m/s and rad/s, as applied."""
+
+    @property
+    def robot(self) -> Pose2D:
+        """Pose at which the robot is drawn: the estimate, or else the truth, or else dead reckoning."""
+        return self.slam or self.truth or self.odometry
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One line of the log, at one scan."""
+
+    scan: int
+    stamp: float
+    level: Level
+    text: str
+
+
+class Plot(NamedTuple):
+    """One view of curves; ``values`` gives one number a curve, nan where there is none."""
+
+    title: str
+    curves: tuple[str, ...]
+    values: Callable[[Frame], tuple[float, ...]]
+
+
+def _position(frame: Frame) -> tuple[float, ...]:
+    error = float("nan") if frame.truth is None else 100 * frame.truth.distance(frame.robot)
+    C = frame.covariance
+    return error, float("nan") if C is None else 100 * sqrt(max(C[0, 0] + C[1, 1], 0.0))
+
+
+def _heading(frame: Frame) -> tuple[float, ...]:
+    error = float("nan") if frame.truth is None else degrees(frame.truth.between(frame.robot).theta)
+    C = frame.covariance
+    return error, float("nan") if C is None else degrees(sqrt(max(C[2, 2], 0.0)))
+
+
+PLOTS: Final = {
+    "position": Plot("position, cm", ("error", "sigma"), _position),
+    "heading": Plot("heading, degrees", ("error", "sigma"), _heading),
+    "iterations": Plot("iterations", ("iterations",), lambda frame: (frame.iterations,)),
+    "time": Plot(
+        "time a scan, ms", ("all", "lines"), lambda frame: (1e3 * frame.total_time, 1e3 * frame.extraction_time)
+    ),
+    "command": Plot("command, m/s and rad/s", ("v", "omega"), lambda frame: frame.command),
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """Map frame, metres."""
+    """Facts about a run that are known before its first scan; map frame, metres."""
 
     T_base_laser: Pose2D
     T_map_odom: Pose2D = _ORIGIN
-    """Where dead reckoning begins."""
+    """Start of dead reckoning."""
     slam: Estimator | None = None
-    """Whose map is shown as it grows."""
+    """Estimator whose map is shown as it grows."""
     deskew: bool = False
-    """Whether the method mends the skew of the scans."""
+    """True where the method undoes the skew of the scans."""
     outlines: tuple[FloatArray, ...] = ()
-    """Of what the lidar can see of the true world: closed polygons (V, 2)."""
+    """Outlines of the true world that the lidar can see: closed polygons (V, 2)."""
     route: FloatArray | None = None
     """Way-points (W, 2), from the start on."""
     around: FloatArray | None = None
-    """More points (N, 2) that the eye should see."""
+    """Additional points (N, 2) that the first view should show."""
     plots: tuple[str, ...] = tuple(PLOTS)
-    """Which of the curves there are."""
+    """Names of the curves that are shown."""
+
+
+def planned_route(scenario: Scenario) -> FloatArray | None:
+    """Start and way-points of a scenario (W, 2), metres, map frame; None without way-points."""
+    start, waypoints = scenario.robot.start.pose, scenario.route.waypoints
+    return np.array([(start.x, start.y), *waypoints]) if waypoints else None

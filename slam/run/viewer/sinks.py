@@ -1,4 +1,4 @@
-"""Where chunks go: into .rrd files, or over gRPC to a viewer, which may be slow, come late, and go."""
+"""Sinks of chunks: .rrd files, or over gRPC a viewer, which may be slow, come late, and go."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from pathlib import Path
 from queue import Empty, Full, Queue
 from threading import Thread
 from time import monotonic
-from typing import Final, Protocol
+from typing import Final
 
 import rerun as rr
 
-from slam.run.viewer.address import listens
 from slam.run.viewer.blueprint import Extent, blueprint, extent_of
 from slam.run.viewer.chunks import Chunk
+from slam.run.viewer.rerun_program import is_listening
 from slam.run.viewer.scene import Scene
-from slam.run.viewer.scenery import scenery
+from slam.run.viewer.static_entities import static_entities
 
 _QUEUE: Final = 64
 """Batches that may wait for a viewer; more are dropped."""
@@ -28,29 +28,17 @@ _FAREWELL: Final = 4.0
 """... and, at the end, to take what still waits."""
 
 
-class Sink(Protocol):
-    """Takes batches of chunks."""
-
-    def send(self, chunks: Sequence[Chunk]) -> None:
-        """Take a batch."""
-        ...
-
-    def close(self) -> None:
-        """Hand on all that was taken."""
-        ...
-
-
-class FileOutlet:
+class RecordingSink:
     """Files, whole when they are closed; one that was cut off can be read up to the last batch."""
 
-    def __init__(self, paths: Sequence[Path], setting: Scene) -> None:
-        self._stream, self._plots = _stream(list(map(rr.FileSink, paths)), setting), setting.plots
+    def __init__(self, paths: Sequence[Path], scene: Scene) -> None:
+        self._stream, self._plots = _stream(list(map(rr.FileSink, paths)), scene), scene.plots
 
     def send(self, chunks: Sequence[Chunk]) -> None:
         """Write a batch."""
         _send(self._stream, chunks)
 
-    def look_at(self, extent: Extent) -> None:
+    def set_view(self, extent: Extent) -> None:
         """Let whoever opens the file see this."""
         self._stream.send_blueprint(blueprint(extent, self._plots))
 
@@ -60,15 +48,15 @@ class FileOutlet:
         self._stream.disconnect()
 
 
-class LiveOutlet:
+class ViewerSink:
     """A viewer at a gRPC address. Sending never waits: a thread of its own does.
 
     rerun blocks whoever logs when a viewer that does not read has let its buffers fill, and for five seconds when there
     is none at all; so this looks for one first, and gives it one batch at a time.
     """
 
-    def __init__(self, url: str, setting: Scene, say: Callable[[str], None]) -> None:
-        self._url, self._setting, self._say = url, setting, say
+    def __init__(self, url: str, scene: Scene, say: Callable[[str], None]) -> None:
+        self._url, self._scene, self._say = url, scene, say
         self._batches: Queue[Sequence[Chunk] | None] = Queue(_QUEUE)
         self._stream: rr.RecordingStream | None = None
         self._missed = False
@@ -104,8 +92,8 @@ class LiveOutlet:
         if monotonic() < self._look_at:
             return
         self._look_at = monotonic() + _RETRY
-        if listens(self._url):
-            self._stream = _stream([rr.GrpcSink(self._url)], self._setting)
+        if is_listening(self._url):
+            self._stream = _stream([rr.GrpcSink(self._url)], self._scene)
         elif not self._missed:
             self._missed = True
             self._say(f"no viewer at {self._url} yet; start one there with: rerun. The run goes on")
@@ -120,11 +108,11 @@ class LiveOutlet:
             self._say(f"the viewer at {self._url} does not answer any more; the run goes on")
 
 
-def _stream(sinks: Sequence[rr.FileSink | rr.GrpcSink], setting: Scene) -> rr.RecordingStream:
+def _stream(sinks: Sequence[rr.FileSink | rr.GrpcSink], scene: Scene) -> rr.RecordingStream:
     """A recording with all that stands still in it."""
     stream = rr.RecordingStream("hopslam", send_properties=False)
-    stream.set_sinks(*sinks, default_blueprint=blueprint(extent_of(setting), setting.plots))
-    for entity, archetype in scenery(setting):
+    stream.set_sinks(*sinks, default_blueprint=blueprint(extent_of(scene), scene.plots))
+    for entity, archetype in static_entities(scene):
         stream.log(entity, archetype, static=True)
     return stream
 

@@ -22,20 +22,20 @@ class Target:
 
     kind: Literal["file", "spawn", "connect", "serve"]
     path: Path = Path()
-    """Of a file."""
+    """Path of a file."""
     url: str = f"rerun+http://127.0.0.1:{GRPC_PORT}/proxy"
-    """Of a viewer to connect to."""
+    """Address of a viewer to connect to."""
     port: int = WEB_PORT
-    """Of the web page that is served; the data is served at the port after it."""
+    """Port of the web page that is served; the data is served at the port after it."""
 
 
 def parse_targets(given: str | Iterable[str]) -> list[Target]:
-    """What the options ask for, each once; InputError for what is none of the forms, or a file that cannot be."""
+    """Parse all options, each target once; InputError for another form, or a file that cannot be written."""
     return list(dict.fromkeys(map(parse_target, texts(given))))
 
 
 def parse_target(text: str) -> Target:
-    """What one option asks for; InputError for what is none of the forms, or a file that cannot be written."""
+    """Parse one option; InputError for what is none of the forms, or a file that cannot be written."""
     kind, _, value = text.partition("=")
     if text == "spawn":
         return Target("spawn")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, Self
 
 from slam.console.terminal import Terminal
 from slam.errors import InputError
-from slam.run.viewer.address import listens
+from slam.run.viewer.rerun_program import is_listening
 from slam.run.viewer.targets import GRPC_PORT, Target, parse_targets
 
 if TYPE_CHECKING:
@@ -25,18 +25,18 @@ NO_DISPLAY: Final = (
 )
 
 _QUIET: Final = "warn,re_grpc_client=off,re_sdk::recording_stream=off"
-"""That a viewer has gone is told by us, in one line."""
+"""Log levels of rerun: this program itself says, in one line, that a viewer has gone."""
 
 
 class Viewers:
-    """What ``--rerun`` asks for. Leaving the block ends the servers; a viewer's window stays."""
+    """Everything that ``--rerun`` asks for. Leaving the block ends the servers; a viewer's window stays."""
 
     def __init__(self, targets: str | Iterable[str] = (), console: Terminal | None = None) -> None:
         self._targets = parse_targets(targets)
         self._console = console or Terminal(quiet=True)
         self._servers: list[tuple[str, subprocess.Popen[bytes]]] = []
 
-    def open(self, setting: Scene, folder: Path | None = None) -> Broadcast | None:
+    def open(self, scene: Scene, folder: Path | None = None) -> Broadcast | None:
         """Start them; None without a target. With a file, one is also made in the folder of the run."""
         if not self._targets:
             return None
@@ -47,7 +47,7 @@ class Viewers:
         if files and folder is not None:
             files.append((folder / "run.rrd").resolve())
         urls = list(dict.fromkeys(url for target in self._targets if (url := self._url(target))))
-        return Broadcast(files, urls, setting, self.say)
+        return Broadcast(files, urls, scene, self.say)
 
     def open_file(self, recording: Path) -> None:
         """Show a recording that is whole."""
@@ -65,7 +65,7 @@ class Viewers:
         """Tell the user, in one line."""
         self._console.print(text)
 
-    def linger(self) -> None:
+    def serve_until_interrupted(self) -> None:
         """While a page is served, wait for Ctrl-C."""
         for address, server in self._servers:
             self.say(f"still served: {address}\nCtrl-C ends it")
@@ -73,7 +73,7 @@ class Viewers:
                 server.wait()
 
     def _url(self, target: Target) -> str | None:
-        """Of the viewer to send to, after it was started; None for a file, and where there cannot be one."""
+        """Address of the viewer to send to, after it was started; None for a file, and where there cannot be one."""
         if target.kind == "file":
             return None
         if target.kind == "spawn":
@@ -81,10 +81,10 @@ class Viewers:
         return self._served(target.port) if target.kind == "serve" else target.url
 
     def _spawned(self, *files: Path) -> str | None:
-        from slam.run.viewer.programs import data_address, has_display, spawn_viewer
+        from slam.run.viewer.rerun_program import data_address, has_display, spawn_viewer
 
         url = data_address(GRPC_PORT)
-        if not files and listens(url):
+        if not files and is_listening(url):
             return url
         if not has_display():
             self.say(NO_DISPLAY)
@@ -93,7 +93,7 @@ class Viewers:
         return url
 
     def _served(self, port: int, *files: Path) -> str:
-        from slam.run.viewer.programs import data_address, page_address, serve_page
+        from slam.run.viewer.rerun_program import data_address, page_address, serve_page
 
         self._servers.append((page_address(port), serve_page(port, *files)))
         self.say(f"viewer: {page_address(port)}")
@@ -107,7 +107,7 @@ class Viewers:
     def _sent(self, recording: Path, url: str) -> None:
         from slam.run.viewer.sinks import send_file
 
-        if not listens(url):
+        if not is_listening(url):
             raise InputError(f"--rerun connect: no viewer at {url}; start one there with: rerun")
         send_file(recording, url)
         self.say(f"sent to {url}")

@@ -10,27 +10,26 @@ import numpy as np
 from slam.errors import InputError
 from slam.pose import FloatArray
 from slam.scenario.validation_message import hint
-from slam.sweep.row import Row
-from slam.sweep.store import SweepStore
+from slam.sweep.config import MODES
+from slam.sweep.result_rows import Row
+from slam.sweep.result_store import ResultStore
 
-_MODES: Final = ("hopslam", "paper", "dead_reckoning")
-"""In this order they are shown; the first one there is what the others are compared with."""
-_FALLBACKS: Final = ("ate_rmse_m", "wall.slam_ms_median")
-"""What is looked at where nothing is asked for: the first of which there is a value."""
+_DEFAULT_METRICS: Final = ("ate_rmse_m", "wall.slam_ms_median")
+"""Metrics reported where none is asked for: the first of which there is a value."""
 
 
 @dataclass(eq=False)
-class Group:
-    """All runs of one case that came to an end, and how many did not."""
+class RunGroup:
+    """Runs of one case: those that came to an end, and failures."""
 
     name: str
     mode: str
     grid: dict[str, Any]
     seeds: list[int] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
-    """Of the metric, run by run."""
+    """Metric, run by run."""
     curves: list[tuple[float, list[float]]] = field(default_factory=list)
-    """Metres driven, and the error on the way, of the runs of which it is known."""
+    """Metres driven, and the error along the way, of the runs of which it is known."""
     drawn: list[dict[str, float]] = field(default_factory=list)
     """The settings that were drawn, run by run."""
     commands: list[tuple[str, str]] = field(default_factory=list)
@@ -42,12 +41,12 @@ class Group:
 
     @property
     def label(self) -> str:
-        """Within its scenario."""
+        """Name within its scenario."""
         return ", ".join([self.mode, *(f"{key.rpartition('.')[2]}={value}" for key, value in self.grid.items())])
 
     @property
     def whole_label(self) -> str:
-        """With its scenario."""
+        """Name with its scenario."""
         return f"{self.name}: {self.label}"
 
     @property
@@ -56,7 +55,7 @@ class Group:
         return np.array(self.values, float)
 
     def add(self, row: Row, metric: str) -> None:
-        """Take note of one row."""
+        """Add a run by its row."""
         self.runs += 1
         if row["status"] != "done":
             self.failures.append((row["id"], row["error"] or "", row["command"]))
@@ -72,15 +71,15 @@ class Group:
             self.curves.append((row["path_m"], row["error_m"]))
 
 
-def pick_metric(store: SweepStore, asked: str | None) -> str:
-    """The column that is looked at; InputError where it holds no numbers."""
+def pick_metric(store: ResultStore, asked: str | None) -> str:
+    """Choose the column that is reported; InputError where it holds no numbers."""
     numbers = {
         key: None
         for row in store.rows()
         for key, value in row.items()
         if isinstance(value, int | float) and not key.startswith(("set.", "drawn."))
     }
-    found = next((name for name in ([asked] if asked else _FALLBACKS) if name in numbers), None)
+    found = next((name for name in ([asked] if asked else _DEFAULT_METRICS) if name in numbers), None)
     if found is None:
         known = list(numbers)
         raise InputError(
@@ -89,24 +88,24 @@ def pick_metric(store: SweepStore, asked: str | None) -> str:
     return found
 
 
-def grouped(store: SweepStore, metric: str) -> list[Group]:
-    """The cases in the order of name, mode and settings."""
-    groups: dict[tuple[Any, ...], Group] = {}
+def group_runs(store: ResultStore, metric: str) -> list[RunGroup]:
+    """Cases in the order of name, mode and settings; the first of a name is what the others are compared with."""
+    groups: dict[tuple[Any, ...], RunGroup] = {}
     for row in store.rows():
         grid = _prefixed(row, "set.")
         key = (row["name"], row["mode"], *grid.items())
-        groups.setdefault(key, Group(row["name"], row["mode"], grid)).add(row, metric)
+        groups.setdefault(key, RunGroup(row["name"], row["mode"], grid)).add(row, metric)
     return sorted(groups.values(), key=_order)
 
 
-def by_name(groups: list[Group]) -> dict[str, list[Group]]:
-    """The cases of each scenario or log."""
+def group_by_name(groups: list[RunGroup]) -> dict[str, list[RunGroup]]:
+    """Cases of each scenario or log."""
     names = dict.fromkeys(group.name for group in groups)
     return {name: [group for group in groups if group.name == name] for name in names}
 
 
-def _order(group: Group) -> tuple[Any, ...]:
-    place = _MODES.index(group.mode) if group.mode in _MODES else len(_MODES)
+def _order(group: RunGroup) -> tuple[Any, ...]:
+    place = MODES.index(group.mode) if group.mode in MODES else len(MODES)
     return group.name, place, [(isinstance(value, str), value) for value in group.grid.values()]
 
 

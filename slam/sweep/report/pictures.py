@@ -1,4 +1,4 @@
-"""The pictures of a sweep's report."""
+"""Pictures of a sweep's report."""
 
 from __future__ import annotations
 
@@ -10,41 +10,40 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from slam.files.figure_file import save_figure
-from slam.files.palette import PAPER
-from slam.files.whole_files import whole_file
+from slam.files.atomic_files import atomic_file
 from slam.pose import FloatArray
-from slam.sweep.report.groups import Group, by_name
+from slam.run.pictures.figure_style import PAPER, save_figure
+from slam.sweep.report.groups import RunGroup, group_by_name
 
-_MODES: Final = ("hopslam", "dead_reckoning", "paper")
-"""Each has the look of this place, so that the first two have the colours that they have elsewhere."""
+_MODE_STYLES: Final = ("hopslam", "dead_reckoning", "paper")
+"""Modes in the order of the palette, so that the first two have the colours that they have elsewhere."""
 _MARKERS: Final = "osD^vPX"
-_WIDE: Final = 20.0
-"""With the largest value so many times the smallest, the scale is logarithmic."""
+_LOG_SCALE_RATIO: Final = 20.0
+"""Ratio of the largest to the smallest value beyond which the scale is logarithmic."""
 
 
-def draw_boxes(path: Path, groups: list[Group], metric: str) -> None:
-    """A panel a scenario: for each case the quartiles, whiskers to 5 and 95 %, and the runs outside them."""
-    figure, panels = _panels(by_name(groups), metric)
-    for axes, members in zip(panels, by_name(groups).values(), strict=True):
+def draw_boxes(path: Path, groups: list[RunGroup], metric: str) -> None:
+    """Draw a panel a scenario: for each case the quartiles, whiskers to 5 and 95 %, and the runs outside them."""
+    figure, panels = _panels(group_by_name(groups), metric)
+    for axes, members in zip(panels, group_by_name(groups).values(), strict=True):
         shown = [group for group in members if group.values]
         boxes = axes.boxplot(
             [group.values for group in shown], whis=(5, 95), widths=0.6, patch_artist=True,
             medianprops={"color": "black"}, flierprops={"marker": ".", "markersize": 4},
         )  # fmt: skip
-        for box, (colour, _) in zip(boxes["boxes"], _looks(shown), strict=True):
+        for box, (colour, _) in zip(boxes["boxes"], _styles(shown), strict=True):
             box.set(facecolor=colour, alpha=0.5)
         axes.set_xticks(range(1, len(shown) + 1), [group.label.replace(", ", "\n") for group in shown])
         _scale(axes, np.concatenate([np.empty(0), *(group.array for group in shown)]))
     _save(figure, path)
 
 
-def draw_bands(path: Path, groups: list[Group]) -> None:
-    """A panel a scenario: the error over the distance driven, median of the runs and 5 to 95 % of them."""
-    known = {name: shown for name, members in by_name(groups).items() if (shown := [g for g in members if g.curves])}
+def draw_bands(path: Path, groups: list[RunGroup]) -> None:
+    """Draw a panel a scenario: the error over the distance driven, median of the runs and 5 to 95 % of them."""
+    known = group_by_name([group for group in groups if group.curves])
     figure, panels = _panels(known, "error [m]")
     for axes, members in zip(panels, known.values(), strict=True):
-        for group, (colour, dash) in zip(members, _looks(members), strict=True):
+        for group, (colour, dash) in zip(members, _styles(members), strict=True):
             distance, (low, middle, high) = _band(group.curves)
             axes.fill_between(distance, low, high, color=colour, alpha=0.2, linewidth=0)
             axes.plot(distance, middle, dash, color=colour, label=group.label)
@@ -53,12 +52,12 @@ def draw_bands(path: Path, groups: list[Group]) -> None:
     _save(figure, path)
 
 
-def draw_samples(path: Path, groups: list[Group], metric: str) -> None:
-    """A panel a drawn setting: the metric of every run over its value."""
+def draw_samples(path: Path, groups: list[RunGroup], metric: str) -> None:
+    """Draw a panel a drawn setting: the metric of every run over its value."""
     keys = sorted({key for group in groups for drawn in group.drawn for key in drawn})
     figure, panels = _panels(keys, metric)
     for axes, key in zip(panels, keys, strict=True):
-        for number, (group, (colour, _)) in enumerate(zip(groups, _looks(groups), strict=True)):
+        for number, (group, (colour, _)) in enumerate(zip(groups, _styles(groups), strict=True)):
             axes.plot(
                 [drawn.get(key, np.nan) for drawn in group.drawn], group.values, _MARKERS[number % len(_MARKERS)],
                 color=colour, alpha=0.6, markersize=3.5, label=f"{group.name}, {group.label}",
@@ -78,11 +77,11 @@ def _panels(titles: Any, y_label: str) -> tuple[Figure, Sequence[Axes]]:
     return figure, panels
 
 
-def _looks(groups: list[Group]) -> list[tuple[str, str]]:
+def _styles(groups: list[RunGroup]) -> list[tuple[str, str]]:
     """Colour and line style of each case: those of its mode, where the modes tell the cases apart."""
     modes = [group.mode for group in groups]
-    if len(set(modes)) == len(modes) and set(modes) <= set(_MODES):
-        return [PAPER.curve(_MODES.index(mode)) for mode in modes]
+    if len(set(modes)) == len(modes) and set(modes) <= set(_MODE_STYLES):
+        return [PAPER.curve(_MODE_STYLES.index(mode)) for mode in modes]
     return [PAPER.curve(index) for index in range(len(groups))]
 
 
@@ -94,11 +93,11 @@ def _band(curves: list[tuple[float, list[float]]]) -> tuple[FloatArray, FloatArr
 
 
 def _scale(axes: Axes, values: FloatArray) -> None:
-    if len(values) and values.min() > 0 and values.max() > _WIDE * values.min():
+    if len(values) and values.min() > 0 and values.max() > _LOG_SCALE_RATIO * values.min():
         axes.set_yscale("log")
     axes.grid(axis="y", color="0.9")
 
 
 def _save(figure: Figure, path: Path) -> None:
-    with whole_file(path) as draft:
+    with atomic_file(path) as draft:
         save_figure(figure, draft, format="png")

@@ -1,12 +1,14 @@
-"""``report.html`` and its pictures."""
+"""Report of a sweep: ``report.html``, its tables and pictures, and the runs to look at first."""
 
 from __future__ import annotations
 
 import base64
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from shlex import quote
+from typing import Final
 
 import yaml
 from jinja2 import Environment
@@ -14,54 +16,83 @@ from jinja2 import Environment
 from slam.console.result_table import ResultTable
 from slam.errors import InputError
 from slam.sweep.folder import Folder
-from slam.sweep.lock import Lock
-from slam.sweep.report.groups import Group, grouped, pick_metric
+from slam.sweep.lock import SweepLock
+from slam.sweep.report.groups import RunGroup, group_runs, pick_metric
 from slam.sweep.report.pictures import draw_bands, draw_boxes, draw_samples
 from slam.sweep.report.tables import tables
-from slam.sweep.report.worst import NamedRun, failed_runs, worst_runs
-from slam.sweep.store import RESULTS, SweepStore
+from slam.sweep.result_store import RESULTS, ResultStore
 from slam.sweep.sweep import CONFIG
 
-_FOLDER = "report"
+_FOLDER: Final = "report"
+_MOST: Final = 10
+"""Runs that are named, at most."""
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
-    """What was made."""
+class NotableRun:
+    """Run to look at, and why."""
+
+    id: str
+    case: str
+    reason: str
+    command: str
+
+
+@dataclass(frozen=True, slots=True)
+class SweepReport:
+    """Report of a sweep, and where its page is."""
 
     page: str
-    """Where ``report.html`` is."""
+    """Path or URL of ``report.html``."""
     tables: list[ResultTable]
-    worst: list[NamedRun]
-    failed: list[NamedRun]
+    worst: list[NotableRun]
+    failed: list[NotableRun]
 
 
-def write_report(out: str, metric: str | None = None) -> Report:
-    """Tables, pictures and one page, from the results in ``out``, into its folder ``report``.
+def write_report(out: str, metric: str | None = None) -> SweepReport:
+    """Write tables, pictures and one page, from the results in ``out``, into its folder ``report``.
 
     InputError where there are none, or none has that metric. A sweep that runs is reported as far as it is.
     """
     folder = Folder(out)
     if (config := folder.read(CONFIG)) is None:
         raise InputError(f"{out}: no sweep there; run: hopslam sweep SCENARIO --out {quote(out)}")
-    store = SweepStore(folder)
-    with suppress(InputError), Lock(folder):  # held by a driver at work, which does this itself
+    store = ResultStore(folder)
+    with suppress(InputError), SweepLock(folder):  # held by a driver at work, which does this itself
         store.compact()
     metric = pick_metric(store, metric)
-    groups = grouped(store, metric)
+    groups = group_runs(store, metric)
     page = f"{(folder / _FOLDER).address}/report.html"
-    report = Report(page, tables(groups, metric), worst_runs(groups, metric), failed_runs(groups))
+    report = SweepReport(page, tables(groups, metric), worst_runs(groups, metric), failed_runs(groups))
     with folder.draft() as draft:
         here = draft / _FOLDER
         here.mkdir()
         pictures = _pictures(here, groups, metric)
         (here / "report.html").write_text(_page(report, pictures, config, folder), encoding="utf-8")
-        folder.take_in(here, _FOLDER)
+        folder.move_in(here, _FOLDER)
     return report
 
 
-def _pictures(here: Path, groups: list[Group], metric: str) -> list[Path]:
-    """Those for which there is something to draw."""
+def worst_runs(groups: list[RunGroup], metric: str) -> list[NotableRun]:
+    """Runs with the largest values, over all cases, the largest first."""
+    runs = [
+        (value, NotableRun(run, f"{group.whole_label}, seed {seed}", f"{metric} {value:.3g}", command))
+        for group in groups
+        for value, seed, (run, command) in zip(group.values, group.seeds, group.commands, strict=True)
+    ]
+    return [run for _, run in sorted(runs, key=lambda run: -run[0])[:_MOST]]
+
+
+def failed_runs(groups: list[RunGroup]) -> list[NotableRun]:
+    """Runs without a result, with their errors."""
+    runs = (
+        NotableRun(run, group.whole_label, error, command) for group in groups for run, error, command in group.failures
+    )
+    return list(islice(runs, _MOST))
+
+
+def _pictures(here: Path, groups: list[RunGroup], metric: str) -> list[Path]:
+    """Draw the pictures for which there are data."""
     boxes, bands, samples = (here / f"{name}.png" for name in ("boxes", "bands", "samples"))
     draw_boxes(boxes, groups, metric)
     if any(group.curves for group in groups):
@@ -71,8 +102,8 @@ def _pictures(here: Path, groups: list[Group], metric: str) -> list[Path]:
     return [path for path in (boxes, bands, samples) if path.is_file()]
 
 
-def _page(report: Report, pictures: list[Path], config: str, folder: Folder) -> str:
-    """One file that needs no other."""
+def _page(report: SweepReport, pictures: list[Path], config: str, folder: Folder) -> str:
+    """Render the page: one file that needs no other."""
     template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(
         Path(__file__).with_name("page.html").read_text(encoding="utf-8")
     )

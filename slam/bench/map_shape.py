@@ -1,0 +1,161 @@
+"""Quality of a map without any truth: crisp walls, walls in line with their building, loops that meet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from typing import Final, NamedTuple
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from slam.bench.log_runs import LogRun
+from slam.console.result_table import ResultTable
+from slam.deskew import deskewed
+from slam.files.logs import Log
+from slam.pose import FloatArray, Pose2D
+
+CELL: Final = 0.05
+"""Metres: cells that are counted for the crispness; of the points in one, a single one is fitted."""
+LONG_WALL: Final = 2.0
+"""Metres of a wall whose direction is told, at least."""
+LOOPS: Final = {"duke_loop5": (50, 73)}
+"""Logs that return to their start, and how many scans at the beginning and at the end show the same place."""
+LOOP_REACH: Final = 8.0
+"""Metres up to which these scans are compared."""
+LOOP_NEAR: Final = 0.075
+"""Metres within which a point of the last scans agrees with the first ones."""
+LOOP_STEPS: Final = ((1.0, 0.10, np.radians(6.0), np.radians(1.0)), (0.10, 0.025, np.radians(1.0), np.radians(0.25)))
+"""Half window and step of the search, in metres and in radians; the second about the best of the first."""
+
+
+class LoopGap(NamedTuple):
+    """Motion that lays the last points of a loop onto the first ones."""
+
+    along: float
+    """Metres in the direction of ``heading`` ..."""
+    across: float
+    """... and to its left."""
+    turn: float
+    """Radians, about the mean of the last points."""
+    agreement: float
+    """Share of the last points that then lie near the first."""
+    before: float
+    """Share of the last points that lay near the first before they were moved."""
+
+
+def shape_table(found: Sequence[tuple[str, LogRun]]) -> ResultTable:
+    """Table of the maps' shapes, a row a log."""
+    columns = (
+        "log", f"walls of\n{LONG_WALL:g} m", "off axes\nrms, deg", "most\ndeg", "open along\nm", "across\nm",
+        "heading\ndeg", "agree", "unmoved",
+    )  # fmt: skip
+    notes = (
+        "Off axes: the directions of the walls, modulo 90 deg, about their mean, weighed by length; a building with "
+        "walls at other angles has more. Open: what lays the last scans onto the first, along and across the first "
+        "heading; the share of their points, one a 5 cm cell, that then agree, and that did before."
+    )
+    return ResultTable("Shapes", columns, [(name, *_walls(run.walls), *_loop(run)) for name, run in found], notes)
+
+
+def crispness(log: Log, poses: FloatArray, cut: int, reach: float, deskew: bool) -> float:
+    """Count occupied cells of 5 cm for every 1000 points, every scan drawn at its pose, deskewed or as it was taken.
+
+    The first and last ``cut`` beams and ranges of ``reach`` metres and more are left out.
+    """
+    drawn = np.concatenate([end_points(log, k, poses[k], cut, reach, deskew) for k in range(len(log))])
+    return 1000.0 * len(np.unique(drawn // CELL, axis=0)) / max(len(drawn), 1)
+
+
+def end_points(log: Log, index: int, pose: FloatArray, cut: int, reach: float, deskew: bool) -> FloatArray:
+    """End points of the beams of one scan, (M, 2), metres in the frame of the poses of the base."""
+    scan = log.scan(index)
+    if deskew:
+        scan = deskewed(scan, log.odometry(index).twist, log.T_base_laser)
+    used = np.isfinite(scan.ranges) & (scan.ranges > 0.0) & (scan.ranges < reach)
+    used[:cut] = used[len(used) - cut :] = False
+    r, bearings = scan.ranges[used], scan.bearings[used]
+    T_map_laser = Pose2D(*pose.tolist()) @ log.T_base_laser
+    return T_map_laser.transform(np.column_stack([r * np.cos(bearings), r * np.sin(bearings)]))
+
+
+def off_axes(walls: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Angle of each wall (M, 2, 2) from the common directions of all, modulo a right angle, and its length, (M,) each.
+
+    Radians and metres.
+    """
+    way = walls[:, 1] - walls[:, 0]
+    lengths, fourfold = np.hypot(*way.T), np.exp(4j * np.arctan2(way[:, 1], way[:, 0]))
+    return np.angle(fourfold / np.sum(lengths * fourfold)) / 4.0, lengths
+
+
+def loop_gap(first: FloatArray, last: FloatArray, heading: float) -> LoopGap:
+    """Fit the points ``last`` (M, 2) to ``first`` (N, 2), metres, along and across ``heading``, radians."""
+    c, s = np.cos(heading), np.sin(heading)
+    turned = np.array([[c, -s], [s, c]])  # from x, y to along, across, for rows
+    first, last = _thinned(first @ turned), _thinned(last @ turned)
+    near, corner = _picture(first)
+    middle, best = last.mean(axis=0), np.zeros(3)
+    for reach, step, reach_turn, step_turn in LOOP_STEPS:
+        best = max(
+            _around(best, reach, step, reach_turn, step_turn), key=lambda t: _share(near, corner, last, middle, t)
+        )
+    agreement, before = (_share(near, corner, last, middle, moved) for moved in (best, np.zeros(3)))
+    return LoopGap(float(best[0]), float(best[1]), float(best[2]), agreement, before)
+
+
+def _walls(walls: FloatArray) -> tuple[str, str, str]:
+    long = walls[np.hypot(*(walls[:, 1] - walls[:, 0]).T) >= LONG_WALL]
+    if not len(long):
+        return "0", "", ""
+    angles, lengths = off_axes(long)
+    spread = np.sqrt(np.average(angles**2, weights=lengths))
+    return str(len(long)), f"{np.degrees(spread):.2f}", f"{np.degrees(np.abs(angles).max()):.1f}"
+
+
+def _loop(run: LogRun) -> tuple[str, ...]:
+    if run.name not in LOOPS:
+        return ("",) * 5
+    begin, end = LOOPS[run.name]
+    count = len(run.poses)
+    gap = loop_gap(_seen(run, range(begin)), _seen(run, range(count - end, count)), float(run.poses[0, 2]))
+    return (
+        f"{gap.along:.2f}", f"{gap.across:.2f}", f"{np.degrees(gap.turn):.2f}", f"{gap.agreement:.2f}",
+        f"{gap.before:.2f}",
+    )  # fmt: skip
+
+
+def _seen(run: LogRun, scans: Sequence[int]) -> FloatArray:
+    deskew = run.log.time_increment > 0.0
+    return np.concatenate([end_points(run.log, k, run.poses[k], 0, LOOP_REACH, deskew) for k in scans])
+
+
+def _thinned(points: FloatArray) -> FloatArray:
+    return (np.unique(np.floor(points / CELL), axis=0) + 0.5) * CELL
+
+
+def _picture(points: FloatArray) -> tuple[np.ndarray, FloatArray]:
+    """Which cells, half as wide as CELL, are near a point, and the lower corner of the first of them."""
+    margin = 4
+    corner = points.min(axis=0) - 0.5 * CELL * margin
+    index = np.floor((points - corner) / (0.5 * CELL)).astype(int)
+    empty = np.ones(index.max(axis=0) + margin + 1, np.bool_)
+    empty[tuple(index.T)] = False
+    return distance_transform_edt(empty) * 0.5 * CELL <= LOOP_NEAR, corner
+
+
+def _around(best: FloatArray, reach: float, step: float, reach_turn: float, step_turn: float) -> list[FloatArray]:
+    """The steps of a window, nearest first, so that of equals the least is taken."""
+    places = np.arange(-round(reach / step), round(reach / step) + 1) * step
+    turns = np.arange(-round(reach_turn / step_turn), round(reach_turn / step_turn) + 1) * step_turn
+    window = np.array(list(product(places, places, turns)))
+    return list(best + window[np.argsort(np.abs(window) @ np.ones(3), kind="stable")])
+
+
+def _share(near: np.ndarray, corner: FloatArray, last: FloatArray, middle: FloatArray, moved: FloatArray) -> float:
+    """Share of the last points that lie near the first ones when they are moved so (3,)."""
+    c, s = np.cos(moved[2]), np.sin(moved[2])
+    points = (last - middle) @ np.array([[c, s], [-s, c]]) + middle + moved[:2]
+    index = np.floor((points - corner) / (0.5 * CELL)).astype(int)
+    inside = np.all((index >= 0) & (index < near.shape), axis=1)
+    return float(near[tuple(index[inside].T)].sum() / len(last))

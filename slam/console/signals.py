@@ -1,0 +1,45 @@
+"""Signals by which somebody ends a program, or suspends it."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, contextmanager
+from types import FrameType
+from typing import Final
+
+ENDING_SIGNALS: Final = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)
+)
+"""Ctrl-C, ``kill``, a terminal that was closed, and Ctrl-Backslash, as far as this system has them."""
+_HANG_UP: Final = getattr(signal, "SIGHUP", None)
+
+
+_suspensions = 0
+
+
+@contextmanager
+def signal_handler(handler: Callable[[int, FrameType | None], object], numbers: Iterable[int]) -> Iterator[None]:
+    """Handle these signals while the block runs; only the main thread can.
+
+    The signal of a closed terminal is left alone in a program that was started with nohup.
+    """
+    with ExitStack() as before:
+        if threading.current_thread() is threading.main_thread():
+            for number in numbers:
+                if number != _HANG_UP or signal.getsignal(number) is not signal.SIG_IGN:
+                    before.callback(signal.signal, number, signal.signal(number, handler))
+        yield
+
+
+def count_suspensions() -> int:
+    """Suspensions since the first call, which begins to count; only in the main thread can it."""
+    if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGCONT) is signal.SIG_DFL:
+        signal.signal(signal.SIGCONT, _count_suspension)
+    return _suspensions
+
+
+def _count_suspension(_number: int, _: FrameType | None) -> None:
+    global _suspensions
+    _suspensions += 1

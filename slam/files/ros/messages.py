@@ -1,0 +1,62 @@
+"""Messages of a bag in whatever container, and the topics and message types of ROS."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+if TYPE_CHECKING:
+    from rosbags.typesys.store import Typestore
+
+SCAN: Final = "/scan"
+ODOM: Final = "/odom"
+TF: Final = "/tf"
+TF_STATIC: Final = "/tf_static"
+GROUND_TRUTH: Final = "/ground_truth"
+
+LASER_SCAN: Final = "sensor_msgs/msg/LaserScan"
+ODOMETRY: Final = "nav_msgs/msg/Odometry"
+TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
+POSE: Final = "geometry_msgs/msg/PoseStamped"
+
+TYPES: Final = {SCAN: LASER_SCAN, ODOM: ODOMETRY, TF: TRANSFORMS, TF_STATIC: TRANSFORMS, GROUND_TRUTH: POSE}
+"""Message type on each topic of a run."""
+
+
+class RawMessage(NamedTuple):
+    """One message, not yet decoded."""
+
+    topic: str
+    type: str
+    """Type as ROS 2 writes it, such as ``sensor_msgs/msg/LaserScan``; that of ROS 1 is brought to this form."""
+    encoding: str
+    """``cdr`` or ``ros1``."""
+    data: bytes
+    time: int
+    """When it was logged, nanoseconds."""
+
+
+def ros2_type(name: str) -> str:
+    """``package/msg/Name`` of the ``package/Name`` of ROS 1; the older name of TFMessage is brought to the newer."""
+    if name == "tf/tfMessage":
+        return "tf2_msgs/msg/TFMessage"
+    package, _, rest = name.partition("/")
+    return name if "/" in rest or not rest else f"{package}/msg/{rest}"
+
+
+@cache
+def ros2_types() -> Typestore:
+    """Message types of ROS 2 Humble; those used here are the same in every later one."""
+    from rosbags.typesys import Stores, get_typestore  # late: it takes long to load, and only bags need it
+
+    return get_typestore(Stores.ROS2_HUMBLE)
+
+
+@cache
+def ros1_types() -> Typestore:
+    """Message types of ROS 1 Noetic, and its transforms, which rosbags leaves out."""
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS))
+    return store

@@ -1,0 +1,109 @@
+"""Experiments set up: on a robot or a recorded log, from scratch or in a saved map."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+from slam.errors import ScenarioError
+from slam.files.logs import BagTopics, read_log
+from slam.files.maps.file import read_map
+from slam.line_localizer import LineLocalizer
+from slam.localize_then_map import LocalizeThenMap
+from slam.odometry import Twist2D
+from slam.run.backends import make_robot
+from slam.run.estimator import make_estimator
+from slam.run.experiment import Experiment
+from slam.run.pilots import LocalizeThenDrive, ReplayPilot, Wanderer, WaypointPilot
+from slam.run.results.metrics import measure_localization
+from slam.run.robot_env import RobotEnv
+from slam.saved_slam import relocate
+from slam.scenario.schema import Scenario
+
+
+def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: bool) -> Experiment:
+    """Set up a robot of this back end to drive the scenario's route on the pose that the method estimates.
+
+    ``options`` are the back end's own. Only the simulated robot needs the scenario's world.
+    """
+    if backend == "sim" and not scenario.world.prisms():
+        raise ScenarioError(f"{scenario.name}: nothing to see: the world is empty; a log is run by hopslam replay LOG")
+    start, lidar = scenario.robot.start.pose, scenario.lidar
+    return Experiment(
+        scenario=scenario,
+        env=RobotEnv(
+            lambda seed: make_robot(backend, scenario, seed=seed, **options),
+            lidar.description.lidar,
+            Twist2D(scenario.robot.limits.linear, scenario.robot.limits.angular),
+        ),
+        slam=make_estimator(scenario.slam, lidar.mount.pose, start, scenario.seed),
+        pilot=WaypointPilot(scenario.route, start),
+        seed=scenario.seed,
+        outlines=scenario.world.outlines(lidar.height),
+        duration=scenario.duration,
+        notes={} if backend == "sim" else {"backend": backend, "dry_run": options.get("dry_run", False)},
+    )
+
+
+def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None = None) -> Experiment:
+    """Set up a recorded log to run through the method as the scenario sets it; its world and robot are not used.
+
+    The robot begins where the log says it is in the map, or at the origin; without odometry in the log, none is used.
+    """
+    log = read_log(path, topics)
+    name = re.sub(r"[^A-Za-z0-9._ -]", "-", path.resolve().name.lstrip(".")).split(".")[0] or "log"
+    slam = (
+        scenario.slam
+        if log.has_odometry
+        else scenario.slam.model_copy(update={"odometry": False, "update_distance": 0.0})
+    )
+    scenario = Scenario(name=name, description=f"replay of {path.name}", slam=slam, seed=scenario.seed)
+    return Experiment(
+        scenario=scenario,
+        env=RobotEnv(lambda seed: make_robot("replay", log), log.lidar, Twist2D(10.0, 10.0)),
+        slam=make_estimator(scenario.slam, log.T_base_laser, log.start, scenario.seed),
+        pilot=ReplayPilot(len(log)),
+        seed=scenario.seed,
+        notes={"log": str(path), "log_report": log.report},
+    )
+
+
+def continue_mapping(experiment: Experiment, path: Path, start: Literal["given", "saved", "search"]) -> Experiment:
+    """Let the experiment go on mapping in the map of this file.
+
+    The robot is where the experiment has it (``given``), where it was when the map was saved (``saved``), or must find
+    its place first (``search``), for which a simulated robot wanders. InputError for a map that cannot be used.
+    """
+    config, mount = experiment.scenario.slam, experiment.slam.T_base_laser
+    saved = read_map(path, config)
+    experiment = replace(experiment, notes=experiment.notes | {"map": str(path), "start": start})
+    if start == "search":
+        continuation = LocalizeThenMap(config, mount, saved)
+        return _searching(replace(experiment, slam=continuation), lambda: continuation.slam is not None)
+    place = saved.T_map_base if start == "saved" else experiment.slam.T_map_base
+    return replace(experiment, slam=relocate(config, mount, saved, place))
+
+
+def localize_in_map(experiment: Experiment, path: Path) -> Experiment:
+    """Let the experiment find its place in the map of this file, which stays as it is.
+
+    A simulated robot wanders until it is sure, and then drives its route, or wanders on where it has none. InputError
+    for a map that cannot be used.
+    """
+    config = experiment.scenario.slam
+    localizer = LineLocalizer(config, experiment.slam.T_base_laser, read_map(path, config).memory.map)
+    notes = experiment.notes | {"map": str(path)}
+    localizing = replace(experiment, slam=localizer, notes=notes, measures=measure_localization)
+    return _searching(localizing, lambda: localizer.sure)
+
+
+def _searching(experiment: Experiment, known: Callable[[], bool]) -> Experiment:
+    """Let a robot that can be driven wander while its place is not known."""
+    if isinstance(experiment.pilot, ReplayPilot):
+        return experiment
+    then = experiment.pilot if experiment.scenario.route.waypoints else Wanderer()
+    start = experiment.scenario.robot.start.pose
+    return replace(experiment, pilot=LocalizeThenDrive(known, then), T_map_odom=start)

@@ -1,0 +1,42 @@
+"""The trajectory of a run as TUM text, and all that is known of every scan as one CSV table."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from slam.files.atomic_files import write_atomic
+from slam.files.tum import format_tum
+from slam.pose import FloatArray, Pose2D
+from slam.run.results.run_record import RunRecord
+
+
+def write_tum(record: RunRecord, out: Path) -> None:
+    """Write one line a scan: ``stamp x y z qx qy qz qw``, map frame."""
+    rows = zip(record.traces.stamps.tolist(), record.traces.estimate.tolist(), strict=True)
+    write_atomic(out, "".join(format_tum(stamp, Pose2D(*pose)) + "\n" for stamp, pose in rows))
+
+
+def write_csv(record: RunRecord, out: Path) -> None:
+    """Write the columns stamp, x, y, theta as estimated, as dead reckoning and, where known, as true; then those of
+    ``steps.csv``. Metres, radians, seconds, map frame."""
+    traces, names = record.traces, list(record.traces.steps.dtype.names or ())[1:]
+    columns = [traces.stamps[:, None], *(poses for _, poses in _trajectories(record))]
+    table = np.hstack([*columns, np.column_stack([traces.steps[name] for name in names])])
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["stamp", *(p + c for p, _ in _trajectories(record) for c in ("x", "y", "theta")), *names])
+    writer.writerows([["" if np.isnan(value) else f"{value:.10g}" for value in row] for row in table])
+    write_atomic(out, text.getvalue())
+
+
+def _trajectories(record: RunRecord) -> Iterator[tuple[str, FloatArray]]:
+    """Prefix of the columns, and poses (K, 3)."""
+    yield "", record.traces.estimate
+    yield "odometry_", record.traces.odometry
+    if record.traces.truth is not None:
+        yield "truth_", record.traces.truth

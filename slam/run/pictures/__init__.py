@@ -1,0 +1,1 @@
+"""Pictures of maps, errors, scans and worlds, in one style."""

@@ -1,0 +1,148 @@
+"""``map.png``: what was mapped, from above."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+
+from slam.files.atomic_files import atomic_file
+from slam.files.tum import read_tum
+from slam.pose import FloatArray, Pose2D
+from slam.run.pictures.figure_style import PAPER, Palette, plain_axes, save_figure
+from slam.run.results.run_record import RunRecord
+from slam.scenario.prism import rectangle
+
+_MAX_POINTS: Final = 200_000
+"""More map points than this are thinned evenly for the picture: it shows no more."""
+_MANY: Final = 3000
+"""More segments than this are drawn as pixels, also where the rest is drawn as curves."""
+_MIDDLE: Final = "#7d8590"
+"""Colour of what is drawn as pixels, which no theme can change: seen on light and on dark."""
+_FEW: Final = 500
+"""More segments than this are drawn in fainter lines."""
+ROBOT: Final = rectangle((-0.045, 0.0), 0.51, 0.38, 0.0)
+"""The P3-DX, base frame, metres."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapContents:
+    """True walls, map, and trajectories that a picture of the map shows; metres, map frame."""
+
+    walls: FloatArray
+    """(M, 2, 2): start and end of each line of the map."""
+    estimate: FloatArray
+    """(K, 3) poses: x, y, heading."""
+    odometry: FloatArray
+    truth: FloatArray | None = None
+    outlines: Sequence[FloatArray] = ()
+    """(C, 2) each: the true walls."""
+    points: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
+
+    @property
+    def extent(self) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper corner: all paths and true walls, and what was mapped but for the farthest 0.2 %."""
+        ways = [way[:, :2] for way in (self.estimate, self.odometry, self.truth) if way is not None]
+        mapped = np.concatenate([self.points, self.walls.reshape(-1, 2)])
+        bulk = np.percentile(mapped, [0.1, 99.9], axis=0) if len(mapped) else np.empty((0, 2))
+        corners = np.concatenate([bulk, *ways, *self.outlines])
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        margin = 0.02 * float((high - low).max()) + 0.2
+        return low - margin, high + margin
+
+
+def contents_of(record: RunRecord) -> MapContents:
+    """Map and trajectories of a run."""
+    traces = record.traces
+    return MapContents(record.walls, traces.estimate, traces.odometry, traces.truth, record.outlines)
+
+
+def draw_contents(axes: Axes, contents: MapContents, colours: Palette) -> None:
+    """Draw all of it, with labels for a legend."""
+    low, high = contents.extent
+    axes.add_collection(
+        PolyCollection(
+            list(contents.outlines), facecolors=colours.solid, edgecolors=colours.edge, linewidths=0.4, zorder=1,
+            label="true walls" if len(contents.outlines) else "_",
+        )
+    )  # fmt: skip
+    thinned = contents.points[:: len(contents.points) // _MAX_POINTS + 1]
+    axes.plot(*thinned.T, ",", color=colours.point, alpha=0.4, zorder=2, rasterized=True)
+    strength = max(0.25, min(1.0, (_FEW / max(len(contents.walls), 1)) ** 0.5))
+    many = len(contents.walls) > _MANY
+    axes.add_collection(
+        LineCollection(
+            list(contents.walls), colors=_MIDDLE if many else colours.wall, linewidths=0.5 + 1.1 * strength,
+            alpha=0.4 + 0.6 * strength, zorder=3, capstyle="round", label="mapped lines", rasterized=many,
+        )
+    )  # fmt: skip
+    _draw_ways(axes, contents, colours)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]", aspect="equal")
+
+
+def _draw_ways(axes: Axes, contents: MapContents, colours: Palette) -> None:
+    axes.plot(*contents.odometry.T[:2], color=colours.odometry, linewidth=1.3, label="dead reckoning", zorder=4)
+    axes.plot(*contents.odometry[-1, :2], "o", color=colours.odometry, markersize=4, zorder=4)
+    axes.plot(*contents.estimate.T[:2], color=colours.slam, linewidth=2.0, label="SLAM", zorder=5)
+    if contents.truth is not None:
+        axes.plot(*contents.truth.T[:2], color=colours.truth, linewidth=0.8, dashes=(4, 3), label="truth", zorder=6)
+    robot = Pose2D(*contents.estimate[-1]).transform(ROBOT)
+    axes.fill(*robot.T, facecolor=colours.slam, alpha=0.35, linewidth=0.0, zorder=7)
+    axes.fill(*robot.T, facecolor="none", edgecolor=colours.slam, linewidth=1.2, zorder=7)
+
+
+def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outlines: Sequence[FloatArray]) -> None:
+    """Write ``map.png`` into a run folder that has at least one step.
+
+    ``points`` (N, 2), ``segment_ends`` (M, 2, 2) and the true wall ``outlines`` are in metres, map frame; the
+    trajectories are read from the folder.
+    """
+    estimate, odometry = (read_tum(folder / f"{name}.tum")[1] for name in ("trajectory", "odometry"))
+    truth_file = folder / "groundtruth.tum"
+    truth = read_tum(truth_file)[1] if truth_file.is_file() else None
+    contents = MapContents(segment_ends, estimate, odometry, truth, outlines, points)
+    with atomic_file(folder / "map.png") as draft:
+        save_figure(map_figure(contents), draft, dpi=130)
+
+
+def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float = 13.0, bare: bool = False) -> Figure:
+    """The picture; at most ``longest`` inches wide. A ``bare`` one has neither title nor legend."""
+    low, high = contents.extent
+    figure = Figure(figsize=_size(high - low, longest), layout="constrained")
+    axes = figure.add_subplot()
+    plain_axes(axes, colours)
+    draw_contents(axes, contents, colours)
+    if bare:
+        return figure
+    if contents.truth is not None:
+        axes.set_title(end_error_text(contents, contents.truth), fontsize="medium", color=colours.ink)
+    columns = max(2, round(float(figure.get_figwidth()) / 1.7))
+    figure.legend(
+        loc="outside upper center", ncols=columns, fontsize="small", frameon=False, labelcolor=colours.ink,
+        handlelength=1.8,
+    )  # fmt: skip
+    return figure
+
+
+def end_error_text(contents: MapContents, truth: FloatArray) -> str:
+    """Distances of the ends of both trajectories from the true one."""
+    ends = (way[min(len(way), len(truth)) - 1] for way in (contents.estimate, contents.odometry))
+    ours, off = (distance_text(float(np.hypot(*(end - truth[-1])[:2]))) for end in ends)
+    return f"SLAM ends {ours} from the truth, dead reckoning {off}"
+
+
+def distance_text(metres: float) -> str:
+    """A distance for people: 7.1 m, 3.4 cm."""
+    return f"{metres:.1f} m" if metres >= 0.995 else f"{100 * metres:.1f} cm"
+
+
+def _size(extent: FloatArray, longest: float) -> tuple[float, float]:
+    """Inches, in proportion to what is shown, with room for labels; neither side too short for the legend."""
+    width, height = extent * min(longest / extent[0], 0.7 * longest / extent[1])
+    return max(float(width), 0.5 * longest) + 0.6, max(float(height), 0.18 * longest) + 0.9

@@ -1,0 +1,32 @@
+"""A picture of one scan with its segments, in the manner of Figs. 8(d) and 15."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from slam.lines.segments import Segments
+from slam.pose import FloatArray
+from slam.run.pictures.figure_style import PAPER, save_figure
+
+
+def draw_scan(path: Path, points: FloatArray, segments: Segments, title: str) -> None:
+    """Points (N, 2), metres, sensor frame, in the colours of their segments, grey where they have none.
+
+    Three colours take turns, so that neighbours differ. A square is at the start of each segment, a circle at its end,
+    a cross where the sensor is.
+    """
+    figure = Figure(figsize=(9, 9), dpi=110, layout="constrained")
+    axes = figure.add_subplot()
+    axes.plot(*points.T, ".", color="0.75", markersize=3)
+    axes.plot(0.0, 0.0, "+", color="black", markersize=10)
+    for m in range(len(segments)):
+        colour, _ = PAPER.curve(m)
+        start, end = segments.start[m], segments.end[m]
+        axes.plot(*points[segments.first[m] : segments.last[m] + 1].T, ".", color=colour, markersize=4)
+        axes.plot([start[0], end[0]], [start[1], end[1]], color=colour, linewidth=1.2)
+        axes.plot(*start, "s", color=colour, markerfacecolor="none", markersize=8)
+        axes.plot(*end, "o", color=colour, markerfacecolor="none", markersize=8)
+    axes.set(title=title, xlabel="x [m]", ylabel="y [m]", aspect="equal")
+    save_figure(figure, path)

@@ -1,0 +1,105 @@
+"""A floor plan of a scenario's world, with what moves in it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from itertools import pairwise
+from math import cos, sin
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from slam.errors import InputError
+from slam.files.atomic_files import atomic_file
+from slam.pose import FloatArray
+from slam.run.pictures.figure_style import PAPER, save_figure
+from slam.run.pictures.map_picture import ROBOT
+from slam.scenario.people import Person
+from slam.scenario.prism import Prism
+from slam.scenario.schema import Scenario
+
+_FORMATS = (".png", ".svg", ".pdf")
+_LIGHT, _DARK = "0.82", "0.2"
+_ROUTE, _PEOPLE, _START = PAPER.slam, PAPER.odometry, PAPER.accent
+
+
+def check_picture(path: Path) -> None:
+    """Refuse, by InputError, a file that a picture cannot be written to."""
+    if path.suffix not in _FORMATS:
+        raise InputError(
+            f"{path}: a picture needs a name that ends in {', '.join(_FORMATS)}; choose another --out FILE"
+        )
+    if path.is_dir() or not os.access(path.parent, os.W_OK):
+        raise InputError(f"{path}: cannot be written there; choose another --out FILE")
+
+
+def draw_world(path: Path, scenario: Scenario) -> None:
+    """Write the plan to ``path``, whose suffix names the format; metres, map frame.
+
+    Dark is what the lidar's plane cuts, light is lower or higher than that.
+    """
+    prisms, height = scenario.world.prisms(), scenario.lidar.height
+    low, high = _extent(prisms, scenario)
+    figure = Figure(figsize=_size(high - low), dpi=120, layout="constrained")
+    axes = figure.add_subplot()
+    axes.grid(color="0.93", linewidth=0.6)
+    axes.set_axisbelow(True)
+    cut = [prism.bottom <= height <= prism.top for prism in prisms]
+    _draw_solids(axes, [p for p, seen in zip(prisms, cut, strict=True) if not seen], _LIGHT, 1.0)
+    _draw_solids(axes, [p for p, seen in zip(prisms, cut, strict=True) if seen], _DARK, 2.0)
+    for person in scenario.people:
+        _draw_person(axes, person)
+    _draw_route(axes, scenario)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), xlabel="x [m]", ylabel="y [m]", aspect="equal")
+    key = [Patch(color=_DARK, label=f"cut at {height:g} m"), Patch(color=_LIGHT, label="lower or higher")]
+    shown = [*key, *axes.get_legend_handles_labels()[0]]
+    unique = list({str(handle.get_label()): handle for handle in shown}.values())
+    figure.legend(handles=unique, loc="outside upper center", ncols=len(unique), fontsize="small", frameon=False)
+    with atomic_file(path) as draft:
+        save_figure(figure, draft)
+
+
+def _draw_solids(axes: Axes, prisms: Sequence[Prism], colour: str, zorder: float) -> None:
+    outlines = [prism.footprint for prism in prisms]
+    axes.add_collection(PolyCollection(outlines, facecolors=colour, edgecolors=colour, linewidths=0.3, zorder=zorder))
+
+
+def _draw_person(axes: Axes, person: Person) -> None:
+    """The path, and a dot at each way-point."""
+    ends = np.array([*person.waypoints, person.waypoints[0]] if person.closed else person.waypoints)
+    axes.plot(*ends.T, "--o", color=_PEOPLE, linewidth=1.0, markersize=3, label="people", zorder=3)
+
+
+def _draw_route(axes: Axes, scenario: Scenario) -> None:
+    """The way-points joined from the start pose on, with an arrow on each leg, and the robot in its true size."""
+    start = scenario.robot.start.pose
+    way = np.array([(start.x, start.y), *scenario.route.waypoints])
+    if len(way) > 1:
+        axes.plot(*way.T, ".-", color=_ROUTE, linewidth=1.2, label="route", zorder=4)
+    for a, b in pairwise(way):
+        middle = (a + b) / 2.0
+        style = {"arrowstyle": "-|>", "color": _ROUTE}
+        axes.annotate("", middle + 0.01 * (b - a), middle - 0.01 * (b - a), arrowprops=style, zorder=4)
+    axes.fill(*start.transform(ROBOT).T, color=_START, label="start", zorder=5)
+    axes.plot(
+        [start.x, start.x + 0.5 * cos(start.theta)], [start.y, start.y + 0.5 * sin(start.theta)], color=_START, zorder=5
+    )
+
+
+def _extent(prisms: Sequence[Prism], scenario: Scenario) -> tuple[FloatArray, FloatArray]:
+    """Lower and upper corner of all that is drawn, with a margin."""
+    start = scenario.robot.start
+    moving = [(start.x, start.y), *scenario.route.waypoints, *(w for p in scenario.people for w in p.waypoints)]
+    corners = np.concatenate([np.array(moving), *(prism.footprint for prism in prisms)])
+    return corners.min(axis=0) - 0.6, corners.max(axis=0) + 0.6
+
+
+def _size(extent: FloatArray) -> tuple[float, float]:
+    """Inches: the longer side 12, the shorter in proportion but never less than 1.2, and room for the labels."""
+    width, height = 12.0 * extent / extent.max()
+    return max(float(width), 5.0) + 0.8, max(float(height), 1.2) + 1.0

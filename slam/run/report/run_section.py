@@ -1,0 +1,163 @@
+"""The section of the page on one run."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import datetime
+from importlib.metadata import version
+from typing import Any, Final
+
+import numpy as np
+from markupsafe import Markup
+
+from slam.config import SlamConfig
+from slam.run.pictures.map_picture import contents_of, end_error_text, map_figure
+from slam.run.report.faults import faults
+from slam.run.report.inline_svg import THEMED, inline_figures
+from slam.run.report.run_plots import (
+    CAPTIONS,
+    SIGMAS,
+    distance_figure,
+    error_figure,
+    has_variance,
+    iterations_figure,
+    timing_figure,
+)
+from slam.run.results.metrics import measure
+from slam.run.results.run_record import RunRecord
+from slam.scenario.schema import Scenario
+
+_LONGEST: Final = 60
+"""Characters of a value; a longer list is counted."""
+PERCENTILES = (50, 90, 99, 100)
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One setting that was not left at its default."""
+
+    key: str
+    default: str
+    value: str
+
+
+def changes(scenario: Scenario) -> list[Change]:
+    """The settings that differ from the defaults of the scenario's mode, in the order of the schema."""
+    defaults = Scenario.model_validate({"name": scenario.name, "slam": {"mode": scenario.slam.mode}})
+    given = SlamConfig().mode, scenario.slam.mode
+    mode = [] if given[0] == given[1] else [Change("slam.mode", *given)]
+    return mode + list(_differences(defaults.model_dump(mode="json"), scenario.model_dump(mode="json"), ""))
+
+
+def _differences(default: Any, value: Any, key: str) -> Iterator[Change]:
+    if isinstance(default, dict) and isinstance(value, dict):
+        for name, inner in value.items():
+            yield from _differences(default.get(name), inner, f"{key}.{name}" if key else name)
+    elif default != value and key != "description":
+        yield Change(key, _text(default), _text(value))
+
+
+def _text(value: Any) -> str:
+    text = "none" if value is None or value == [] else str(value)
+    if len(text) <= _LONGEST:
+        return text
+    return f"{len(value)} entries" if isinstance(value, list | dict) else f"{text[:_LONGEST]} …"
+
+
+@dataclass(frozen=True, slots=True)
+class RunSection:
+    """Everything that the page says of one run, as text and pictures."""
+
+    name: str
+    """Unique on the page."""
+    description: str
+    folder: str
+    date: str
+    version: str
+    ending: str
+    metrics: Mapping[str, Any]
+    faults: list[str]
+    log_report: str
+    outlined: bool
+    """True where the true walls are known ..."""
+    truth_known: bool
+    """... and the true way."""
+    plots: list[tuple[Markup, str]]
+    """Each with its caption; the map first."""
+    timing: list[tuple[str, list[str]]]
+    """Milliseconds at the PERCENTILES."""
+    changes: list[Change]
+    config: str
+    command: str
+
+
+def run_section(record: RunRecord, key: str, name: str) -> RunSection:
+    """Make the section under this name; ``key`` is its own on the page."""
+    metrics = measure(record.folder) if record.metrics is None else record.metrics
+    return RunSection(
+        name=name,
+        description=record.config.description,
+        folder=str(record.folder),
+        date=_date(record, metrics),
+        version=metrics.get("version", version("hopslam")),
+        ending=metrics.get("ending", "cut off"),
+        metrics=metrics,
+        faults=faults(record, metrics),
+        log_report=str(metrics.get("log_report", "")),
+        outlined=bool(record.outlines),
+        truth_known=record.traces.truth is not None,
+        plots=_plots(record, key),
+        timing=_timing(record),
+        changes=changes(record.config),
+        config=(record.folder / "config.yaml").read_text(encoding="utf-8"),
+        command=command(record, metrics),
+    )
+
+
+def command(record: RunRecord, metrics: Mapping[str, Any]) -> str:
+    """Shell command that repeats the run: with the same settings, on the same robot or log, in the same saved map."""
+    config = str(record.folder / "config.yaml")
+    verb = "localize" if "sure_after_s" in metrics else "replay" if "log" in metrics else "run"
+    words = [verb, str(metrics["log"]), "--scenario", config] if "log" in metrics else [verb, config]
+    options = {"--backend": "backend", "--map": "map", "--start": "start"}
+    words += [word for option, key in options.items() if key in metrics for word in (option, str(metrics[key]))]
+    return shlex.join(["hopslam", *words, *(["--dry-run"] if metrics.get("dry_run") else [])])
+
+
+def _date(record: RunRecord, metrics: Mapping[str, Any]) -> str:
+    """When the run began; of one that was cut off, when its settings were written."""
+    if "began" in metrics:
+        return datetime.fromisoformat(metrics["began"]).strftime("%Y-%m-%d %H:%M")
+    written = os.stat(record.folder / "config.yaml").st_mtime  # noqa: PTH116
+    return datetime.fromtimestamp(written).strftime("%Y-%m-%d %H:%M")
+
+
+def _plots(record: RunRecord, key: str) -> list[tuple[Markup, str]]:
+    traces, alone = record.traces, [("iterations", record.traces)]
+    known = traces.truth is not None
+    against = "Estimate less truth" if known else "Estimate less dead reckoning, as no truth is known"
+    contents = contents_of(record)
+    ends = "" if contents.truth is None else f" {end_error_text(contents, contents.truth)}."
+    claimed = f" The band is ±{SIGMAS:g} standard deviations, as the estimate claims them."
+    band = claimed if known and has_variance(traces, "cov_xx") else ""
+    figures = {
+        "map": (map_figure(contents, THEMED, 8.4, bare=True), f"From above, metres.{ends}"),
+        "errors": (error_figure(traces, THEMED), f"{against}, scan by scan.{band}"),
+        "distance": (distance_figure([("", traces)], THEMED), CAPTIONS["distance"]),
+        "iterations": (iterations_figure(alone, THEMED), CAPTIONS["iterations"]),
+        "timing": (timing_figure(alone, THEMED), CAPTIONS["timing"]),
+    }
+    return inline_figures(figures, key)
+
+
+def _timing(record: RunRecord) -> list[tuple[str, list[str]]]:
+    mapped = record.traces.steps[record.traces.steps["mapped"] == 1]
+    columns = {"line extraction": mapped["extraction_ms"], "SLAM in all": mapped["slam_ms"]}
+    return [
+        (name, [f"{value:.2f}" for value in np.percentile(column, PERCENTILES)])
+        for name, column in columns.items()
+        if len(column)
+    ]

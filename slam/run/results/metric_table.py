@@ -1,0 +1,67 @@
+"""Numbers of ``metrics.json``: what each is called, its unit, its meaning, and how it is printed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+
+@dataclass(frozen=True, slots=True)
+class Metric:
+    """One number of a run."""
+
+    key: str
+    quantity: str
+    statistic: str
+    """Empty for a quantity that is one number."""
+    unit: str
+    meaning: str
+    form: str = ".3f"
+    less_is_better: bool = False
+    """Otherwise no value of it is better than another."""
+
+    @property
+    def name(self) -> str:
+        """Quantity and statistic, as in ``ATE, rmse``."""
+        return f"{self.quantity}, {self.statistic}" if self.statistic else self.quantity
+
+    def shown(self, value: Any) -> str:
+        """The value as a table has it; a dash where it is not known."""
+        if value is None:
+            return "–"  # noqa: RUF001  # a dash, as printed
+        return format(int(value) if self.form == "d" else float(value), self.form)
+
+
+_METRICS: Final = (
+    Metric("ate_rmse_m", "ATE", "rmse", "m", "Root mean square of the position error over all scans.", ".4f", True),
+    Metric("ate_max_m", "ATE", "max", "m", "Largest position error of any scan.", ".4f", True),
+    Metric("final_m", "final position", "", "m", "Position error at the last scan.", ".4f", True),
+    Metric("x_max_abs_m", "|x| at most", "", "m", "Largest error along the map's x axis.", ".4f", True),
+    Metric("y_max_abs_m", "|y| at most", "", "m", "Largest error along the map's y axis.", ".4f", True),
+    Metric("heading_rmse_deg", "heading", "rmse", "deg", "Root mean square of the heading error.", ".3f", True),
+    Metric("heading_max_abs_deg", "|heading| at most", "", "deg", "Largest heading error of any scan.", ".3f", True),
+    Metric("sure_after_s", "sure after", "", "s", "Time until the robot knew its place in the saved map.", ".1f", True),
+    Metric("right_after_s", "right after", "", "s", "Time until it was sure and right.", ".1f", True),
+    Metric("lost_scans", "lost", "", "scans", "Scans in which the robot did not know its place.", "d", True),
+    Metric("wrong_scans", "sure but wrong", "", "scans", "Scans in which it was sure of a wrong place.", "d", True),
+    Metric("scans", "scans", "", "", "Scans that the robot took.", "d"),
+    Metric("updates", "mapped", "", "scans", "Scans that were matched and put into the map.", "d"),
+    Metric("path_m", "path", "", "m", "Length of the way, true where the truth is known.", ".1f"),
+    Metric("duration_s", "duration", "", "s", "From the first scan to the last, by their stamps.", ".1f"),
+    Metric("iterations_mean", "iterations", "mean", "", "Steps of the matcher until it settled.", ".1f", True),
+    Metric("iterations_max", "iterations", "max", "", "The most it took for one scan.", "d", True),
+    Metric("not_converged", "not settled", "", "scans", "Matches that stopped at the cap of iterations.", "d", True),
+    Metric("slam_ms_median", "SLAM", "median", "ms", "Processing time of a mapped scan, half take less.", ".2f", True),
+    Metric("slam_ms_p99", "SLAM", "99 %", "ms", "Processing time that 99 of 100 scans stay below.", ".2f", True),
+    Metric(
+        "extraction_ms_median", "extraction", "median", "ms", "The share of the line extraction in it.", ".2f", True
+    ),
+    Metric(
+        "real_time_factor", "speed", "", "x", "How much faster than real time the run was, simulator included.", ".1f"
+    ),
+    Metric("map_points", "map", "", "points", "Points or surfels in the map at the end.", "d"),
+    Metric("segments", "segments", "", "", "Line segments seen in all mapped scans.", "d"),
+)
+
+METRICS: Final = {metric.key: metric for metric in _METRICS}
+"""Every metric by its key, in the order in which tables show them."""

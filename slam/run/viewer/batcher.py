@@ -1,0 +1,162 @@
+"""Frames and events gathered, and sent as chunks in batches; with the map as it grows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from time import monotonic
+from typing import Final, NamedTuple
+
+from slam.pose import FloatArray
+from slam.run.estimator import Estimator
+from slam.run.viewer.chunks import Chunk, event_chunk, frame_chunks, map_chunks, plot_chunks, stroke_chunks
+from slam.run.viewer.scene import Event, Frame, Scene
+
+_BYTES_A_SCAN: Final = 500.0
+_LEAST_WAIT: Final = 20
+"""Scans."""
+_MOST_POINTS, _MOST_LINES = 4000, 2000
+"""A larger map is thinned evenly."""
+Send = Callable[[Sequence[Chunk]], None]
+_MOST: Final = 256
+"""Scans in a batch, however fast they come."""
+
+
+class MapSnapshot(NamedTuple):
+    """The map as it was at one scan."""
+
+    scan: int
+    stamp: float
+    points: FloatArray
+    """(N, 2)."""
+    ends: FloatArray
+    """(M, 2, 2)."""
+
+
+class MapUpdates:
+    """Watches how a map grows."""
+
+    def __init__(self, slam: Estimator) -> None:
+        self._slam = slam
+        self._shown, self._due = -1, 0
+
+    def due(self, frame: Frame, last: bool = False) -> MapSnapshot | None:
+        """The map at this scan, if it has changed and is due, or is the last."""
+        size = len(self._slam.points)
+        if not size or (frame.index < self._due and not last) or size == self._shown:
+            return None
+        points = _thinned(self._slam.points.points, _MOST_POINTS)
+        lines = _thinned(self._slam.lines.ends, _MOST_LINES)
+        sent = 12 * len(points) + 24 * len(lines)
+        self._shown, self._due = size, frame.index + max(_LEAST_WAIT, round(sent / _BYTES_A_SCAN))
+        return MapSnapshot(frame.index, frame.stamp, points, lines)
+
+
+def _thinned(array: FloatArray, most: int) -> FloatArray:
+    return array[:: len(array) // most + 1].copy()  # the map goes on growing
+
+
+class Pace(NamedTuple):
+    """Seconds of wall time between two batches, of the scans and of what changes slowly, or costs most."""
+
+    scans: float
+    trail: float
+    """Curves and trajectories, which are most of the chunks."""
+
+
+FILE_PACE: Final = Pace(0.85, 0.85)
+"""Data that kill -9 can cost. The head of a chunk is over 1 kB ..."""
+LIVE_PACE: Final = Pace(0.09, 0.85)
+"""... but eyes want every scan at 10 Hz."""
+
+
+class Batch(NamedTuple):
+    """Frames, events and map that go to the viewers at once."""
+
+    frames: Sequence[Frame]
+    trail: Sequence[Frame]
+    """Frames whose curves and strokes are due ..."""
+    before: Frame | None
+    """... and the frame at which the strokes begin."""
+    events: Sequence[Event]
+    map: MapSnapshot | None
+
+    def chunks(self, plots: Sequence[str]) -> Iterator[Chunk]:
+        """The batch as rerun takes it."""
+        if self.frames:
+            yield from frame_chunks(self.frames)
+        if self.trail:
+            yield from stroke_chunks(self.before, self.trail)
+            yield from plot_chunks(self.trail, plots)
+        if self.events:
+            yield event_chunk(self.events)
+        if self.map is not None:
+            yield from map_chunks(*self.map)
+
+
+class Batcher:
+    """Frames in, chunks out. A thread beside the loop makes the chunks, one batch at a time; what goes wrong there is
+    raised at the next batch."""
+
+    def __init__(self, sends: Sequence[Send], pace: Pace, scene: Scene) -> None:
+        self._sends, self._pace, self._plots = sends, pace, scene.plots
+        self._map_updates = None if scene.slam is None else MapUpdates(scene.slam)
+        self._frames: list[Frame] = []
+        self._trail: list[Frame] = []
+        self._events: list[Event] = []
+        self._before: Frame | None = None  # the last of the strokes that were sent
+        self._last: Frame | None = None
+        self._sent_at = self._trail_sent_at = 0.0  # so that the first scan is there at once
+        self._packer = ThreadPoolExecutor(1, "viewer feed")
+        self._packing: Future[None] | None = None
+
+    def show(self, frame: Frame, events: Sequence[Event]) -> None:
+        """Take one scan; send, when it is time."""
+        self._frames.append(frame)
+        self._trail.append(frame)
+        self._events += events
+        self._last = frame
+        if monotonic() - self._sent_at >= self._pace.scans or len(self._frames) >= _MOST:
+            self._flush()
+
+    def add_event(self, event: Event) -> None:
+        """Take an event that came without a scan."""
+        self._events.append(event)
+
+    def send(self, chunks: Sequence[Chunk]) -> None:
+        """Send these as they are."""
+        self._submit(lambda: chunks)
+
+    def close(self) -> None:
+        """Send all that was gathered, and the map as it is in the end."""
+        self._flush(last=True)
+        self._packer.shutdown()
+        self._wait()
+
+    def _flush(self, last: bool = False) -> None:
+        now = self._sent_at = monotonic()
+        trail: list[Frame] = []
+        if last or now - self._trail_sent_at >= self._pace.trail or len(self._trail) >= _MOST:
+            trail, self._trail, self._trail_sent_at = self._trail, [], now
+        seen = (
+            self._map_updates.due(self._last, last)
+            if self._map_updates is not None and self._last is not None
+            else None
+        )
+        batch = Batch(self._frames, trail, self._before, self._events, seen)
+        self._before = trail[-1] if trail else self._before
+        self._frames, self._events = [], []
+        self._submit(lambda: list(batch.chunks(self._plots)))
+
+    def _submit(self, make: Callable[[], Sequence[Chunk]]) -> None:
+        self._wait()
+        self._packing = self._packer.submit(self._pack, make)
+
+    def _wait(self) -> None:
+        if self._packing is not None:
+            self._packing.result()
+
+    def _pack(self, make: Callable[[], Sequence[Chunk]]) -> None:
+        if chunks := make():
+            for send in self._sends:
+                send(chunks)

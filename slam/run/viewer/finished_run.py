@@ -1,0 +1,131 @@
+"""A run that is over, shown as it was: from what its folder holds, without estimating anything again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from slam.deskew import deskewed
+from slam.errors import InputError
+from slam.files.atomic_files import atomic_file
+from slam.pose import FloatArray, Pose2D
+from slam.run.results.run_record import RunRecord
+from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
+from slam.run.viewer.scene import Event, Frame, Scene, planned_route
+
+if TYPE_CHECKING:  # it imports rerun
+    from slam.run.viewer.broadcast import Broadcast
+
+_NEAR: Final = 0.06
+"""Metres: a point so near to a segment is drawn as its own; the folder does not say which points made it."""
+Track = Callable[[Iterable[int], int], Iterable[int]]
+"""Shows the progress of something that has so many parts."""
+
+
+def recording_of(folder: Path, track: Track) -> Path:
+    """``run.rrd`` in the folder of a run, made if it is not there; InputError for what is no such folder."""
+    path = folder / "run.rrd"
+    if not path.is_file():
+        make_recording(RunRecord.open(folder), path, track)
+    return path
+
+
+def make_recording(record: RunRecord, path: Path, track: Track) -> None:
+    """Write a run, as its folder has it, to an .rrd file; InputError where that cannot be written."""
+    from slam.run.viewer.broadcast import Broadcast
+
+    try:
+        with atomic_file(path) as draft:
+            draft.touch()
+            with Broadcast([draft], [], scene_of(record), print) as broadcast:
+                for _ in track(show_finished(record, broadcast), len(record.traces.stamps)):
+                    pass
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written: {error.strerror}; give --rerun FILE.rrd elsewhere") from error
+
+
+def scene_of(record: RunRecord) -> Scene:
+    """Scene of a run, as its folder has it."""
+    around = np.concatenate([record.traces.estimate[:, :2], record.walls.reshape(-1, 2)])
+    route = planned_route(record.config)
+    return Scene(record.T_base_laser, outlines=tuple(record.outlines), route=route, around=around)
+
+
+def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:
+    """Send all of it; yields the number of each scan that was sent. The map is shown as it was in the end."""
+    from slam.run.viewer.chunks import map_chunks
+
+    saved = record.saved_map
+    points = np.empty((0, 2)) if saved is None else saved.memory.map.points
+    broadcast.send(list(map_chunks(0, float(record.traces.stamps[0]), points, record.walls)))
+    lost = False
+    for frame in frames_of(record):
+        now = bool(record.traces.steps["lost"][frame.index])
+        text = "lost: the scans do not fit the map" if now else "sure of its place again"
+        broadcast.show(frame, [Event(frame.index, frame.stamp, "WARN", text)] if now != lost else [])
+        lost = now
+        yield frame.index
+    ending = "cut off" if record.metrics is None else str(record.metrics["ending"])
+    broadcast.add_event(Event(len(record.traces.stamps) - 1, float(record.traces.stamps[-1]), "INFO", ending))
+
+
+def frames_of(record: RunRecord) -> Iterator[Frame]:
+    """Scan by scan, as the viewer would have had them live."""
+    traces, T_base_laser = record.traces, record.T_base_laser
+    scans, ends = record.segments
+    edges = np.searchsorted(scans, np.arange(len(traces.stamps) + 1))
+    for index, seen in zip(range(len(traces.stamps)), record.observations(), strict=False):
+        scan = deskewed(seen.scan, seen.odometry.twist, T_base_laser) if record.config.slam.deskew else seen.scan
+        pose = Pose2D(*traces.estimate[index].tolist())
+        points = (pose @ T_base_laser).transform(scan.points())
+        own = ends[edges[index] : edges[index + 1]]
+        colours = _directions(own, (pose @ T_base_laser).translation)
+        row = traces.steps[index]
+        yield Frame(
+            index,
+            float(traces.stamps[index]),
+            pose,
+            Pose2D(*traces.odometry[index].tolist()),
+            None if traces.truth is None else Pose2D(*traces.truth[index].tolist()),
+            points,
+            _nearest(points, own, colours),
+            own,
+            colours,
+            _covariance(row),
+            None,
+            int(row["iterations"]),
+            1e-3 * float(row["extraction_ms"]),
+            1e-3 * float(row["slam_ms"]),
+            (float(row["v"]), float(row["omega"])),
+        )
+
+
+def _directions(ends: FloatArray, laser: FloatArray) -> Colour:
+    """The colours of segments (M, 2, 2) seen from there, (M,): by the normal that points away from the sensor."""
+    along = ends[:, 1] - ends[:, 0]
+    normals = np.column_stack([along[:, 1], -along[:, 0]])
+    away = np.sign(np.sum(normals * (ends[:, 0] - laser), axis=1))
+    return wall_colours(np.arctan2(away * normals[:, 1], away * normals[:, 0]))
+
+
+def _nearest(points: FloatArray, ends: FloatArray, colours: Colour) -> Colour:
+    """The colour of the segment next to each point (N,)."""
+    own = np.full(len(points), NO_SEGMENT, np.uint32)
+    if not len(ends):
+        return own
+    along = ends[:, 1] - ends[:, 0]
+    offset = points[:, None] - ends[None, :, 0]
+    share = np.clip(np.sum(offset * along, axis=2) / np.maximum(np.sum(along**2, axis=1), 1e-12), 0.0, 1.0)
+    distance = np.linalg.norm(offset - share[..., None] * along, axis=2)
+    near = distance.min(axis=1) < _NEAR
+    own[near] = colours[distance.argmin(axis=1)[near]]
+    return own
+
+
+def _covariance(row: Any) -> FloatArray | None:
+    """(3, 3) of a row of the table; None where it has none."""
+    xx, xy, xt, yy, yt, tt = (float(row[f"cov_{name}"]) for name in ("xx", "xy", "xth", "yy", "yth", "thth"))
+    return None if np.isnan(xx) else np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]])

@@ -1,0 +1,113 @@
+"""A run shown as it goes: steps turned into frames and events."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from slam.deskew import deskewed
+from slam.lines.segments import Segments
+from slam.pose import FloatArray, Pose2D
+from slam.run.step import Step
+from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
+from slam.run.viewer.scene import Event, Frame, Level, Scene
+
+if TYPE_CHECKING:  # it imports rerun
+    from slam.run.viewer.broadcast import Broadcast
+
+_NO_ENDS: Final = np.empty((0, 2, 2))
+
+
+class RunViewer:
+    """Turns steps into frames and events."""
+
+    def __init__(self, broadcast: Broadcast, scene: Scene) -> None:
+        self._broadcast, self._scene, self._detector = broadcast, scene, EventDetector()
+        self._scan, self._stamp = 0, 0.0
+
+    def on_step(self, step: Step) -> None:
+        """Show one step."""
+        scene = self._scene
+        self._scan, self._stamp = step.index, step.estimate.stamp
+        frame = frame_of(step, scene.T_map_odom, scene.T_base_laser, scene.deskew)
+        self._broadcast.show(frame, list(self._detector.detect(step)))
+
+    def end(self, ending: str, error: Exception | None = None) -> None:
+        """Say how the run ended."""
+        text = ending if error is None else f"{ending}: {error}"
+        self._broadcast.add_event(Event(self._scan, self._stamp, "INFO" if error is None else "ERROR", text))
+
+
+class EventDetector:
+    """Turns steps into events: each thing is told when it begins, and being lost and stalled also when it ends."""
+
+    def __init__(self) -> None:
+        self._on: dict[str, bool] = {}
+
+    def detect(self, step: Step) -> Iterator[Event]:
+        """Events that begin or end in this step."""
+        for level, text in self._news(step):
+            yield Event(step.index, step.estimate.stamp, level, text)
+
+    def _news(self, step: Step) -> Iterator[tuple[Level, str]]:
+        seen, match = step.observation, step.estimate.match
+        if step.index == 0:
+            yield "INFO", f"first scan: {len(seen.scan.ranges)} beams to {seen.scan.range_max:g} m"
+        if step.timeouts:
+            yield "WARN", f"the robot was silent: {step.timeouts} timeout{'s' * (step.timeouts > 1)} before this scan"
+        if (lost := self._changed("lost", step.estimate.lost)) is not None:
+            yield ("WARN", "lost: the scans do not fit the map") if lost else ("INFO", "sure of its place again")
+        if self._changed("searched", match.searched):
+            yield "INFO", f"odometry in doubt: searched around it, {match.inliers:.0f} of {match.points} pieces agree"
+        if (stalled := self._changed("stalled", seen.stalled)) is not None:
+            yield ("WARN", "stalled: a wheel cannot turn") if stalled else ("INFO", "the wheels turn again")
+        if self._changed("bumped", any(seen.bumpers)):
+            yield "WARN", "a bumper is pressed"
+        if self._changed("collided", seen.collided):
+            yield "ERROR", "collided"
+
+    def _changed(self, name: str, now: bool) -> bool | None:
+        """The new state, None where it is the old."""
+        before, self._on[name] = self._on.get(name, False), now
+        return now if now != before else None
+
+
+def frame_of(step: Step, T_map_odom: Pose2D, T_base_laser: Pose2D, deskew: bool) -> Frame:
+    """Frame of a step; the scan is deskewed as the method deskews it."""
+    estimate, scan, odometry = step.estimate, step.observation.scan, step.observation.odometry
+    if deskew:
+        scan = deskewed(scan, odometry.twist, T_base_laser)
+    T_map_laser = estimate.T_map_base @ T_base_laser
+    points = scan.points()
+    colours, ends, end_colours = coloured(points, estimate.segments, T_map_laser)
+    return Frame(
+        step.index,
+        estimate.stamp,
+        estimate.T_map_base,
+        T_map_odom @ odometry.T_odom_base,
+        step.observation.T_map_base,
+        T_map_laser.transform(points),
+        colours,
+        ends,
+        end_colours,
+        estimate.covariance,
+        estimate.unconstrained,
+        estimate.match.iterations,
+        estimate.extraction_time,
+        estimate.total_time,
+        (step.applied.linear, step.applied.angular),
+    )
+
+
+def coloured(points: FloatArray, segments: Segments | None, T_map_laser: Pose2D) -> tuple[Colour, FloatArray, Colour]:
+    """The colour of each point (N,), and the segments of a scan in the map frame, (M, 2, 2), with their colours."""
+    colours = np.full(len(points), NO_SEGMENT, np.uint32)
+    if segments is None:
+        return colours, _NO_ENDS, colours[:0]
+    own = wall_colours(segments.theta + T_map_laser.theta)
+    for first, last, colour in zip(segments.first.tolist(), segments.last.tolist(), own.tolist(), strict=True):
+        colours[first : last + 1] = colour
+    ends = T_map_laser.transform(np.stack([segments.start, segments.end], axis=1).reshape(-1, 2))
+    return colours, ends.reshape(-1, 2, 2), own

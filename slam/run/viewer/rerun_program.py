@@ -1,0 +1,88 @@
+"""The rerun program: a viewer's window, or a server of the viewer's web page; and who listens at an address."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+from contextlib import suppress
+from importlib.util import find_spec
+from pathlib import Path
+from time import monotonic, sleep
+from typing import Final
+from urllib.parse import quote, urlsplit
+
+from slam.errors import InputError
+
+_START: Final = 15.0
+"""Seconds for a program to begin to listen."""
+_MEMORY: Final = "512MB"
+"""Memory of a server for viewers that come late; the oldest data goes first."""
+
+
+def has_display() -> bool:
+    """True where there is a screen for a window."""
+    return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def spawn_viewer(port: str, *files: Path) -> subprocess.Popen[bytes]:
+    """A viewer's window, which stays when this program ends; it takes data at the port, or any with ``auto``, of
+    the loopback interface."""
+    return _start("--port", port, "--bind", "127.0.0.1", *map(str, files))
+
+
+def serve_page(port: int, *files: Path) -> subprocess.Popen[bytes]:
+    """A server of the web page at the port, and of the data at the next, both on the loopback interface only.
+
+    InputError where a port is taken, or nothing is served in time.
+    """
+    for number in (port, port + 1):
+        if not is_port_free(number):
+            raise InputError(f"--rerun serve={port}: port {number} is taken; give another with --rerun serve=PORT")
+    ports = ("--web-viewer-port", str(port), "--port", str(port + 1))
+    program = _start("--serve-web", "--bind", "127.0.0.1", *ports, "--server-memory-limit", _MEMORY, *map(str, files))
+    until = monotonic() + _START
+    while not (is_listening(page_address(port)) and (files or is_listening(data_address(port + 1)))):
+        if program.poll() is not None or monotonic() > until:
+            program.kill()
+            raise InputError(f"--rerun serve={port}: rerun does not serve; give another port, or --rerun FILE.rrd")
+        sleep(0.05)
+    return program
+
+
+def page_address(port: int) -> str:
+    """URL to open in a browser."""
+    return f"http://127.0.0.1:{port}/?url={quote(data_address(port + 1), safe='')}"
+
+
+def data_address(port: int) -> str:
+    """URL at which data is taken and given on this machine."""
+    return f"rerun+http://127.0.0.1:{port}/proxy"
+
+
+def _start(*arguments: str) -> subprocess.Popen[bytes]:
+    """Start the program in a session of its own, so that Ctrl-C does not reach it."""
+    spec = find_spec("rerun_cli")
+    if spec is None or spec.origin is None:
+        raise InputError("the rerun program is not installed; run: pip install rerun-sdk")
+    program = Path(spec.origin).with_name("rerun.exe" if sys.platform == "win32" else "rerun")
+    silent = subprocess.DEVNULL
+    return subprocess.Popen([program, *arguments], stdin=silent, stdout=silent, stderr=silent, start_new_session=True)
+
+
+def is_listening(url: str) -> bool:
+    """True where anyone takes connections at the host and port of this address."""
+    place = urlsplit(url)
+    with suppress(OSError), socket.create_connection((place.hostname, place.port or 80), timeout=0.5):
+        return True
+    return False
+
+
+def is_port_free(port: int) -> bool:
+    """True where this port of the loopback interface can be listened at."""
+    with suppress(OSError), socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        probe.bind(("127.0.0.1", port))
+        return True
+    return False

@@ -1,0 +1,78 @@
+"""Watchers that keep no file: the progress bar of a run, and the signals that end it."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from signal import SIGINT
+from time import perf_counter
+from types import FrameType
+from typing import Self
+
+from slam.console.signals import ENDING_SIGNALS, signal_handler
+from slam.console.terminal import Terminal
+from slam.pose import Pose2D
+from slam.run.step import Step
+
+
+class RunProgress:
+    """A watcher that shows how far the run is, its scan rate, and its present error where the truth is known."""
+
+    def __init__(self, console: Terminal, name: str) -> None:
+        self._bar = console.progress(
+            "{task.percentage:>3.0f}%", "{task.fields[scans]} scans", "{task.fields[rate]}", "{task.fields[error]}"
+        )
+        self._task = self._bar.add_task(name, total=1.0, scans=0, rate="", error="")
+        self._began = perf_counter()
+
+    def on_step(self, step: Step) -> None:
+        """Show one step."""
+        scans = step.index + 1
+        rate = f"{scans / max(perf_counter() - self._began, 1e-9):.0f}/s"
+        self._bar.update(self._task, completed=step.progress, scans=scans, rate=rate, error=_error(step))
+
+    def __enter__(self) -> Self:
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._bar.stop()
+
+
+def _error(step: Step) -> str:
+    truth = step.observation.T_map_base
+    if truth is None:
+        return ""
+    error: Pose2D = truth.between(step.estimate.T_map_base)
+    return f"error {100 * error.distance(Pose2D()):.1f} cm"
+
+
+class Interruption:
+    """A watcher that ends the run after the step in which the user asked for it, so that no step is half done.
+
+    Raised anywhere else, a KeyboardInterrupt may come up inside compiled code, which makes a SystemError of it. What
+    follows the loop is done to its end, unless Ctrl-C is pressed again. A closed terminal is no reason to end for a
+    program that was started with nohup.
+    """
+
+    def __init__(self) -> None:
+        self.signal: int | None = None
+        """Number of the signal that asked first; None while nobody has."""
+        self._handlers = ExitStack()
+
+    def __enter__(self) -> Self:
+        self._handlers.enter_context(signal_handler(self._ask, ENDING_SIGNALS))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._handlers.close()
+
+    def on_step(self, step: Step) -> None:
+        """Raise KeyboardInterrupt when it was asked for."""
+        if self.signal is not None:
+            raise KeyboardInterrupt
+
+    def _ask(self, number: int, frame: FrameType | None) -> None:
+        if self.signal is None:
+            self.signal = number
+        elif number == SIGINT:
+            raise KeyboardInterrupt

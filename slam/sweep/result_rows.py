@@ -1,0 +1,173 @@
+"""Rows of a sweep's results, and the Parquet file that holds them.
+
+A row has plain values, as JSON has them. The file is written anew from the old one and new rows, a batch at a time in
+memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, Final, TypeAlias
+
+from slam.optional import optional
+from slam.sweep.job import Job, format_setting
+
+if TYPE_CHECKING:
+    from slam.run.experiment import Outcome
+
+Row: TypeAlias = dict[str, Any]
+"""Columns by name: ``id``, ``name``, ``source``, ``kind``, ``mode``, ``seed``; ``set.<key>`` and ``drawn.<key>`` for
+settings; ``status`` (``done`` or ``failed``), ``ending``, ``error``, ``tries``; every number of ``metrics.json`` by its
+name, those of WALL_TIMES after ``wall.``; ``error_m``: the error along the way, (CURVE_POINTS,); ``seconds``, ``host``
+and ``version``; ``settings`` and ``command``, which repeat the run."""
+
+WALL_TIMES: Final = frozenset(
+    {"slam_ms_median", "slam_ms_p99", "slam_s_total", "extraction_ms_median", "real_time_factor"}
+)
+"""Metrics that are wall times, others in every run; all others are the same bits when a run is repeated."""
+_OTHER_COLUMNS: Final = frozenset({"seed", "version", "ending"})
+"""Metrics that a row has in other columns."""
+BATCH: Final = 200
+"""Rows in memory, and in a row group of the file, at most."""
+
+
+def job_columns(job: Job) -> Row:
+    """Columns that describe the job."""
+    row = job.model_dump(include={"id", "name", "source", "kind", "mode", "seed"})
+    row |= {f"set.{key}": _plain(value) for key, value in job.grid.items()}
+    row |= {f"drawn.{key}": _plain(value) for key, value in job.drawn.items()}
+    return row | {"settings": list(job.settings), "command": job.command}
+
+
+def done_row(job: Job, outcome: Outcome) -> Row:
+    """Row of a run that came to an end; ``failed`` where the robot did."""
+    metrics = {
+        f"wall.{key}" if key in WALL_TIMES else key: value
+        for key, value in outcome.metrics.items()
+        if isinstance(value, int | float) and key not in _OTHER_COLUMNS
+    }
+    error = None if outcome.error is None else str(outcome.error)
+    status = "done" if error is None else "failed"
+    return job_columns(job) | {"status": status, "ending": outcome.ending, "error": error} | metrics
+
+
+def failed_row(job: Job, error: str) -> Row:
+    """Row of a run that came to no end."""
+    return job_columns(job) | {"status": "failed", "ending": None, "error": error}
+
+
+def repeatable_columns(row: Row) -> Row:
+    """Columns that must be the same when the run is repeated: all but times, and those without a value."""
+    excluded = {"seconds", "host", "tries", "started", "version", "command"}
+    return {
+        key: value
+        for key, value in row.items()
+        if value is not None and key not in excluded and not key.startswith(("wall.", "set.", "drawn."))
+    }
+
+
+def write_table(path: Path, old: IO[bytes] | None, ids: set[str], batches: Callable[[], Iterable[list[Row]]]) -> None:
+    """Write the rows of ``old``, without those of ``ids``, and the new ones of ``batches``, which is called twice.
+
+    A column is of the widest type that its rows have; what a row does not have is null.
+    """
+    pq, before = optional("pyarrow.parquet", "sweep"), _open(old)
+    schema = _schema(before, batches())
+    with pq.ParquetWriter(path, schema, compression="zstd") as writer:
+        for table in _gathered(_old_tables(before, ids, schema)):
+            writer.write_table(table)
+        for rows in batches():
+            writer.write_table(_conformed(_table(rows), schema))
+
+
+def read_rows(file: IO[bytes], columns: list[str] | None = None) -> Iterator[Row]:
+    """The rows of a results file, one after another, with all columns or these."""
+    for batch in _open(file).iter_batches(batch_size=BATCH, columns=columns):
+        yield from batch.to_pylist()
+
+
+def _plain(value: Any) -> Any:
+    """Convert a value to a number or text."""
+    return value if isinstance(value, int | float | str) else format_setting("", value)[1:]
+
+
+def _open(file: IO[bytes] | None) -> Any:
+    return None if file is None else optional("pyarrow.parquet", "sweep").ParquetFile(file)
+
+
+def _table(rows: list[Row]) -> Any:
+    """Arrow table of the rows; columns whose values are of several kinds become text."""
+    pa = optional("pyarrow", "sweep")
+    names = dict.fromkeys(name for row in rows for name in row)
+    return pa.table({name: _column(pa, [row.get(name) for row in rows]) for name in names})
+
+
+def _column(pa: Any, values: list[Any]) -> Any:
+    try:
+        return pa.array(values)
+    except (pa.ArrowInvalid, pa.ArrowTypeError):
+        return pa.array([_text(value) for value in values])
+
+
+def _text(value: Any) -> str | None:
+    """Convert a value as a cast of the whole column would write it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return None if value is None else str(value)
+
+
+def _schema(before: Any, batches: Iterable[list[Row]]) -> Any:
+    pa = optional("pyarrow", "sweep")
+    schema = pa.schema([]) if before is None else before.schema_arrow
+    for rows in batches:
+        schema = _unified(pa, schema, _table(rows).schema)
+    return schema.remove_metadata()
+
+
+def _unified(pa: Any, one: Any, other: Any) -> Any:
+    names = dict.fromkeys([*one.names, *other.names])
+    return pa.schema(
+        [_wider(pa, name, [s.field(name).type for s in (one, other) if name in s.names]) for name in names]
+    )
+
+
+def _wider(pa: Any, name: str, types: list[Any]) -> Any:
+    """The field that holds values of all these types: text, where nothing else does."""
+    try:
+        fields = [pa.schema([(name, kind)]) for kind in types]
+        return pa.unify_schemas(fields, promote_options="permissive").field(0)
+    except (pa.ArrowInvalid, pa.ArrowTypeError):
+        return pa.field(name, pa.string())
+
+
+def _conformed(table: Any, schema: Any) -> Any:
+    pa = optional("pyarrow", "sweep")
+    columns = [
+        table[field.name].cast(field.type) if field.name in table.column_names else pa.nulls(len(table), field.type)
+        for field in schema
+    ]
+    return pa.table(columns, schema=schema)
+
+
+def _old_tables(before: Any, ids: set[str], schema: Any) -> Iterator[Any]:
+    pa, compute = optional("pyarrow", "sweep"), optional("pyarrow.compute", "sweep")
+    if before is None:
+        return
+    newer = pa.array(sorted(ids), pa.string())
+    for batch in before.iter_batches(batch_size=BATCH):
+        table = pa.Table.from_batches([batch])
+        yield _conformed(table.filter(compute.invert(compute.is_in(table["id"], newer))), schema)
+
+
+def _gathered(tables: Iterable[Any]) -> Iterator[Any]:
+    """Small tables put together until there is a batch of rows."""
+    pa = optional("pyarrow", "sweep")
+    waiting: list[Any] = []
+    for table in tables:
+        waiting.append(table)
+        if sum(map(len, waiting)) >= BATCH:
+            yield pa.concat_tables(waiting).combine_chunks()
+            waiting = []
+    if waiting:
+        yield pa.concat_tables(waiting).combine_chunks()

@@ -14,7 +14,7 @@ from sim.robot import SimRobot
 from slam.cli.main import main
 from slam.errors import RobotError
 from slam.robot import Observation
-from slam.run import experiment
+from slam.run import experiment_setup
 
 ALL_FILES = {
     "config.yaml",
@@ -201,7 +201,7 @@ def test_a_robot_that_fails_leaves_its_data_and_exit_code_3(
                 raise RobotError("lidar: no answer on /dev/ttyACM0; check the cable")
             return super().observe(timeout)
 
-    monkeypatch.setattr(experiment, "make_robot", lambda _, scenario, seed: Broken(scenario, seed))
+    monkeypatch.setattr(experiment_setup, "make_robot", lambda _, scenario, seed: Broken(scenario, seed))
     monkeypatch.setattr(sys, "argv", ["hopslam", "run", "paper_simulation", "--out", str(tmp_path / "run")])
     with pytest.raises(SystemExit) as ended:
         main()

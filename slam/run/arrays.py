@@ -36,7 +36,7 @@ def odometry_space() -> Box:
 def odometry_array(odometry: Odometry) -> NDArray[np.float32]:
     """Pose and twist in one array, shape (5,)."""
     pose, twist = odometry.T_odom_base, odometry.twist
-    return np.clip(np.array([pose.x, pose.y, pose.theta, twist.linear, twist.angular], np.float32), -_BOUND, _BOUND)
+    return np.clip(np.array([*pose.as_array(), twist.linear, twist.angular], np.float32), -_BOUND, _BOUND)
 
 
 def action_space() -> Box:

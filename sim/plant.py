@@ -122,7 +122,6 @@ class SimPlant:
         return self._base.pose @ self._base.twist.motion(ahead)
 
     def _roll(self, seconds: float) -> None:
-        twist = self._wheels.mean_twist(self._world.time)
-        rim = twist.angular * self._track / 2.0
-        self._left += (twist.linear - rim) * seconds
-        self._right += (twist.linear + rim) * seconds
+        left, right = self._wheels.mean_twist(self._world.time).wheels(self._track)
+        self._left += left * seconds
+        self._right += right * seconds

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -86,7 +85,7 @@ class Log:
             return Twist2D()
         motion = self.pose(index).between(self.pose(index + 1))
         seconds = float(self.stamps[index + 1] - self.stamps[index])
-        return Twist2D(_arc(motion) / seconds, motion.theta / seconds)
+        return Twist2D.from_motion(motion, seconds)
 
 
 class BagTopics(NamedTuple):
@@ -94,13 +93,6 @@ class BagTopics(NamedTuple):
 
     scan: str | None = None
     odometry: str | None = None
-
-
-def _arc(motion: Pose2D) -> float:
-    """Metres driven forward along the arc of this motion: ``wheel_motion`` backwards."""
-    half = motion.theta / 2.0
-    along_chord = motion.x * cos(half) + motion.y * sin(half)
-    return along_chord / float(np.sinc(half / np.pi))
 
 
 def relative_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, wrapped
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.coarse_search import FULL, PIXEL, draw, picture_of
 from slam.pose import FloatArray
@@ -141,8 +141,7 @@ def _apart(rows: FloatArray, most: int, distance: float, angle: float) -> FloatA
     for k in range(len(rows)):
         alone = count < most
         for other in range(count):
-            turn = rows[k, 3] - chosen[other, 3]
-            turn -= 2.0 * np.pi * np.floor(turn / (2.0 * np.pi) + 0.5)
+            turn = wrapped(rows[k, 3] - chosen[other, 3])
             near = np.hypot(rows[k, 1] - chosen[other, 1], rows[k, 2] - chosen[other, 2]) < distance
             alone = alone and not (near and abs(turn) < angle)
         if alone:

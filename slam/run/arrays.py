@@ -53,7 +53,7 @@ def twist_action(action: Any) -> Twist2D:
 def wheels_action(action: Any, track: float) -> Twist2D:
     """Speeds of the left and the right wheel at their rims, m/s, as a command; they are ``track`` metres apart."""
     left, right = _two_numbers(action, "(left, right)")
-    return Twist2D(float(left + right) / 2.0, float(right - left) / track)
+    return Twist2D.from_wheels(float(left), float(right), track)
 
 
 def _two_numbers(action: Any, meaning: str) -> FloatArray:

@@ -90,3 +90,15 @@ class Pose2D:
 def stack_poses(poses: Iterable[Pose2D]) -> FloatArray:
     """Rows (K, 3) of x, y and theta."""
     return np.array([(pose.x, pose.y, pose.theta) for pose in poses]).reshape(-1, 3)
+
+
+def relative_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
+    """``T_origin_pose`` of poses (N, 3) given in one frame with the origin, (3,) or (N, 3)."""
+    dx, dy, turn = (poses - origin).T
+    c, s = np.cos(origin[..., 2]), np.sin(origin[..., 2])
+    return np.column_stack([c * dx + s * dy, c * dy - s * dx, wrap_angles(turn)])
+
+
+def path_lengths(poses: FloatArray) -> FloatArray:
+    """Metres from the first of these poses (K, 3), or points (K, 2), to each, from one to the next; shape (K,)."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])

@@ -1,12 +1,13 @@
 """Laws of SE(2), on random poses."""
 
+from itertools import pairwise
 from math import pi
 
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slam.pose import Pose2D, stack_poses, wrap_angle, wrap_angles
+from slam.pose import Pose2D, path_lengths, relative_poses, stack_poses, wrap_angle, wrap_angles
 
 coordinates = st.floats(-100, 100)
 poses = st.builds(Pose2D, coordinates, coordinates, st.floats(-pi, pi))
@@ -67,6 +68,18 @@ def test_poses_survive_the_way_to_arrays_and_back(several: list[Pose2D]) -> None
     assert rows.shape == (len(several), 3)
     assert [Pose2D.from_array(row) for row in rows] == several
     assert all((pose.as_array() == row).all() for pose, row in zip(several, rows, strict=True))
+
+
+@given(poses, st.lists(poses))
+def test_relative_poses_are_the_motions_from_the_origin(origin: Pose2D, several: list[Pose2D]) -> None:
+    for row, pose in zip(relative_poses(origin.as_array(), stack_poses(several)), several, strict=True):
+        assert close(Pose2D.from_array(row), origin.between(pose))
+
+
+@given(st.lists(poses, min_size=1))
+def test_the_length_of_a_path_is_the_sum_of_its_steps(path: list[Pose2D]) -> None:
+    steps = [a.distance(b) for a, b in pairwise(path)]
+    np.testing.assert_allclose(path_lengths(stack_poses(path)), [sum(steps[:k]) for k in range(len(path))], atol=1e-9)
 
 
 def test_known_pose() -> None:

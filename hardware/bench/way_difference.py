@@ -8,7 +8,7 @@ from typing import Final, Self
 
 import numpy as np
 
-from slam.pose import FloatArray, wrap_angles
+from slam.pose import FloatArray, path_lengths, wrap_angles
 
 _MOVES: Final = 0.01
 """Metres from one pose to the next: a robot that moves less stands, or turns on the spot."""
@@ -62,7 +62,7 @@ def _legs(poses: FloatArray) -> Sequence[FloatArray]:
 
 
 def _resampled(poses: FloatArray) -> FloatArray:
-    driven = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])
+    driven = path_lengths(poses)
     at = np.arange(0.0, driven[-1], _STEP)
     columns = (poses[:, 0], poses[:, 1], np.unwrap(poses[:, 2]))
     return np.column_stack([np.interp(at, driven, column) for column in columns])

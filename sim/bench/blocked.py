@@ -10,7 +10,7 @@ import numpy as np
 
 from sim.robot import SimRobot
 from slam.odometry import Twist2D
-from slam.pose import FloatArray
+from slam.pose import FloatArray, wrap_angles
 from slam.scenario.schema import Scenario
 
 FORWARD: Final = Twist2D(0.3)
@@ -55,7 +55,7 @@ class Drive:
 def _ways(poses: FloatArray) -> FloatArray:
     """Distances from each pose to the next, metres; a radian counts as 0.2 m."""
     steps = np.diff(poses, axis=0)
-    ways: FloatArray = np.hypot(steps[:, 0], steps[:, 1]) + 0.2 * np.abs(np.angle(np.exp(1j * steps[:, 2])))
+    ways: FloatArray = np.hypot(steps[:, 0], steps[:, 1]) + 0.2 * np.abs(wrap_angles(steps[:, 2]))
     return ways
 
 

@@ -9,11 +9,10 @@ from typing import Final
 import numpy as np
 
 from slam.console.terminal import Terminal
-from slam.files.logs.log import relative_poses
 from slam.line_slam import Estimate, LineSlam
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry
-from slam.pose import FloatArray, Pose2D, stack_poses, wrap_angles
+from slam.pose import FloatArray, Pose2D, relative_poses, stack_poses, wrap_angles
 from slam.run.experiment import scenario_experiment
 from slam.run.loop import Ending, run_loop
 from slam.run.step import Step

@@ -19,9 +19,8 @@ from slam.bench.slam_runs import LOGS, SlamRun, doubled_noise, run_log
 from slam.config import SlamConfig
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
-from slam.files.logs.log import relative_poses
 from slam.files.tum import read_tum
-from slam.pose import FloatArray, wrap_angle
+from slam.pose import FloatArray, relative_poses, wrap_angle
 from slam.run.scoring.pose_errors import absolute_error, relative_error
 from slam.run.scoring.poses_at import poses_at
 from slam.run.scoring.relations import read_relations, relation_errors

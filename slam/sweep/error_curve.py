@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from slam.pose import path_lengths
 from slam.run.results.traces import Traces, pose_errors
 
 STATIONS: Final = 64
@@ -19,6 +20,6 @@ def error_curve(folder: Path) -> list[float] | None:
     if traces is None or traces.truth is None:
         return None
     errors = np.hypot(*pose_errors(traces.estimate, traces.truth)[:, :2].T)
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(traces.truth[:, :2], axis=0).T))])
+    way = path_lengths(traces.truth)
     at = np.linspace(0.0, way[-1], STATIONS)
     return [round(value, 6) for value in np.interp(at, way, errors).tolist()]

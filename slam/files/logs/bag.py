@@ -17,13 +17,13 @@ from slam.files.logs.bag_contents import BagContents
 from slam.files.logs.containers import Messages
 from slam.files.logs.frame_tree import FrameTree
 from slam.files.logs.laser_scan import BagScan, parse_laser_scan
-from slam.files.logs.log import BagTopics, Log, relative_poses, scan_time
+from slam.files.logs.log import BagTopics, Log, scan_time
 from slam.files.logs.stamps import in_order
 from slam.files.logs.tracks import Track
 from slam.files.read_statistics import ReadStatistics
 from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_transforms
 from slam.files.ros.topics import LASER_SCAN, ODOMETRY, POSE
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, relative_poses
 from slam.scan import Lidar
 
 _BASES: Final = ("base_link", "base_footprint")

@@ -14,10 +14,10 @@ import numpy as np
 from slam.files.fields import BadLine
 from slam.files.logs.carmen_message import PARSERS, Fan, Message, parse
 from slam.files.logs.carmen_params import param, params_of, twists
-from slam.files.logs.log import Log, relative_poses, scan_time
+from slam.files.logs.log import Log, scan_time
 from slam.files.logs.stamps import in_order
 from slam.files.read_statistics import ReadStatistics
-from slam.pose import FloatArray, Pose2D, wrap_angle
+from slam.pose import FloatArray, Pose2D, relative_poses, wrap_angle
 from slam.scan import Lidar
 
 _TYPES: Final = frozenset(

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.odometry import Odometry, Twist2D
-from slam.pose import FloatArray, Pose2D, wrap_angles
+from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan, Lidar
 
 
@@ -93,13 +93,6 @@ class BagTopics(NamedTuple):
 
     scan: str | None = None
     odometry: str | None = None
-
-
-def relative_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
-    """``T_origin_pose`` of poses (N, 3) given in one frame with the origin, (3,) or (N, 3)."""
-    dx, dy, turn = (poses - origin).T
-    c, s = np.cos(origin[..., 2]), np.sin(origin[..., 2])
-    return np.column_stack([c * dx + s * dy, c * dy - s * dx, wrap_angles(turn)])
 
 
 def scan_time(stamps: FloatArray) -> float:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
 from slam.files.palette import PAPER, Palette
-from slam.pose import FloatArray
+from slam.pose import FloatArray, path_lengths
 from slam.run.results.plan import plain_axes
 from slam.run.results.traces import Traces, pose_errors
 
@@ -70,7 +70,7 @@ def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER
         return None
     figure, axes = _panel(colours)
     for k, (name, traces, truth) in enumerate(known):
-        way = np.append(0.0, np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T)))
+        way = path_lengths(truth)
         alone, (colour, dash) = len(runs) == 1, colours.curve(k)
         axes.plot(way, _off(traces.estimate, truth), dash, color=colour, linewidth=1.3, label="SLAM" if alone else name)
         if alone:

@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.files.logs.log import relative_poses
 from slam.lines.segments import IntArray
-from slam.pose import FloatArray
+from slam.pose import FloatArray, path_lengths, relative_poses
 
 
 class PoseErrors(NamedTuple):
@@ -48,7 +47,7 @@ def absolute_error(poses: FloatArray, truth: FloatArray) -> float:
 
 def errors_by_path(poses: FloatArray, truth: FloatArray, length: float) -> PoseErrors:
     """Of the motions over all pieces of this length, metres, of the true path."""
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T))])
+    way = path_lengths(truth)
     last = np.searchsorted(way, way + length)
     first = np.flatnonzero(last < len(way))
     first = first[way[last[first]] - way[first] < 2 * length + 1]

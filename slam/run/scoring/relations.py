@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from slam.errors import LogError
-from slam.files.logs.log import relative_poses
 from slam.files.text_lines import read_lines
 from slam.files.tum import parse_row
-from slam.pose import FloatArray
+from slam.pose import FloatArray, relative_poses
 from slam.run.scoring.pose_errors import PoseErrors
 from slam.run.scoring.poses_at import MAX_GAP, poses_at
 

@@ -64,7 +64,7 @@ class WheelSpeeds(SpeedCommands):
     step = VEL2_UNIT, VEL2_UNIT
 
     def _speeds(self, twist: Twist2D) -> tuple[float, float]:
-        return twist.wheels(2.0 * self._half_track)
+        return twist.to_wheels(2.0 * self._half_track)
 
     def _commands(self, first: float, second: float) -> list[Command]:
         return [encode_vel2(first, second)]

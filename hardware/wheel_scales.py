@@ -19,5 +19,5 @@ class WheelScales:
     def corrected(self, motion: Twist2D) -> Twist2D:
         """A speed, or a short way and turn, as it really is."""
         track = 2.0 * self.half_track
-        left, right = motion.wheels(track)
+        left, right = motion.to_wheels(track)
         return Twist2D.from_wheels(self.left * left, self.right * right, track * self.track)

@@ -177,7 +177,7 @@ class P3dx:
     def _run_motors(self) -> None:
         """Turn the wheels as the firmware believes that the setpoint needs."""
         believed = self._config.odometry
-        left, right = self.setpoint.wheels(believed.track)
+        left, right = self.setpoint.to_wheels(believed.track)
         self._rolling[:] = self._grip.rolled(left / believed.left_radius, right / believed.right_radius)
         self._set_motors()
 

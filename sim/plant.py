@@ -122,6 +122,6 @@ class SimPlant:
         return self._base.pose @ self._base.twist.motion(ahead)
 
     def _roll(self, seconds: float) -> None:
-        left, right = self._wheels.mean_twist(self._world.time).wheels(self._track)
+        left, right = self._wheels.mean_twist(self._world.time).to_wheels(self._track)
         self._left += left * seconds
         self._right += right * seconds

@@ -1,4 +1,4 @@
-"""How a differential-drive base moves, and what its wheel encoders say of it: section 5, eqs. (38)-(44)."""
+"""Motion of a differential-drive base, and dead reckoning from its wheels: section 5, eqs. (38)-(44)."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Twist2D:
         chord = motion.x * cos(half) + motion.y * sin(half)
         return cls(chord / float(np.sinc(half / np.pi)) / seconds, motion.theta / seconds)
 
-    def wheels(self, track: float) -> tuple[float, float]:
+    def to_wheels(self, track: float) -> tuple[float, float]:
         """Metres a second of the left and the right wheel, ``track`` metres apart."""
         rim = self.angular * track / 2.0
         return self.linear - rim, self.linear + rim

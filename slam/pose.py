@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, remainder, sin
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,11 @@ def wrap_angle(angle: float) -> float:
 def wrap_angles(angles: FloatArray) -> FloatArray:
     """The same angles, any shape, in [-pi, pi]; radians."""
     return np.pi - np.remainder(np.pi - angles, 2.0 * np.pi)
+
+
+def unit_vectors(angles: NDArray[np.floating[Any]]) -> FloatArray:
+    """Cosine and sine of angles (N,), shape (N, 2)."""
+    return np.asarray(np.column_stack([np.cos(angles), np.sin(angles)]), np.float64)
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,7 @@ def test_motions_at_one_twist_add_up(twist: Twist2D, first: float, second: float
 
 @given(twists, st.floats(0.1, 1.0))
 def test_the_twist_of_the_wheels_is_the_one_that_turned_them(twist: Twist2D, track: float) -> None:
-    assert close(Twist2D.from_wheels(*twist.wheels(track), track), twist)
+    assert close(Twist2D.from_wheels(*twist.to_wheels(track), track), twist)
 
 
 def printed(left: float, right: float, x: float, y: float, theta: float) -> Pose2D:

@@ -7,6 +7,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slam.compiled import wrapped
 from slam.pose import Pose2D, path_lengths, relative_poses, stack_poses, wrap_angle, wrap_angles
 
 coordinates = st.floats(-100, 100)
@@ -52,6 +53,12 @@ def test_wrap_angle_keeps_the_direction(angle: float) -> None:
     wrapped = wrap_angle(angle)
     assert -pi < wrapped <= pi
     np.testing.assert_allclose([np.cos(wrapped), np.sin(wrapped)], [np.cos(angle), np.sin(angle)], atol=1e-9)
+
+
+@given(st.floats(-1000, 1000))
+def test_compiled_code_wraps_an_angle_as_python_does(angle: float) -> None:
+    assert abs(wrapped(angle)) < pi + 1e-9
+    assert abs(wrap_angle(wrapped(angle) - angle)) < 1e-9
 
 
 @given(st.lists(st.floats(-1000, 1000)))

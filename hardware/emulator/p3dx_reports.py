@@ -57,7 +57,7 @@ class P3dxReports:
 
     def _sip(self, motion: Motion) -> Sip:
         pose = self.pose
-        left, right = motion.setpoint.wheels(2.0 * P3DX_SH.half_track)
+        left, right = motion.setpoint.to_wheels(2.0 * P3DX_SH.half_track)
         left_contacts, right_contacts = self._contacts()
         return Sip(
             moving=motion.moving,

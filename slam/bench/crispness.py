@@ -8,7 +8,7 @@ import numpy as np
 
 from slam.deskew import deskewed
 from slam.files.logs import Log
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, unit_vectors
 
 CELL: Final = 0.05
 """Metres: the cells of the crispness."""
@@ -30,4 +30,4 @@ def end_points(log: Log, index: int, pose: FloatArray, cut: int, reach: float, d
     used[:cut] = used[len(used) - cut :] = False
     r, bearings = scan.ranges[used], scan.bearings[used]
     T_map_laser = Pose2D.from_array(pose) @ log.T_base_laser
-    return T_map_laser.transform(np.column_stack([r * np.cos(bearings), r * np.sin(bearings)]))
+    return T_map_laser.transform(r[:, None] * unit_vectors(bearings))

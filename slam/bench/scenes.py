@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from slam.bench.floor_plans import FAMILIES
 from slam.lidars import URG04LX
 from slam.lines.segments import IntArray
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scan import LaserScan
 
 TUNING_SEEDS: Final = range(60)
@@ -81,7 +81,7 @@ def cast_beams(
     walls: FloatArray, T_map_laser: Pose2D, angles: NDArray[np.floating[Any]]
 ) -> tuple[FloatArray, IntArray]:
     """Metres to the first of the walls (W, 2, 2) along each beam, inf for none, and which wall it is."""
-    beams = np.column_stack([np.cos(angles + T_map_laser.theta), np.sin(angles + T_map_laser.theta)])[:, None]
+    beams = unit_vectors(angles + T_map_laser.theta)[:, None]
     start, along = walls[None, :, 0] - T_map_laser.translation, (walls[:, 1] - walls[:, 0])[None]
     with np.errstate(divide="ignore", invalid="ignore"):  # a beam parallel to a wall hits nothing
         facing = _cross(beams, along)
@@ -119,7 +119,5 @@ def _runs(distance: FloatArray, wall: IntArray) -> VisibleWalls:
     seen = wall[first] >= 0
     first, last = first[seen], last[seen]
     angles = URG04LX.lidar.angles
-    start, end = (
-        distance[at, None] * np.column_stack([np.cos(angles[at]), np.sin(angles[at])]) for at in (first, last)
-    )
+    start, end = (distance[at, None] * unit_vectors(angles[at]) for at in (first, last))
     return VisibleWalls(first, last, start, end)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam.errors import InputError
-from slam.pose import FloatArray, wrap_angles
+from slam.pose import FloatArray, unit_vectors, wrap_angles
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,7 +61,7 @@ def reckoned(start: FloatArray, left: FloatArray, right: FloatArray, track: floa
     headings = start[2] + np.concatenate([[0.0], np.cumsum(turns)])
     chords = (left + right) / 2.0 * np.sinc(turns / (2.0 * np.pi))
     middles = headings[:-1] + turns / 2.0
-    steps = chords[:, None] * np.column_stack([np.cos(middles), np.sin(middles)])
+    steps = chords[:, None] * unit_vectors(middles)
     return np.column_stack([start[:2] + np.vstack([np.zeros((1, 2)), np.cumsum(steps, axis=0)]), headings])
 
 

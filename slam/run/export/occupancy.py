@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from slam.config import SurfelMapConfig
 from slam.deskew import deskewed
 from slam.errors import InputError
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.run.export.ray_counts import CountArray, count_rays
 from slam.run.results.run_record import RunRecord
 
@@ -80,5 +80,5 @@ def _beams(record: RunRecord) -> Iterator[Beams]:
         reach = np.where(echoes, scan.ranges, np.where(scan.ranges == np.inf, min(no_echo_reach, scan.range_max), 0.0))
         told = reach > 0.0
         bearings, reach = scan.bearings[told], reach[told]
-        ends = np.column_stack([reach * np.cos(bearings), reach * np.sin(bearings)])
+        ends = reach[:, None] * unit_vectors(bearings)
         yield Beams(T_map_laser.translation, T_map_laser.transform(ends), echoes[told])

@@ -9,7 +9,7 @@ import numpy as np
 
 from sim.gait import walk_all
 from sim.world import OUT_OF_REACH, World
-from slam.pose import FloatArray
+from slam.pose import FloatArray, path_lengths
 from slam.scenario.people import Person
 
 LEG_HEIGHT: Final = 0.85
@@ -30,7 +30,7 @@ class People:
         self._distances = np.zeros(self._nodes.shape[:2])
         for p, way in enumerate(ways):
             self._nodes[p, : len(way)] = way
-            self._distances[p, 1 : len(way)] = np.cumsum(np.hypot(*np.diff(way, axis=0).T))
+            self._distances[p, : len(way)] = path_lengths(way)
         self._habits = np.array([[p.speed, p.pause, p.keep, p.stance, p.stride] for p in persons]).reshape(-1, 5)
         self.leg_radii = np.repeat([p.leg_radius for p in persons], 2).astype(np.float64)
         self._pillars = [world.add_pillar(radius, LEG_HEIGHT) for radius in self.leg_radii]

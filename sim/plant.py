@@ -18,7 +18,7 @@ from sim.wheel_odometry import WheelOdometry
 from sim.world import World
 from slam.errors import ScenarioError
 from slam.odometry import Twist2D
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.scenario.schema import Scenario
 
 _RATE: Final = 100
@@ -114,18 +114,16 @@ class SimPlant:
             np.zeros(1), self._sweep([self._place()] * 2, 1.0), 0.0, 0.0, np.random.default_rng(0)
         )
 
-    def _sweep(self, path: Sequence[tuple[float, float, float]], seconds: float) -> Sweep:
+    def _sweep(self, path: Sequence[Pose2D], seconds: float) -> Sweep:
         """Sweep from one place of the base to another, with all else where it is now."""
         people, things = np.array([self._people.legs] * 2), np.array([self._furniture.places] * 2)
-        return Sweep(np.array(path), people, seconds, things)
+        return Sweep(stack_poses(path), people, seconds, things)
 
-    def _place(self, ahead: float = 0.0) -> tuple[float, float, float]:
-        """Predict the base's x, y, theta so many seconds ahead, at its present speed."""
-        pose = self._base.pose @ self._base.twist.motion(ahead)
-        return pose.x, pose.y, pose.theta
+    def _place(self, ahead: float = 0.0) -> Pose2D:
+        """Predict the pose of the base so many seconds ahead, at its present speed."""
+        return self._base.pose @ self._base.twist.motion(ahead)
 
     def _roll(self, seconds: float) -> None:
-        twist = self._wheels.mean_twist(self._world.time)
-        rim = twist.angular * self._track / 2.0
-        self._left += (twist.linear - rim) * seconds
-        self._right += (twist.linear + rim) * seconds
+        left, right = self._wheels.mean_twist(self._world.time).to_wheels(self._track)
+        self._left += left * seconds
+        self._right += right * seconds

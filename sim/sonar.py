@@ -10,7 +10,7 @@ import numpy as np
 
 from sim.rays import MovingOutlines, stop_at_legs
 from sim.world import World
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.furniture import Movable
 
 TRANSDUCERS: Final = np.array(
@@ -44,7 +44,7 @@ class SonarRing:
     ) -> tuple[float, ...]:
         """Metres, (8,) from left to right; inf without an echo. ``legs`` (L, 2) and ``things`` (M, 3) are there now."""
         bearings = self._bearings + T_map_base.theta
-        directions = np.column_stack([np.cos(bearings), np.sin(bearings)])
+        directions = unit_vectors(bearings)
         origins = T_map_base.transform(self._origins)
         starts = np.insert(origins, 2, HEIGHT, axis=1)
         ends = np.insert(origins + REACH * directions, 2, HEIGHT, axis=1)

@@ -10,7 +10,7 @@ from sim.lidar_noise import measure
 from sim.ray_casters import CASTERS, Caster
 from sim.rays import MovingOutlines, Sweep, rays_of, stop_at_legs
 from sim.world import World
-from slam.pose import FloatArray
+from slam.pose import FloatArray, unit_vectors
 from slam.scan import LaserScan
 from slam.scenario.furniture import Movable
 from slam.scenario.lidar_config import LidarConfig
@@ -34,7 +34,7 @@ class Urg04lx:
         self._config = config
         self._lidar = lidar
         self._mount = config.mount.pose.translation
-        self._beams = _directions(config.mount.theta + lidar.angles)
+        self._beams = unit_vectors(config.mount.theta + lidar.angles)
         self._leg_radii = np.empty(0) if leg_radii is None else leg_radii
         self._outlines = MovingOutlines(movables, config.height)
         reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
@@ -62,7 +62,7 @@ class Urg04lx:
 
         ``sweep`` is what moved meanwhile, and ``time`` seconds have passed.
         """
-        ranges = self._cast(sweep, _directions(self._config.mount.theta + bearings), increment)
+        ranges = self._cast(sweep, unit_vectors(self._config.mount.theta + bearings), increment)
         return measure(ranges, time, self._config, rng)
 
     def true_ranges(self, sweep: Sweep) -> FloatArray:
@@ -77,8 +77,3 @@ class Urg04lx:
             stop_at_legs(origins, directions, ranges, sweep.legs, self._leg_radii, increment / sweep.step)
         ranges[ranges > self._reach] = np.inf
         return ranges
-
-
-def _directions(bearings: FloatArray) -> FloatArray:
-    """Unit vectors (N, 2)."""
-    return np.column_stack([np.cos(bearings), np.sin(bearings)])

@@ -6,8 +6,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, remainder, sin
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,16 @@ def wrap_angle(angle: float) -> float:
     return pi if wrapped == -pi else wrapped
 
 
+def wrap_angles(angles: FloatArray) -> FloatArray:
+    """The same angles, any shape, in [-pi, pi]; radians."""
+    return np.pi - np.remainder(np.pi - angles, 2.0 * np.pi)
+
+
+def unit_vectors(angles: NDArray[np.floating[Any]]) -> FloatArray:
+    """Cosine and sine of angles (N,), shape (N, 2)."""
+    return np.asarray(np.column_stack([np.cos(angles), np.sin(angles)]), np.float64)
+
+
 @dataclass(frozen=True, slots=True)
 class Pose2D:
     """An element of SE(2): metres and radians; ``theta`` is kept as given by the user and wrapped by the operations."""
@@ -28,6 +40,16 @@ class Pose2D:
     x: float = 0.0
     y: float = 0.0
     theta: float = 0.0
+
+    @classmethod
+    def from_array(cls, row: FloatArray) -> Pose2D:
+        """The pose of an array (3,) of x, y and theta."""
+        x, y, theta = row.tolist()
+        return cls(x, y, theta)
+
+    def as_array(self) -> FloatArray:
+        """x, y and theta, shape (3,)."""
+        return np.array([self.x, self.y, self.theta])
 
     def __matmul__(self, other: Pose2D) -> Pose2D:
         """``T_a_c = T_a_b @ T_b_c``."""
@@ -69,3 +91,20 @@ class Pose2D:
     def transform(self, points: FloatArray) -> FloatArray:
         """Points (N, 2) given in frame ``b``, returned in frame ``a``: eq. (17)."""
         return points @ self.rotation.T + self.translation
+
+
+def stack_poses(poses: Iterable[Pose2D]) -> FloatArray:
+    """Rows (K, 3) of x, y and theta."""
+    return np.array([(pose.x, pose.y, pose.theta) for pose in poses]).reshape(-1, 3)
+
+
+def relative_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
+    """``T_origin_pose`` of poses (N, 3) given in one frame with the origin, (3,) or (N, 3)."""
+    dx, dy, turn = (poses - origin).T
+    c, s = np.cos(origin[..., 2]), np.sin(origin[..., 2])
+    return np.column_stack([c * dx + s * dy, c * dy - s * dx, wrap_angles(turn)])
+
+
+def path_lengths(poses: FloatArray) -> FloatArray:
+    """Metres from the first of these poses (K, 3), or points (K, 2), to each, from one to the next; shape (K,)."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])

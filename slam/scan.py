@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.pose import FloatArray
+from slam.pose import FloatArray, unit_vectors
 
 
 @lru_cache(maxsize=16)
@@ -97,4 +97,4 @@ class LaserScan:
         """End points of the beams that came back, in beam order, shape (M, 2), sensor frame: eq. (1)."""
         echoes = self.echoes
         d, theta = self.ranges[echoes], self.bearings[echoes]
-        return np.column_stack([d * np.cos(theta), d * np.sin(theta)])  # eq. (1)
+        return d[:, None] * unit_vectors(theta)  # eq. (1)

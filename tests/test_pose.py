@@ -1,12 +1,14 @@
 """Laws of SE(2), on random poses."""
 
+from itertools import pairwise
 from math import pi
 
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slam.pose import Pose2D, wrap_angle
+from slam.compiled import wrapped
+from slam.pose import Pose2D, path_lengths, relative_poses, stack_poses, wrap_angle, wrap_angles
 
 coordinates = st.floats(-100, 100)
 poses = st.builds(Pose2D, coordinates, coordinates, st.floats(-pi, pi))
@@ -51,6 +53,40 @@ def test_wrap_angle_keeps_the_direction(angle: float) -> None:
     wrapped = wrap_angle(angle)
     assert -pi < wrapped <= pi
     np.testing.assert_allclose([np.cos(wrapped), np.sin(wrapped)], [np.cos(angle), np.sin(angle)], atol=1e-9)
+
+
+@given(st.floats(-1000, 1000))
+def test_compiled_code_wraps_an_angle_as_python_does(angle: float) -> None:
+    assert abs(wrapped(angle)) < pi + 1e-9
+    assert abs(wrap_angle(wrapped(angle) - angle)) < 1e-9
+
+
+@given(st.lists(st.floats(-1000, 1000)))
+def test_angles_of_an_array_are_wrapped_as_each_alone(angles: list[float]) -> None:
+    wrapped = wrap_angles(np.array(angles))
+    assert (np.abs(wrapped) <= pi).all()
+    for one, angle in zip(wrapped.tolist(), angles, strict=True):
+        assert abs(wrap_angle(one - angle)) < 1e-9
+
+
+@given(st.lists(poses))
+def test_poses_survive_the_way_to_arrays_and_back(several: list[Pose2D]) -> None:
+    rows = stack_poses(several)
+    assert rows.shape == (len(several), 3)
+    assert [Pose2D.from_array(row) for row in rows] == several
+    assert all((pose.as_array() == row).all() for pose, row in zip(several, rows, strict=True))
+
+
+@given(poses, st.lists(poses))
+def test_relative_poses_are_the_motions_from_the_origin(origin: Pose2D, several: list[Pose2D]) -> None:
+    for row, pose in zip(relative_poses(origin.as_array(), stack_poses(several)), several, strict=True):
+        assert close(Pose2D.from_array(row), origin.between(pose))
+
+
+@given(st.lists(poses, min_size=1))
+def test_the_length_of_a_path_is_the_sum_of_its_steps(path: list[Pose2D]) -> None:
+    steps = [a.distance(b) for a, b in pairwise(path)]
+    np.testing.assert_allclose(path_lengths(stack_poses(path)), [sum(steps[:k]) for k in range(len(path))], atol=1e-9)
 
 
 def test_known_pose() -> None:

@@ -12,8 +12,6 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from slam.run.results.progress import RunProgress
-from slam.run.results.summary import summary_tables
 from typer.testing import CliRunner
 
 from slam.cli.compare import _cells
@@ -22,6 +20,8 @@ from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.console.terminal_table import TerminalTable
 from slam.errors import InputError
+from slam.run.run_and_report import summary_tables
+from slam.run.watchers import RunProgress
 from slam.sweep.report.write import write_report
 from slam.sweep.sweep import SweepOutcome
 

@@ -22,7 +22,7 @@ from hardware.emulator.station import Station
 from hardware.emulator.urg04lx import EmulatedUrg04lx
 from hardware.emulator.wire import Noise
 from slam.closing import Closing
-from slam.pose import Pose2D
+from slam.pose import Pose2D, unit_vectors
 
 _FARTHEST_BEHIND: Final = 1.0
 """Seconds: a machine that falls behind by more than this lets the emulated world skip time."""
@@ -118,7 +118,7 @@ class Emulator(Closing):
     def _glimpse(self) -> EmulatorState:
         bearings, ranges = self.urg04lx.sweep
         echoes = np.isfinite(ranges) & self.urg04lx.laser
-        near = ranges[echoes, None] * np.column_stack([np.cos(bearings[echoes]), np.sin(bearings[echoes])])
+        near = ranges[echoes, None] * unit_vectors(bearings[echoes])
         plant = self._plant
         return EmulatorState(self.p3dx.moved_until - self._began, plant.T_map_base, plant.odometry, near, plant.stalled)
 

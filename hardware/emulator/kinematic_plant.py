@@ -8,7 +8,7 @@ import numpy as np
 
 from slam.errors import ScenarioError
 from slam.odometry import Twist2D
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.schema import Scenario
 
 _HALF_TRACK = 0.165
@@ -69,7 +69,7 @@ class KinematicPlant:
         share = np.linspace(0.0, 1.0, len(bearings))
         headings = bearings + begin.theta + share * begin.between(end).theta
         places = begin.translation + share[:, None] * (end.translation - begin.translation)
-        rays, to_wall = np.column_stack([np.cos(headings), np.sin(headings)]), self._begins - places[:, None]
+        rays, to_wall = unit_vectors(headings), self._begins - places[:, None]
         with np.errstate(divide="ignore", invalid="ignore"):
             across = rays[:, :1] * self._ways[:, 1] - rays[:, 1:] * self._ways[:, 0]
             distance = (to_wall[..., 0] * self._ways[:, 1] - to_wall[..., 1] * self._ways[:, 0]) / across

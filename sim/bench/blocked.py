@@ -10,7 +10,7 @@ import numpy as np
 
 from sim.robot import SimRobot
 from slam.odometry import Twist2D
-from slam.pose import FloatArray
+from slam.pose import FloatArray, wrap_angles
 from slam.scenario.schema import Scenario
 
 FORWARD: Final = Twist2D(0.3)
@@ -55,7 +55,7 @@ class Drive:
 def _ways(poses: FloatArray) -> FloatArray:
     """Distances from each pose to the next, metres; a radian counts as 0.2 m."""
     steps = np.diff(poses, axis=0)
-    ways: FloatArray = np.hypot(steps[:, 0], steps[:, 1]) + 0.2 * np.abs(np.angle(np.exp(1j * steps[:, 2])))
+    ways: FloatArray = np.hypot(steps[:, 0], steps[:, 1]) + 0.2 * np.abs(wrap_angles(steps[:, 2]))
     return ways
 
 
@@ -89,7 +89,7 @@ def drive(scenario: Scenario, command: Twist2D = FORWARD, seconds: float = 13.0,
             assert seen is not None
             assert seen.T_map_base is not None
             true, believed = seen.T_map_base, seen.odometry.T_odom_base
-            rows.append((true.x, true.y, true.theta, believed.x, believed.y, believed.theta, seen.stalled))
+            rows.append((*true.as_array(), *believed.as_array(), seen.stalled))
     table = np.array(rows, np.float64)
     stamps = np.linspace(0.1, 0.1 * len(table), len(table))
     return Drive(stamps, table[:, :3], table[:, 3:6], table[:, 6])

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.lines.segments import IntArray
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.world_plan import rectangle
 
 CLEARANCE: Final = 0.45  # nothing stands nearer to the sensor than this, metres
@@ -67,8 +67,7 @@ def cast_beams(
     walls: FloatArray, T_map_laser: Pose2D, bearings: NDArray[np.floating[Any]]
 ) -> tuple[FloatArray, IntArray]:
     """Metres to the first of the walls (W, 2, 2) along each beam (N,), inf for none, and which wall it is."""
-    angles = bearings + T_map_laser.theta
-    beams = np.column_stack([np.cos(angles), np.sin(angles)])[:, None]
+    beams = unit_vectors(bearings + T_map_laser.theta)[:, None]
     start, along = walls[None, :, 0] - T_map_laser.translation, (walls[:, 1] - walls[:, 0])[None]
     with np.errstate(divide="ignore", invalid="ignore"):  # a beam parallel to a wall hits nothing
         facing = _cross(beams, along)

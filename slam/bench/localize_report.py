@@ -15,7 +15,7 @@ from slam.line_localizer import LineLocalizer
 from slam.line_slam import Estimate, LineSlam
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.surfel_mapper import SurfelMapper
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.robot import Observation
 from slam.run.backends import make_robot
 from slam.run.pilots import Wanderer, WaypointPilot
@@ -97,14 +97,14 @@ def map_world(scenario: Scenario) -> MappedWorld:
         while (observation := robot.observe()) is not None:
             estimate = slam.update(observation.scan, observation.odometry)
             assert observation.T_map_base is not None
-            truth.append(_row(observation.T_map_base))
-            estimates.append(_row(estimate.T_map_base))
+            truth.append(observation.T_map_base)
+            estimates.append(estimate.T_map_base)
             command = pilot.command(estimate.T_map_base)
             if command is None:
                 break
             robot.drive(command)
     assert isinstance(slam.mapper, SurfelMapper)
-    return MappedWorld(scenario, slam.mapper.map, np.array(truth), np.array(estimates))
+    return MappedWorld(scenario, slam.mapper.map, stack_poses(truth), stack_poses(estimates))
 
 
 def draw_start_poses(world: MappedWorld, random: np.random.Generator) -> Iterator[Pose2D]:
@@ -163,10 +163,6 @@ def _evaluated(world: MappedWorld, seen: list[tuple[Observation, Estimate]]) -> 
         errors_in_map=tuple(world.in_map(a).distance(b) for a, b in zip(truth[since:], poses[since:], strict=True)),
         times=tuple(estimate.total_time for _, estimate in seen),
     )
-
-
-def _row(pose: Pose2D) -> tuple[float, float, float]:
-    return pose.x, pose.y, pose.theta
 
 
 def _table_row(name: str, results: tuple[TrialResult, ...]) -> list[str]:

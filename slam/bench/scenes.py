@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from slam.bench.floor_plans import FAMILIES, cast_beams
 from slam.lidars import URG04LX
 from slam.lines.segments import IntArray
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scan import LaserScan
 
 TUNING_SEEDS: Final = range(60)
@@ -94,7 +94,5 @@ def _visible_walls(distance: FloatArray, wall: IntArray) -> VisibleWalls:
     seen = wall[first] >= 0
     first, last = first[seen], last[seen]
     angles = URG04LX.lidar.angles
-    start, end = (
-        distance[at, None] * np.column_stack([np.cos(angles[at]), np.sin(angles[at])]) for at in (first, last)
-    )
+    start, end = (distance[at, None] * unit_vectors(angles[at]) for at in (first, last))
     return VisibleWalls(first, last, start, end)

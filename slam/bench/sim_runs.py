@@ -9,11 +9,10 @@ from typing import Final
 import numpy as np
 
 from slam.console.terminal import Terminal
-from slam.files.logs.log import relative_poses
 from slam.line_slam import Estimate, LineSlam
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, relative_poses, stack_poses, wrap_angles
 from slam.run.experiment_setup import scenario_experiment
 from slam.run.loop import Ending, run_loop
 from slam.run.step import Step
@@ -134,9 +133,9 @@ def run_scenario(
     start = recorder.truth[0] @ recorder.wheels[0].inverse()
     return SimRun(
         ending=ending,
-        poses=_rows(recorder.poses),
-        truth=_rows(recorder.truth),
-        odometry=_rows([start @ wheels for wheels in recorder.wheels]),
+        poses=stack_poses(recorder.poses),
+        truth=stack_poses(recorder.truth),
+        odometry=stack_poses([start @ wheels for wheels in recorder.wheels]),
         covariances=np.array(recorder.covariances),
         unconstrained=np.array(recorder.unconstrained, np.float64),
         lost=recorder.lost,
@@ -146,11 +145,7 @@ def run_scenario(
     )
 
 
-def _rows(poses: list[Pose2D]) -> FloatArray:
-    return np.array([(pose.x, pose.y, pose.theta) for pose in poses])
-
-
 def _offsets(poses: FloatArray, truth: FloatArray) -> FloatArray:
     offsets = poses - truth
-    offsets[:, 2] -= 2.0 * np.pi * np.round(offsets[:, 2] / (2.0 * np.pi))
+    offsets[:, 2] = wrap_angles(offsets[:, 2])
     return offsets

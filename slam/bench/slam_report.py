@@ -18,9 +18,8 @@ from slam.bench.map_shape import crispness, shape_table
 from slam.config import SlamConfig
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
-from slam.files.logs.log import relative_poses
 from slam.files.tum import read_tum
-from slam.pose import FloatArray, wrap_angle
+from slam.pose import FloatArray, relative_poses, wrap_angle
 from slam.run.scoring.pose_errors import absolute_error, poses_at, relative_error
 from slam.run.scoring.relations import read_relations, relation_errors
 

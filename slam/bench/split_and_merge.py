@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, wrapped
 from slam.lines.segments import IntArray, Segments
-from slam.pose import FloatArray
+from slam.pose import FloatArray, unit_vectors
 from slam.scan import LaserScan
 
 
@@ -39,7 +39,7 @@ class SplitAndMerge:
 def segments_of(points: FloatArray, runs: IntArray, lines: FloatArray) -> Segments:
     """Segments of runs (M, 2) of points (N, 2) and their lines (rho, theta), shape (M, 2)."""
     rho, theta = lines.T
-    normals = np.column_stack([np.cos(theta), np.sin(theta)])
+    normals = unit_vectors(theta)
     start, end = (
         points[at] - (np.sum(normals * points[at], axis=1) - rho)[:, None] * normals for at in (runs[:, 0], runs[:, 1])
     )
@@ -148,4 +148,4 @@ def fitted_line(points: FloatArray, first: int, last: int) -> tuple[float, float
     rho = x * np.cos(theta) + y * np.sin(theta)
     if rho < 0.0:
         rho, theta = -rho, theta + np.pi
-    return rho, np.arctan2(np.sin(theta), np.cos(theta))
+    return rho, wrapped(theta)

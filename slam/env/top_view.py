@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw
 
 from slam.env.seen_grid import Extent, sight
 from slam.env.step_state import StepState
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scan import LaserScan
 from slam.scenario.schema import Scenario
 
@@ -66,7 +66,7 @@ class TopView:
     def _draw_scan(self, draw: Any, scan: LaserScan, T_map_laser: Pose2D) -> None:
         """The fan that the beams swept, and a dot at every echo."""
         lengths, headings = sight(scan), scan.lidar.angles
-        ends = T_map_laser.transform(np.column_stack([lengths * np.cos(headings), lengths * np.sin(headings)]))
+        ends = T_map_laser.transform(lengths[:, None] * unit_vectors(headings))
         draw.polygon(self._at(np.concatenate([T_map_laser.translation[None], ends[lengths > 0.0]])), fill=_FAN)
         draw.point(self._at(ends[scan.echoes]), fill=_ECHO)
 

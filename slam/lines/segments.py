@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.lines.range_noise import RangeNoise
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, unit_vectors
 
 IntArray = NDArray[np.int64]
 
@@ -39,7 +39,7 @@ class Segments:
     @property
     def normals(self) -> FloatArray:
         """Unit normals e_n, shape (M, 2): eq. (25)."""
-        return np.column_stack([np.cos(self.theta), np.sin(self.theta)])
+        return unit_vectors(self.theta)
 
     @property
     def counts(self) -> IntArray:

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.values import Point
 
 _CHORD: Final = 1e-3
@@ -34,4 +34,4 @@ def disc(center: Point, radius: float) -> FloatArray:
     """Corners (N, 2), counter-clockwise, of a regular polygon in the circle, less than 1 mm inside it everywhere."""
     sides = max(8, ceil(pi / acos(max(1.0 - _CHORD / radius, 0.0))))
     angles = np.arange(sides) * (2.0 * pi / sides)
-    return radius * np.column_stack([np.cos(angles), np.sin(angles)]) + center
+    return radius * unit_vectors(angles) + center

@@ -12,9 +12,10 @@ from typing import Final
 import numpy as np
 
 from slam.errors import HopslamError
+from slam.pose import path_lengths
 from slam.run.experiment import Experiment
 from slam.run.experiment_setup import replay_experiment, scenario_experiment
-from slam.run.results.traces import Traces, distance_travelled, pose_errors
+from slam.run.results.traces import Traces, pose_errors
 from slam.scenario.file import checked_template
 from slam.sweep.code_bundle import bundled_path, versions
 from slam.sweep.folder import Folder
@@ -59,7 +60,7 @@ def error_curve(folder: Path) -> list[float] | None:
     if traces is None or traces.truth is None:
         return None
     errors = np.hypot(*pose_errors(traces.estimate, traces.truth)[:, :2].T)
-    way = distance_travelled(traces.truth)
+    way = path_lengths(traces.truth)
     at = np.linspace(0.0, way[-1], CURVE_POINTS)
     return [round(value, 6) for value in np.interp(at, way, errors).tolist()]
 

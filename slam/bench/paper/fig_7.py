@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from slam.bench.paper.table_2 import SIGMA_TH, count_tests
 from slam.lines.hopping import hop_by_svd, sigma_3
-from slam.pose import FloatArray
+from slam.pose import FloatArray, unit_vectors
 from slam.run.pictures.figure_style import PAPER, save_figure
 
 PSI: Final = (0, 1, 2, 3, 5, 7, 10, 15, 25, 40)
@@ -43,7 +43,7 @@ def step_wall(seed: int) -> FloatArray:
     random = np.random.default_rng(seed)
     counts = np.array([40, random.integers(4, 12), 40])
     headings = np.cumsum([0.0, *(random.uniform(0.4, 1.5, 2) * random.choice([-1.0, 1.0], 2))])
-    steps = np.repeat(np.column_stack([np.cos(headings), np.sin(headings)]), counts, axis=0)
+    steps = np.repeat(unit_vectors(headings), counts, axis=0)
     points = np.array([-0.8, 1.0]) + 0.02 * np.cumsum(steps, axis=0)
     return np.asarray(points + random.normal(0.0, NOISE, points.shape))
 

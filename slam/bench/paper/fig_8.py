@@ -18,7 +18,7 @@ from slam.config import HoppingConfig
 from slam.lidars import URG04LX
 from slam.lines.hopping import segments_by_hopping
 from slam.lines.segments import Segments
-from slam.pose import FloatArray
+from slam.pose import FloatArray, unit_vectors
 from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.scan import LaserScan
 
@@ -60,7 +60,7 @@ def three_walls(seed: int = 0) -> LaserScan:
         first, last = (np.arctan2(y, x) for x, y in (right_end, left_end))
         met = (lidar.angles >= first) & (lidar.angles <= last)
         along = left_end - right_end
-        rays = np.column_stack([np.cos(lidar.angles[met]), np.sin(lidar.angles[met])])
+        rays = unit_vectors(lidar.angles[met])
         across = rays[:, 0] * along[1] - rays[:, 1] * along[0]
         ranges[met] = (right_end[0] * along[1] - right_end[1] * along[0]) / across
     ranges += np.random.default_rng(seed).normal(0.0, NOISE, lidar.beams)
@@ -86,7 +86,7 @@ def measure(repeats: int = 20) -> Fig8:
 
 def lines_on_walls(rho: FloatArray, theta: FloatArray) -> dict[str, int]:
     """How many of these lines lie along each wall, and on none of them ("none")."""
-    normals = np.column_stack([np.cos(theta), np.sin(theta)])
+    normals = unit_vectors(theta)
     on = {name: (np.abs(ends @ normals.T - rho) < _NEAR).all(axis=0) for name, ends in WALLS.items()}
     none = ~np.any(list(on.values()), axis=0)
     return {name: int(found.sum()) for name, found in (on | {"none": none}).items()}

@@ -16,12 +16,12 @@ from slam.files.fields import BadLine
 from slam.files.logs.bag_contents import BagContents, BagScan, parse_laser_scan
 from slam.files.logs.bag_files import Messages
 from slam.files.logs.bag_poses import FrameTree, Track
-from slam.files.logs.log import BagTopics, Log, relative_poses, scan_time
+from slam.files.logs.log import BagTopics, Log, scan_time
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import in_order
 from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_transforms
 from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, relative_poses
 from slam.scan import Lidar
 
 _BASES: Final = ("base_link", "base_footprint")
@@ -78,7 +78,7 @@ def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None
         report=statistics.report(len(scans)),
         has_odometry=track is not None,
         twists=None if track is None else track.twists_at(stamps),
-        start=_start(moving, T_odom_base[0].tolist()),
+        start=_start(moving, Pose2D.from_array(T_odom_base[0])),
         T_map_base=_truth(contents, stamps),
     )
 
@@ -110,11 +110,11 @@ def _mount(tree: FrameTree, base: str, laser: str, statistics: ReadStatistics, m
     return mount or Pose2D()
 
 
-def _start(moving: list[Transform], first: list[float]) -> Pose2D:
+def _start(moving: list[Transform], first: Pose2D) -> Pose2D:
     """``T_map_base`` at the first scan, where a map is known; identity otherwise."""
     for link in moving:
         if (link.frame, link.child) == ("map", "odom"):
-            return link.pose @ Pose2D(*first)
+            return link.pose @ first
     return Pose2D()
 
 

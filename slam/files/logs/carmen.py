@@ -13,10 +13,10 @@ import numpy as np
 
 from slam.files.fields import BadLine
 from slam.files.logs.carmen_message import PARSERS, Fan, Message, params_of, parse_message, parse_param, twists
-from slam.files.logs.log import Log, relative_poses, scan_time
+from slam.files.logs.log import Log, scan_time
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import in_order
-from slam.pose import FloatArray, Pose2D, wrap_angle
+from slam.pose import FloatArray, Pose2D, relative_poses, wrap_angle
 from slam.scan import Lidar
 
 _TYPES: Final = frozenset(

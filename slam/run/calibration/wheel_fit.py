@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam.errors import InputError
-from slam.pose import FloatArray
-from slam.run.results.traces import wrapped
+from slam.pose import FloatArray, unit_vectors, wrap_angles
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,7 +41,7 @@ class WheelFit:
 
 def wheel_travels(odometry: FloatArray, track: float) -> tuple[FloatArray, FloatArray]:
     """Ways of the left and the right wheel between K poses (K, 3), metres, (K - 1,): eqs. (38)-(42) backwards."""
-    turns = wrapped(np.diff(odometry[:, 2]))
+    turns = wrap_angles(np.diff(odometry[:, 2]))
     headings = odometry[:-1, 2] + turns / 2.0
     steps = np.diff(odometry[:, :2], axis=0)
     chords = steps[:, 0] * np.cos(headings) + steps[:, 1] * np.sin(headings)
@@ -62,7 +61,7 @@ def dead_reckoned(start: FloatArray, left: FloatArray, right: FloatArray, track:
     headings = start[2] + np.concatenate([[0.0], np.cumsum(turns)])
     chords = (left + right) / 2.0 * np.sinc(turns / (2.0 * np.pi))
     middles = headings[:-1] + turns / 2.0
-    steps = chords[:, None] * np.column_stack([np.cos(middles), np.sin(middles)])
+    steps = chords[:, None] * unit_vectors(middles)
     return np.column_stack([start[:2] + np.vstack([np.zeros((1, 2)), np.cumsum(steps, axis=0)]), headings])
 
 
@@ -74,7 +73,7 @@ def fit_wheels(legs: Sequence[Leg], track: float) -> WheelFit:
     ways = [wheel_travels(leg.odometry, track) for leg in legs]
     totals = np.array([(-left.sum(), right.sum()) for left, right in ways]).reshape(-1, 2)
     believed = np.array([_net_turn(leg.odometry) for leg in legs])
-    turned = believed + wrapped(np.array([_turn(leg.truth) for leg in legs]) - believed)
+    turned = believed + wrap_angles(np.array([_turn(leg.truth) for leg in legs]) - believed)
     if np.linalg.matrix_rank(totals, tol=0.1) < 2:
         raise InputError("the wheels cannot be told from this drive; it needs straight ways and turns")
     per_track = np.linalg.lstsq(totals, turned, rcond=None)[0]  # of each wheel's way, radians a metre
@@ -107,4 +106,4 @@ def _turn(poses: FloatArray) -> float:
 
 def _net_turn(poses: FloatArray) -> float:
     """Turn from the first pose to the last, radians; more than half a turn is counted as such."""
-    return float(wrapped(np.diff(poses[:, 2])).sum())
+    return float(wrap_angles(np.diff(poses[:, 2])).sum())

@@ -11,9 +11,9 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
-from slam.pose import FloatArray
+from slam.pose import FloatArray, path_lengths
 from slam.run.pictures.figure_style import PAPER, Palette, plain_axes
-from slam.run.results.traces import Traces, distance_travelled, pose_errors
+from slam.run.results.traces import Traces, pose_errors
 
 _LEGEND: Final = 66
 """Characters side by side in a legend."""
@@ -79,7 +79,7 @@ def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER
         return None
     figure, axes = _panel(colours)
     for k, (name, traces, truth) in enumerate(known):
-        way = distance_travelled(truth)
+        way = path_lengths(truth)
         alone, (colour, dash) = len(runs) == 1, colours.curve(k)
         axes.plot(way, _off(traces.estimate, truth), dash, color=colour, linewidth=1.3, label="SLAM" if alone else name)
         if alone:

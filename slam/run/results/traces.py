@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.files.tum import read_tum
-from slam.pose import FloatArray
+from slam.pose import FloatArray, wrap_angles
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,17 +50,7 @@ def _has_lines(path: Path, count: int) -> bool:
 
 
 def pose_errors(poses: FloatArray, truth: FloatArray) -> FloatArray:
-    """Estimate minus truth, shape (K, 3): x, y in metres, heading in radians within [-pi, pi)."""
+    """Estimate minus truth, shape (K, 3): x, y in metres, heading in radians within [-pi, pi]."""
     errors = poses - truth
-    errors[:, 2] = wrapped(errors[:, 2])
+    errors[:, 2] = wrap_angles(errors[:, 2])
     return errors
-
-
-def wrapped(angles: FloatArray) -> FloatArray:
-    """The same angles in [-pi, pi), radians."""
-    return (angles + np.pi) % (2 * np.pi) - np.pi
-
-
-def distance_travelled(poses: FloatArray) -> FloatArray:
-    """Length of the way to each pose (K, 3) from the first, (K,), metres."""
-    return np.append(0.0, np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T)))

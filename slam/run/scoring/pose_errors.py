@@ -9,10 +9,8 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.files.logs.log import relative_poses
 from slam.lines.segments import IntArray
-from slam.pose import FloatArray
-from slam.run.results.traces import distance_travelled
+from slam.pose import FloatArray, path_lengths, relative_poses
 
 MAX_GAP: Final = 10.0
 """Seconds to the nearest pose on both sides, at most, for a pose between two scans."""
@@ -69,7 +67,7 @@ def absolute_error(poses: FloatArray, truth: FloatArray) -> float:
 
 def errors_by_path(poses: FloatArray, truth: FloatArray, length: float) -> PoseErrors:
     """Errors of the motions over all pieces of this length, metres, of the true path."""
-    way = distance_travelled(truth)
+    way = path_lengths(truth)
     last = np.searchsorted(way, way + length)
     first = np.flatnonzero(last < len(way))
     first = first[way[last[first]] - way[first] < 2 * length + 1]

@@ -9,9 +9,8 @@ import numpy as np
 
 from slam.errors import LogError
 from slam.files.fields import table_row
-from slam.files.logs.log import relative_poses
 from slam.files.text_lines import read_lines
-from slam.pose import FloatArray
+from slam.pose import FloatArray, relative_poses
 from slam.run.scoring.pose_errors import MAX_GAP, PoseErrors, poses_at
 
 _COLUMNS = "t1 t2 x y z roll pitch yaw"

@@ -11,7 +11,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.run.viewer.covariance_shapes import ellipses, unconstrained_arrows, yaw_quaternions
 from slam.run.viewer.palette import END_MARK, START_MARK
 from slam.run.viewer.scene import PLOTS, Event, Frame
@@ -110,5 +110,5 @@ def _times(scans: Sequence[int], stamps: Sequence[float]) -> tuple[rr.TimeColumn
 
 
 def _transforms(frames: Sequence[Frame]) -> Any:
-    poses = np.array([[frame.robot.x, frame.robot.y, frame.robot.theta] for frame in frames])
+    poses = stack_poses(frame.robot for frame in frames)
     return rr.Transform3D.columns(translation=at_height(poses[:, :2], 0.06), quaternion=yaw_quaternions(poses[:, 2]))

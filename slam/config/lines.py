@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Final, Literal, Self
+from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 
 from pydantic import Field, Tag, model_validator
 
 from slam.config.own import OwnMethod
 from slam.config.section import OWN, Section, by_method
+from slam.lidars import LidarName
 
 
 class HoppingConfig(Section):
@@ -37,7 +38,29 @@ class HoppingConfig(Section):
         return self
 
 
-_WITHOUT_A_SENSOR: Final = {"merge_cost": 24.0, "min_points": 10, "min_length": 0.15, "max_angle_sigma": 1.0}
+class ChiSquarePreset(NamedTuple):
+    """The defaults of ChiSquareConfig that depend on how well the noise is known, and on who uses the segments."""
+
+    merge_cost: float
+    min_points: int
+    min_length: float
+    max_angle_sigma: float
+    shared_error: float
+
+
+SENSOR_NAMED: Final = ChiSquarePreset(
+    merge_cost=18.0, min_points=7, min_length=0.14, max_angle_sigma=0.15, shared_error=0.05
+)
+"""With ``sensor``, everywhere; ``shared_error`` is not used then."""
+NOISE_ESTIMATED: Final = ChiSquarePreset(
+    merge_cost=24.0, min_points=10, min_length=0.15, max_angle_sigma=1.0, shared_error=0.05
+)
+"""Without ``sensor``, for extraction by itself: where the noise is only estimated, details are not to be trusted."""
+NOISE_ESTIMATED_IN_SLAM: Final = ChiSquarePreset(
+    merge_cost=24.0, min_points=5, min_length=0.10, max_angle_sigma=1.0, shared_error=0.02
+)
+"""Without ``sensor``, as the ``lines`` of a SlamConfig: details too small to be sure of help when the map can confirm
+them."""
 
 
 class ChiSquareConfig(Section):
@@ -45,27 +68,26 @@ class ChiSquareConfig(Section):
 
     method: Literal["chi_square"] = "chi_square"
     """This method."""
-    sensor: Literal["table1", "urg04lx"] | None = None
+    sensor: LidarName | None = None
     """Whose noise to expect, see slam/lidars.py; without a name it is estimated from every scan."""
     bound_sigmas: float = Field(3.0, gt=0)
     """How many standard deviations the accuracy is that the sensor's maker gives."""
-    shared_error: float = Field(0.05, gt=0)
+    shared_error: float = Field(SENSOR_NAMED.shared_error, gt=0)
     """Without a sensor: what neighbouring beams share and no scan shows, metres. Real walls are not quite straight, and
     what stands before them is no wall at all."""
-    merge_cost: float = Field(18.0, gt=0)
+    merge_cost: float = Field(SENSOR_NAMED.merge_cost, gt=0)
     """Two neighbouring segments become one where that raises chi-square by less than this (24 without a sensor)."""
-    min_points: int = Field(7, ge=3)
+    min_points: int = Field(SENSOR_NAMED.min_points, ge=3)
     """A segment has at least this many points (10 without a sensor) ..."""
-    min_length: float = Field(0.14, ge=0)
+    min_length: float = Field(SENSOR_NAMED.min_length, ge=0)
     """... and this length, metres (0.15 without a sensor) ..."""
-    max_angle_sigma: float = Field(0.15, gt=0)
+    max_angle_sigma: float = Field(SENSOR_NAMED.max_angle_sigma, gt=0)
     """... and its direction is at least this sure: one standard deviation, radians (1 without a sensor)."""
 
     @model_validator(mode="before")
     @classmethod
-    def _coarser_without_a_sensor(cls, given: Any) -> Any:
-        """Where the noise is only guessed, details are not to be trusted."""
-        return given if not isinstance(given, dict) or given.get("sensor") else _WITHOUT_A_SENSOR | given
+    def _preset_without_a_sensor(cls, given: Any) -> Any:
+        return given if not isinstance(given, dict) or given.get("sensor") else NOISE_ESTIMATED._asdict() | given
 
 
 LineConfig = Annotated[

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.compiled import compiled
-from slam.lidars import lidar_model
+from slam.lidars import LIDARS, LidarName
 from slam.pose import FloatArray
 
 NORMAL_MEDIAN = 0.6745  # of the absolute value, in standard deviations
@@ -28,9 +28,9 @@ class RangeNoise(NamedTuple):
         return np.asarray(np.hypot(np.where(ranges <= self.near_range, self.near, self.far * ranges), self.floor))
 
 
-def noise_of_sensor(name: str, bound_sigmas: float) -> RangeNoise:
+def noise_of_sensor(name: LidarName, bound_sigmas: float) -> RangeNoise:
     """What the maker says, whose bound is this many standard deviations; the floor is the step of the range."""
-    model = lidar_model(name)
+    model = LIDARS[name]
     return RangeNoise(
         model.near_accuracy / bound_sigmas,
         model.near_range,

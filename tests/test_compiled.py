@@ -1,24 +1,92 @@
-"""The rule that keeps compiled functions from going stale."""
+"""Compiled code kept on disk is used again while what it was compiled from is the same, and only then."""
 
-import importlib
-import pkgutil
+import os
+import subprocess
+import sys
+from pathlib import Path
 
-import slam
-from slam.compiled import compiled
+import pytest
 
-DISPATCHER = type(compiled(lambda x: x))
+FILES = {
+    "__init__.py": "",
+    "sizes.py": "FACTOR = 2.0\nOFFSETS = (1.0, 2.0)\n",
+    "steps.py": "from slam.compiled import compiled\n\n@compiled\ndef add_one(x):\n    return x + 1.0\n",
+    "halves.py": (
+        "from slam.compiled import compiled\nfrom loops import steps\n\n"
+        "@compiled\ndef outer(x):\n    return inner(x)\n\n"
+        "@compiled\ndef inner(x):\n    return steps.add_one(x) / 2.0\n"
+    ),
+    "pairs.py": "from typing import NamedTuple\n\nclass Pair(NamedTuple):\n    left: float\n    right: float\n",
+    "unrelated.py": "from slam.compiled import compiled\n\n@compiled\ndef unused(x):\n    return x\n",
+    "top.py": (
+        "from __future__ import annotations\n\n"
+        "from slam.compiled import compiled\n"
+        "from loops.halves import outer\nfrom loops.pairs import Pair\nfrom loops.sizes import FACTOR, OFFSETS\n"
+        "from loops.unrelated import unused\n\n"
+        "@compiled\ndef top(x, pair: Pair):\n    return outer(x) * FACTOR + OFFSETS[1] + 100.0 * pair.left\n"
+    ),
+}
+PROGRAM = """
+from loops.top import Pair, top
+print(top(3.0, Pair(left=1.0, right=5.0)), sum(top.stats.cache_hits.values()), sum(top.stats.cache_misses.values()))
+"""
+FIRST = 106.0  # (3 + 1) / 2 * 2 + 2 + 100
 
 
-def test_compiled_functions_call_only_compiled_functions_of_their_own_file() -> None:
-    """numba renews what it kept when the file of a function changes, but not when that of a callee does."""
-    found = 0
-    for info in pkgutil.walk_packages(slam.__path__, "slam."):
-        module = importlib.import_module(info.name)
-        for name, function in vars(module).items():
-            if isinstance(function, DISPATCHER) and function.py_func.__module__ == info.name:
-                found += 1
-                for callee in function.py_func.__code__.co_names:
-                    called = getattr(module, callee, None)
-                    if isinstance(called, DISPATCHER):
-                        assert called.py_func.__module__ == info.name, f"{info.name}.{name} calls {callee}"
-    assert found >= 5
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    folder = tmp_path / "loops"
+    folder.mkdir()
+    for name, text in FILES.items():
+        (folder / name).write_text(text)
+    return folder
+
+
+def run(package: Path, **environment: str) -> tuple[float, bool]:
+    """The result of top() in a process of its own, and whether its code was found on disk."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(package.parent / "kept"), **environment}
+    environment["PYTHONPATH"] = os.pathsep.join([str(package.parent), str(Path(__file__).parent.parent)])
+    done = subprocess.run(
+        [sys.executable, "-B", "-c", PROGRAM], env=environment, capture_output=True, text=True, timeout=120, check=True
+    )
+    result, hits, misses = done.stdout.split()
+    assert int(hits) + int(misses) == 1
+    return float(result), hits == "1"
+
+
+def edit(file: Path, old: str, new: str) -> None:
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new))
+
+
+def test_kept_code_is_used_while_nothing_it_was_compiled_from_changes(package: Path) -> None:
+    assert run(package) == (FIRST, False)
+    assert run(package) == (FIRST, True)
+    edit(package / "unrelated.py", "return x", "return 2.0 * x")
+    edit(package / "sizes.py", "FACTOR = 2.0", "UNUSED = 7.0\nFACTOR = 2.0")
+    assert run(package) == (FIRST, True)
+
+
+def test_an_edit_of_what_it_was_compiled_from_gives_the_new_result(package: Path) -> None:
+    result = FIRST
+    assert run(package) == (result, False)
+    for file, old, new, more in [
+        ("top.py", "100.0", "200.0", 100.0),
+        ("halves.py", "/ 2.0", "/ 1.0", 4.0),  # a callee of a callee of another file
+        ("steps.py", "x + 1.0", "x + 3.0", 4.0),  # a callee by its module's name
+        ("sizes.py", "FACTOR = 2.0", "FACTOR = 3.0", 6.0),
+        ("sizes.py", "(1.0, 2.0)", "(1.0, 4.0)", 2.0),
+        ("pairs.py", "    left: float\n    right: float\n", "    right: float\n    left: float\n", 0.0),
+    ]:
+        edit(package / file, old, new)
+        result += more
+        assert run(package) == (result, False), f"{file}: {old} -> {new}"
+
+
+def test_without_a_place_to_keep_code_it_is_compiled_in_every_process(package: Path) -> None:
+    nowhere = package / "__pycache__"
+    nowhere.write_text("a file, so that no folder can be made here")
+    nobody = {"NUMBA_CACHE_DIR": "", "HOME": str(nowhere), "XDG_CACHE_HOME": str(nowhere)}
+    for _ in range(2):
+        assert run(package, **nobody) == (FIRST, False)

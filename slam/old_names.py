@@ -18,6 +18,8 @@ MOVED: Final = {
     "slam.late": "slam.named_code",
     "slam.own_code": "slam.named_code",
     "slam.line_continuation": "slam.localize_then_map",
+    "slam.lines.own_extractor": "slam.lines.extraction",
+    "slam.own_array": "slam.own_checks",
     "slam.run.bench": "slam.bench",
     "slam.run.cli": "slam.cli.main",
     "slam.run.commands": "slam.cli",

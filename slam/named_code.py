@@ -1,4 +1,4 @@
-"""Code named as ``module:name``, imported when it is used, a user's own only if it is allowed; and optional packages."""
+"""Code named as ``module:name``, imported when it is used, a user's own only if allowed; and optional packages."""
 
 from __future__ import annotations
 

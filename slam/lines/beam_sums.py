@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.compiled import compiled
-from slam.lines.range_noise import RangeNoise
+from slam.lines.range_noise import RangeNoise, range_variance
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 from slam.scan import BEARING, COS, SIN
@@ -33,7 +33,6 @@ def prefix_sums(
 
     The points are the beams with an echo.
     """
-    near, near_range, far, floor = noise
     n = 0
     q = qx = qy = qxx = qxy = qyy = 0.0
     last_x = last_y = last_bearing = last_r = 0.0
@@ -42,8 +41,7 @@ def prefix_sums(
         r = ranges[j]
         if not (reach[0] <= r <= reach[1]):
             continue
-        slope = near if r <= near_range else far * r
-        variance = slope * slope + floor * floor
+        variance = range_variance(r, noise)
         x, y, w = r * fan[COS, j], r * fan[SIN, j], r * r / variance
         q, qx, qy = q + w, qx + w * x, qy + w * y
         qxx, qxy, qyy = qxx + w * x * x, qxy + w * x * y, qyy + w * y * y

@@ -13,12 +13,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, wrapped
 from slam.mapping.surfel_map import SurfelMap
-from slam.matching.coarse_search import FULL, PIXEL, draw
+from slam.matching.coarse_search import FULL, PIXEL, draw, picture_of
 from slam.pose import FloatArray
 
-SIDES = 8  # as in coarse_search.py
 BLOCK = 4  # pixels along a side of a block
 HEADINGS: Final = 160
 """Headings tried: 0.04 rad apart."""
@@ -86,13 +85,9 @@ def _pooled(pictures: Pictures) -> Pictures:
 def _shift(facet: FloatArray, theta: float) -> tuple[int, int, int]:
     """Picture, and rows and columns from the laser, of a facet when the laser heads there."""
     c, s = np.cos(theta), np.sin(theta)
-    side = SIDES
-    if facet[2] != 0.0 or facet[3] != 0.0:
-        bearing = np.arctan2(s * facet[2] + c * facet[3], c * facet[2] - s * facet[3])
-        side = int(np.floor(bearing * SIDES / (2.0 * np.pi) + 0.5)) % SIDES
     di = int(np.floor((s * facet[0] + c * facet[1]) / PIXEL + 0.5))
     dj = int(np.floor((c * facet[0] - s * facet[1]) / PIXEL + 0.5))
-    return side, di, dj
+    return picture_of(facet[2], facet[3], c, s), di, dj
 
 
 @compiled
@@ -146,8 +141,7 @@ def _apart(rows: FloatArray, most: int, distance: float, angle: float) -> FloatA
     for k in range(len(rows)):
         alone = count < most
         for other in range(count):
-            turn = rows[k, 3] - chosen[other, 3]
-            turn -= 2.0 * np.pi * np.floor(turn / (2.0 * np.pi) + 0.5)
+            turn = wrapped(rows[k, 3] - chosen[other, 3])
             near = np.hypot(rows[k, 1] - chosen[other, 1], rows[k, 2] - chosen[other, 2]) < distance
             alone = alone and not (near and abs(turn) < angle)
         if alone:

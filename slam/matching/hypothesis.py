@@ -60,8 +60,7 @@ class Hypothesis:
 
     def agreement(self, scan: LaserScan, config: LocalizationConfig) -> float:
         """Of the scan that was followed last: 1 where all of it lies on walls, and none was seen through."""
-        laser, settings = self.T_map_base @ self._T_base_laser, self._map.config
-        pose = np.array([laser.x, laser.y, laser.theta])
+        pose, settings = (self.T_map_base @ self._T_base_laser).as_array(), self._map.config
         ranges = free_ranges(scan.ranges, scan.range_min, scan.range_max, settings.no_echo_reach)
         through = count_seen_through(
             self._map.grid, ranges, scan.angle_min, scan.angle_increment, pose, settings.carve_reach,

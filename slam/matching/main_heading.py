@@ -6,9 +6,9 @@ import numpy as np
 
 from slam.compiled import compiled
 from slam.lines.segments import Segments
+from slam.mapping.directions import turn_between
 from slam.pose import FloatArray
 
-QUARTER = 0.5 * np.pi
 LONG = 1.0  # metres: shorter segments say too little of a direction ...
 SURE = np.radians(1.0)  # ... and so do those less sure of theirs, one standard deviation
 AGREE = np.radians(2.0)  # a wall lies in a direction when it is nearer to it than this
@@ -46,7 +46,7 @@ def turn_to_main(walls: FloatArray, main: FloatArray, heading: float, widest: fl
     for m in range(len(walls)):
         length += walls[m, 2]
         for k in range(len(main)):
-            off = _between(walls[m, 0] + heading, main[k, 0])
+            off = turn_between(walls[m, 0] + heading, main[k, 0])
             agreeing = _agreeing(walls, main, heading + off) if abs(off) <= widest else 0.0
             if agreeing > best:
                 best, turn = agreeing, off
@@ -60,7 +60,7 @@ def _has_rival(walls: FloatArray, main: FloatArray, heading: float, widest: floa
     """Whether at another heading of the window enough metres agree."""
     for m in range(len(walls)):
         for k in range(len(main)):
-            off = _between(walls[m, 0] + heading, main[k, 0])
+            off = turn_between(walls[m, 0] + heading, main[k, 0])
             elsewhere = abs(off) <= widest and abs(off - turn) > 2.0 * AGREE
             if elsewhere and _agreeing(walls, main, heading + off) > enough:
                 return True
@@ -103,14 +103,7 @@ def _nearest(direction: float, main: FloatArray) -> tuple[float, float]:
     """From a direction to the nearest main one, and the variance of that."""
     least, variance = np.inf, 0.0
     for k in range(len(main)):
-        off = _between(direction, main[k, 0])
+        off = turn_between(direction, main[k, 0])
         if abs(off) < abs(least):
             least, variance = off, main[k, 1]
     return least, variance
-
-
-@compiled
-def _between(a: float, b: float) -> float:
-    """From direction ``a`` to ``b`` modulo a quarter turn, in [-pi / 4, pi / 4)."""
-    quarters = (b - a) / QUARTER
-    return float((quarters - np.floor(quarters + 0.5)) * QUARTER)

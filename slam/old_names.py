@@ -15,6 +15,8 @@ MOVED: Final = {
     "sim.casters": "sim.ray_casters",
     "sim.lent": "sim.reused_lists",
     "sim.range_noise": "sim.lidar_noise",
+    "slam.config.own": "slam.config.section",
+    "slam.config.whole": "slam.config.slam_config",
     "slam.late": "slam.named_code",
     "slam.own_code": "slam.named_code",
     "slam.line_continuation": "slam.localize_then_map",

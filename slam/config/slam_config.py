@@ -10,8 +10,7 @@ from slam.config.lines import NOISE_ESTIMATED_IN_SLAM, ChiSquareConfig, LineConf
 from slam.config.localization import LocalizationConfig
 from slam.config.mapping import MapConfig, SurfelMapConfig
 from slam.config.matching import LeastSquaresConfig, MatchConfig
-from slam.config.own import OwnMethod
-from slam.config.section import Section
+from slam.config.section import OwnMethod, Section
 from slam.modes import MODES, ModeName
 
 
@@ -20,13 +19,13 @@ class SlamConfig(Section):
     dead_reckoning`` none at all: wheel odometry alone, to compare with."""
 
     mode: ModeName = "hopslam"
-    """Which methods the three parts below have where they name none."""
+    """Choice of methods for those of the three parts below that name none."""
     lines: LineConfig = ChiSquareConfig.model_validate(NOISE_ESTIMATED_IN_SLAM._asdict())
-    """How lines are found in a scan."""
+    """Extraction of lines from a scan."""
     map: MapConfig = SurfelMapConfig()
-    """What is kept of the scans."""
+    """The map that is kept of the scans."""
     matching: MatchConfig = LeastSquaresConfig()
-    """How a scan finds its place in the map."""
+    """Matching of a scan to the map."""
     localization: LocalizationConfig = LocalizationConfig()
     deskew: bool = True
     """Undo the motion of the robot while the beams were taken, where they carry time; off in paper mode."""
@@ -36,7 +35,7 @@ class SlamConfig(Section):
     """Extract, match and map only after this much motion since the last time, metres; odometry fills in between. At 0
     every scan is used."""
     update_angle: float = Field(0.2, gt=0)
-    """... or after this much turning, radians."""
+    """Extract, match and map also after this much turning, radians, where ``update_distance`` is above 0."""
 
     @model_validator(mode="before")
     @classmethod

@@ -29,7 +29,7 @@ class LidarModel:
         return self.lidar.scan_time * self.lidar.angle_increment / (2.0 * pi)
 
     def accuracy(self, ranges: FloatArray) -> FloatArray:
-        """The bound, metres, that the maker gives for the error at each of these ranges (metres)."""
+        """Return the maker's bound of the error, metres, at each of these ranges (metres)."""
         return np.where(ranges <= self.near_range, self.near_accuracy, self.far_accuracy * ranges)
 
 

@@ -44,11 +44,11 @@ class OwnMethod(Section):
     options: dict[str, Any] = Field({})
     """Its keyword arguments."""
     _allowed: tuple[str, ...] = PrivateAttr(())
-    """Never written to a file, nor read from one."""
+    """The permission; never written to a file, nor read from one."""
 
     @classmethod
     def of(cls, code: Callable[..., Any], **options: Any) -> Self:
-        """The section that names this function or class, which has its name at the top of a module; allowed."""
+        """Make the section that names this function or class, at the top of a module, and allow it."""
         place = f"{code.__module__}:{code.__qualname__}"
         return cls.model_validate({"method": place, "options": options}, context={ALLOWED: (place,)})
 
@@ -70,6 +70,6 @@ class OwnMethod(Section):
 
 
 def _allowed_in(context: Any) -> tuple[str, ...] | None:
-    """The code that a validation context allows; None where the context does not say."""
+    """Return the code that a validation context allows; None where the context does not say."""
     allowed = context.get(ALLOWED) if isinstance(context, Mapping) else None
     return None if allowed is None else tuple(allowed)

@@ -11,14 +11,14 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slam.config import ChiSquareConfig
-from slam.lines.range_noise import RangeNoise, noise_of_scan, noise_of_sensor
+from slam.lines.range_noise import noise_of_scan, noise_of_sensor
 from slam.lines.segments import IntArray, Segments
 from slam.lines.wall_lines import END, RHO, START, THETA, wall_lines
 from slam.lines.wall_runs import FIRST_POINT, LAST_POINT, wall_runs, wall_runs_of_scans
@@ -36,7 +36,10 @@ def segments_by_chi_square(scan: LaserScan, config: ChiSquareConfig) -> Segments
     where the gap allows it.
     """
     ranges, fan, reach = scan.ranges, scan.fan, (scan.range_min, scan.range_max)
-    noise = _noise_of(config) or noise_of_scan(fan[BEARING], ranges, reach, config.shared_error)
+    if config.sensor is None:
+        noise = noise_of_scan(fan[BEARING], ranges, reach, config.shared_error)
+    else:
+        noise = noise_of_sensor(config.sensor, config.bound_sigmas)
     runs, totals = wall_runs(ranges, fan, reach, noise, config.merge_cost, config.min_points)
     spacing = float(fan[BEARING, -1] - fan[BEARING, 0]) / max(len(ranges) - 1, 1) if len(ranges) else 0.0
     kept, *lines = wall_lines(runs, totals, fan, spacing, config.min_length, config.max_angle_sigma)
@@ -61,8 +64,8 @@ def segments_of_scans(
 
 def _lines_of_batch(scans: Sequence[LaserScan], config: ChiSquareConfig) -> tuple[NDArray[Any], ...]:
     """Find the runs in these scans, segments a scan, lines, their covariance, their ends, and the ends' covariance."""
-    first, noise = scans[0], _noise_of(config)
-    assert noise is not None
+    assert config.sensor is not None
+    first, noise = scans[0], noise_of_sensor(config.sensor, config.bound_sigmas)
     ranges, reach = np.stack([scan.ranges for scan in scans]), (first.range_min, first.range_max)
     runs, totals, counts = wall_runs_of_scans(ranges, first.fan, reach, noise, config.merge_cost, config.min_points)
     used = np.arange(runs.shape[1]) < counts[:, None]
@@ -79,11 +82,3 @@ def _as_segments(
         runs[:, FIRST_POINT], runs[:, LAST_POINT], line[:, RHO], line[:, THETA], ends[:, START], ends[:, END],
         line_cov, ends_cov[:, START], ends_cov[:, END],
     )  # fmt: skip
-
-
-def _noise_of(config: ChiSquareConfig) -> RangeNoise | None:
-    """Look up the noise of the sensor that the settings name; None where they name none."""
-    return None if config.sensor is None else _noise_of_sensor(config.sensor, config.bound_sigmas)
-
-
-_noise_of_sensor = lru_cache(noise_of_sensor)

@@ -1,7 +1,8 @@
-"""How noisy the ranges of a lidar are: from its description, or from a scan."""
+"""The noise of a lidar's ranges, from the description of the sensor or estimated from a scan."""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -24,12 +25,14 @@ class RangeNoise(NamedTuple):
     floor: float
 
     def sigma(self, ranges: FloatArray) -> FloatArray:
-        """Metres, at these ranges (metres)."""
+        """Return the standard deviation at these ranges, all in metres."""
         return np.asarray(np.hypot(np.where(ranges <= self.near_range, self.near, self.far * ranges), self.floor))
 
 
+@lru_cache
 def noise_of_sensor(name: LidarName, bound_sigmas: float) -> RangeNoise:
-    """What the maker says, whose bound is this many standard deviations; the floor is the step of the range."""
+    """Return the noise that the maker admits, whose bound is so many standard deviations; the step of the range is the
+    floor."""
     model = LIDARS[name]
     return RangeNoise(
         model.near_accuracy / bound_sigmas,
@@ -42,7 +45,7 @@ def noise_of_sensor(name: LidarName, bound_sigmas: float) -> RangeNoise:
 def noise_of_scan(
     bearings: FloatArray, ranges: FloatArray, reach: tuple[float, float], shared_error: float
 ) -> RangeNoise:
-    """Estimated from a scan: bearings in order and ranges (N,), of which those within ``reach`` are echoes.
+    """Estimate the noise from a scan: bearings in order and ranges (N,), of which those within ``reach`` are echoes.
 
     Neighbours do not show the error that they share, ``shared_error`` metres; it becomes the floor.
     """
@@ -62,7 +65,7 @@ def range_variance(r: float, noise: RangeNoise) -> float:
 def _noise_of_neighbours(
     bearings: FloatArray, ranges: FloatArray, reach: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Near, near_range and far of RangeNoise, from every three neighbouring echoes with equal steps between them.
+    """Estimate near, near_range and far of RangeNoise from every three neighbouring echoes at equal steps.
 
     Along a straight wall 1/r is a sinusoid of the bearing, so the second difference u(-1) - 2 cos(step) u(0) + u(+1) of
     u = 1/r is noise alone, of variance 6 sigma^2 / r^4. Corners and gaps are the rarer the finer the scan; a median

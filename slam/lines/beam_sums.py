@@ -29,7 +29,7 @@ def prefix_sums(
     ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], noise: RangeNoise,
     sums: FloatArray, beam: IntArray, after_gap: NDArray[np.bool_],
 ) -> int:  # fmt: skip
-    """Fill in the sums, the beam of each point, and whether a gap parts it from the last; return how many points.
+    """Fill in the sums, the beam of each point, and True where a gap parts it from the last; return how many points.
 
     The points are the beams with an echo.
     """

@@ -30,8 +30,8 @@ def segments_by_hopping(points: FloatArray, config: HoppingConfig) -> Segments:
         runs, lines = runs_and_lines(points, config.sigma_Th, config.psi, config.L_Th, config.split_gap)
     else:
         runs, lines = _by_svd(points, config)
-    first, last = runs[:, 0], runs[:, 1]
-    return Segments(first, last, lines[:, 0], lines[:, 1], points[first], points[last])  # Proc. 8
+    (first, last), (rho, theta) = runs.T, lines.T
+    return Segments(first, last, rho, theta, points[first], points[last])  # Proc. 8
 
 
 def sigma_3(points: FloatArray) -> float:

@@ -27,7 +27,7 @@ class Partition(NamedTuple):
     start: IntArray
     """First point of each run; then, behind the last one, the number of points."""
     after_gap: NDArray[np.bool_]
-    """Whether a gap parts the run from the one before it; True behind the last one."""
+    """True for a run that a gap parts from the one before it, and behind the last one."""
     cost: FloatArray
     """Chi-square of each run about its best line."""
 

@@ -6,15 +6,7 @@ import numpy as np
 
 from slam.compiled import compiled
 from slam.lines.beam_sums import SUMS, prefix_sums
-from slam.lines.partition import (
-    Partition,
-    begin_with_blocks,
-    drop_small,
-    merge,
-    merge_three,
-    move_cuts,
-    reduced_chi_square,
-)
+from slam.lines.partition import Partition, cut_blocks, drop_small, merge, merge_three, move_cuts, reduced_chi_square
 from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
@@ -38,7 +30,7 @@ def wall_runs(
     sums, beam, after_gap = np.empty((N + 1, SUMS)), np.empty(N, np.int64), np.empty(N + 1, np.bool_)
     n = prefix_sums(ranges, fan, reach, noise, sums, beam, after_gap)
     partition = Partition(np.empty(n + 1, np.int64), np.empty(n + 1, np.bool_), np.empty(n + 1))
-    m = begin_with_blocks(sums, after_gap, n, partition)
+    m = cut_blocks(sums, after_gap, n, partition)
     m = merge(sums, m, partition, merge_cost)
     scale = reduced_chi_square(m, partition)
     if scale > 1.0:  # the ranges are noisier than they were said to be

@@ -25,7 +25,7 @@ from slam.bench.matchers import PaperMatcher, compared_matchers
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.files.atomic_files import atomic_file
-from slam.optional import optional
+from slam.named_code import import_optional
 from slam.pose import FloatArray
 from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.scenario.schema import Scenario
@@ -47,7 +47,7 @@ class MatcherComparison:
 
 def compare_matchers(scenario: Scenario, places: int, seed: int, console: Terminal) -> MatcherComparison:
     """Run all matchers on the same scans; InputError where small_gicp is not installed."""
-    optional("small_gicp", "bench")  # before seconds of work
+    import_optional("small_gicp", "bench")  # before seconds of work
     world = ScannedWorld(scenario, seed)
     with console.waiting("scanning"):
         made_from = world.map_scans()

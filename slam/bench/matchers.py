@@ -25,7 +25,7 @@ from slam.mapping.surfel_map import SurfelMap
 from slam.matching.force_field import match_points_to_segments
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.matching.surfel_memory import SurfelMemory
-from slam.optional import optional
+from slam.named_code import import_optional
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
@@ -118,7 +118,7 @@ class IcpMatcher:
 
 def compared_matchers(scans: Sequence[PlacedScan]) -> list[Matcher]:
     """Make every matcher from the scans of the map; InputError where small_gicp is not installed."""
-    small_gicp = optional("small_gicp", "bench")
+    small_gicp = import_optional("small_gicp", "bench")
     kinds = "PLANE_ICP", "GICP", "ICP"
     ours = [OurMatcher(scans), OurMatcher(scans, search=False)]
     return [*ours, PaperMatcher(scans), *(IcpMatcher(scans, small_gicp, kind) for kind in kinds)]

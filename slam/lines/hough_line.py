@@ -28,7 +28,7 @@ def design_matrix(points: FloatArray) -> FloatArray:
 
 
 def hough_line(points: FloatArray) -> HoughLine:
-    """The least-squares solution of A X = 0, eq. (5), for points (l, 2) with l >= 3, sensor frame, metres."""
+    """Find the least-squares solution of A X = 0, eq. (5), for points (l, 2) with l >= 3, sensor frame, metres."""
     _, sigma, V_T = np.linalg.svd(design_matrix(points), full_matrices=False)  # eqs. (7) and (8)
     v_3 = V_T[2]  # eq. (10)
     return HoughLine(*rho_theta(v_3), float(sigma[2]))

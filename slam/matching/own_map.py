@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from slam.named_code import expect_parts
-from slam.own_array import expect_array
+from slam.own_checks import expect_array, expect_parts
 from slam.pose import FloatArray
 
 

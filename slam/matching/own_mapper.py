@@ -8,8 +8,8 @@ from slam.config import OwnMethod
 from slam.lines.segments import Segments
 from slam.matching.match import Match
 from slam.matching.own_map import OwnLines, OwnPoints
-from slam.named_code import call, expect, expect_parts
-from slam.own_array import expect_array, expect_numbers
+from slam.named_code import call
+from slam.own_checks import expect, expect_array, expect_numbers, expect_parts
 from slam.pose import Pose2D
 from slam.scan import LaserScan
 

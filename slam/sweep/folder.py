@@ -12,7 +12,7 @@ from typing import IO, Any, Final
 
 from slam.errors import InputError, StorageError
 from slam.files.atomic_files import write_atomic
-from slam.optional import optional
+from slam.named_code import import_optional
 
 _DRAFT: Final = ".draft-"
 
@@ -121,7 +121,7 @@ def _sync(path: Path) -> None:
 
 def _open(url: str) -> tuple[Any, str]:
     """File system of a URL, and the path there."""
-    fsspec = optional("fsspec", "sweep")
+    fsspec = import_optional("fsspec", "sweep")
     try:
         fs, root = fsspec.core.url_to_fs(url)
     except (ValueError, ImportError) as error:

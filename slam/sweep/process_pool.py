@@ -28,7 +28,7 @@ _PARENT_CHECK_PERIOD: Final = 1.0
 class ProcessPool:
     """``size`` workers, which stay warm from job to job; each has one job at a time.
 
-    ``allowed`` is the code that the user allows.
+    ``allowed`` is the code that the user allows: see slam/config/section.py.
     """
 
     def __init__(self, size: int, runs: str, pictures: bool, allowed: Sequence[str] = ()) -> None:

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from slam.files.atomic_files import atomic_file, line_feature, write_atomic
-from slam.optional import optional
+from slam.named_code import import_optional
 from slam.pose import FloatArray
 from slam.run.results.run_record import RunRecord
 
@@ -46,7 +46,7 @@ def write_geojson(record: RunRecord, out: Path) -> None:
 
 def write_dxf(record: RunRecord, out: Path) -> None:
     """Write layer WALLS, and the way of the robot on layer TRAJECTORY. InputError where ezdxf is not installed."""
-    drawing = optional("ezdxf", "export").new("R2010", units=6)  # metres
+    drawing = import_optional("ezdxf", "export").new("R2010", units=6)  # metres
     drawing.layers.add("WALLS", color=7)
     drawing.layers.add("TRAJECTORY", color=3)
     space = drawing.modelspace()

@@ -8,9 +8,9 @@ from typing import Any, Final
 import numpy as np
 
 from slam.errors import InputError
+from slam.modes import MODES
 from slam.pose import FloatArray
 from slam.scenario.validation_message import hint
-from slam.sweep.config import MODES
 from slam.sweep.result_rows import Row
 from slam.sweep.result_store import ResultStore
 
@@ -105,7 +105,7 @@ def group_by_name(groups: list[RunGroup]) -> dict[str, list[RunGroup]]:
 
 
 def _order(group: RunGroup) -> tuple[Any, ...]:
-    place = MODES.index(group.mode) if group.mode in MODES else len(MODES)
+    place = [*MODES, group.mode].index(group.mode)
     return group.name, place, [(isinstance(value, str), value) for value in group.grid.values()]
 
 

@@ -11,12 +11,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from slam.files.atomic_files import atomic_file
+from slam.modes import MODES
 from slam.pose import FloatArray
 from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.sweep.report.groups import RunGroup, group_by_name
 
-_MODE_STYLES: Final = ("hopslam", "dead_reckoning", "paper")
-"""Modes in the order of the palette, so that the first two have the colours that they have elsewhere."""
+_CURVES: Final[list[str]] = sorted(MODES, key=lambda mode: mode == "paper")
+"""Each mode has the look of its place here: SLAM and dead reckoning come first, and have their usual colours."""
 _MARKERS: Final = "osD^vPX"
 _LOG_SCALE_RATIO: Final = 20.0
 """Ratio of the largest to the smallest value beyond which the scale is logarithmic."""
@@ -80,8 +81,8 @@ def _panels(titles: Any, y_label: str) -> tuple[Figure, Sequence[Axes]]:
 def _styles(groups: list[RunGroup]) -> list[tuple[str, str]]:
     """Colour and line style of each case: those of its mode, where the modes tell the cases apart."""
     modes = [group.mode for group in groups]
-    if len(set(modes)) == len(modes) and set(modes) <= set(_MODE_STYLES):
-        return [PAPER.curve(_MODE_STYLES.index(mode)) for mode in modes]
+    if len(set(modes)) == len(modes) and set(modes) <= set(_CURVES):
+        return [PAPER.curve(_CURVES.index(mode)) for mode in modes]
     return [PAPER.curve(index) for index in range(len(groups))]
 
 

@@ -126,8 +126,7 @@ def test_bounds_are_never_below_any_score_of_their_block() -> None:
     pictures = random.integers(0, 64, (9, 60, 60), np.uint8)
     facets = np.zeros((5, 7))
     facets[:, :2] = random.uniform(-1, 1, (5, 2))
-    first = np.array([20, 20])
-    bounds = _bounds(facets, first, 4, 4, 6, _pooled(pictures))
+    bounds = _bounds(facets, 20, (6, 4, 4), _pooled(pictures))
     for a in range(6):
         places = Pose2D(theta=a * np.pi / 3).transform(facets[:, :2]) / 0.1
         shifts = np.floor(places + 0.5).astype(int)

@@ -7,8 +7,8 @@ import numpy as np
 from slam.config import LeastSquaresConfig, LocalizationConfig
 from slam.lines.segments import Segments
 from slam.mapping.drift import Drift
+from slam.mapping.free_space import count_seen_through, free_beams
 from slam.mapping.surfel_map import SurfelMap
-from slam.mapping.surfel_updates import count_seen_through, free_ranges
 from slam.matching.match import NO_MATCH, Match
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.matching.surfel_memory import SurfelMemory
@@ -62,11 +62,8 @@ class Hypothesis:
         """Of the scan that was followed last: 1 where all of it lies on walls, and none was seen through."""
         laser, settings = self.T_map_base @ self._T_base_laser, self._map.config
         pose = np.array([laser.x, laser.y, laser.theta])
-        ranges = free_ranges(scan.ranges, scan.range_min, scan.range_max, settings.no_echo_reach)
-        through = count_seen_through(
-            self._map.grid, ranges, scan.angle_min, scan.angle_increment, pose, settings.carve_reach,
-            settings.free_margin,
-        )  # fmt: skip
+        beams = free_beams(scan, settings.no_echo_reach)
+        through = count_seen_through(self._map.grid, beams, pose, settings.carve_reach, settings.free_margin)
         return (self.match.inliers - config.seen_through * through) / max(self.match.points, 1)
 
     def learn(self, agreement: float, memory: float) -> None:

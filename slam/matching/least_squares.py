@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.compiled import compiled
-from slam.mapping.surfel_updates import Grid
+from slam.mapping.surfel_grid import Grid
 from slam.pose import FloatArray
 
 SAME_WAY = 0.85  # cosine between the normals of a facet and of its surfel

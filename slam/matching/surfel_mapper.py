@@ -11,10 +11,10 @@ from slam.config import LeastSquaresConfig
 from slam.lines.facets import facets_of
 from slam.lines.segments import Segments
 from slam.matching.coarse_search import best_of_window
-from slam.matching.compass import Compass
 from slam.matching.least_squares import Settings, fuse, solve
 from slam.matching.match import Match
 from slam.matching.surfel_memory import SurfelMemory
+from slam.matching.wall_heading import WallHeading
 from slam.motion_model import motion_covariance, moved
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import LaserScan
@@ -50,20 +50,20 @@ class SurfelMapper:
         self._last, self._added = memory.T_map_base, memory.T_map_added
         self._covariance = memory.covariance  # of the base at _last, against the map
         self._facets = np.empty((0, 7))
-        self._compass = Compass(memory.directions, config.directions == "auto")
+        self._walls = WallHeading(memory.directions, config.directions == "auto")
 
     @property
     def memory(self) -> SurfelMemory:
         """What a mapper is made from that goes on where this one stands; the map and its drift are shared."""
         return SurfelMemory(
             self.map, self._drift, self._last, self._added, self._covariance, self._growth, self._misfits,
-            self._compass.directions,
+            self._walls.directions,
         )  # fmt: skip
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
         """The pose of the sensor after the scan, given the pose of the base that odometry predicts."""
         self._facets = facets_of(scan, segments, self.config.facet_length)
-        self._compass.read(segments)
+        self._walls.observe(segments)
         if self._last is None:
             self._last = prior
             return Match(Pose2D(), 0, False, 0, covariance=self._drift.covariance(prior, self._covariance))
@@ -100,7 +100,7 @@ class SurfelMapper:
         ):
             self._added = T_map_laser
             self.map.add(self._facets, scan, T_map_laser)
-            self._compass.learn(T_map_laser.theta)
+            self._walls.add_walls(T_map_laser.theta)
 
     def _motion_covariance(self, last: Pose2D, prior: Pose2D) -> FloatArray:
         if self._odometry:
@@ -110,13 +110,13 @@ class SurfelMapper:
     def _fit(self, prior: Pose2D, covariance: FloatArray, motion: Pose2D) -> tuple[_Fit, bool]:
         """From the prior; where that is in doubt, from the best poses of a window too. And whether it was.
 
-        The compass tells where scans are far apart: where they overlap, the map holds the heading better than the
-        building's directions, which err alike in every scan.
+        The heading of the walls is asked where scans are far apart: where they overlap, the map holds the heading
+        better than the building's directions, which err alike in every scan.
         """
         x0, information = _as_array(prior), np.asarray(np.linalg.inv(covariance), np.float64)
         search = self.config.search
         far = motion.distance(Pose2D()) > search.distance or abs(motion.theta) > search.angle
-        steer = self._compass.steer if far else _unsteered
+        steer = self._walls.refine_prior if far else _unsteered
         widest = min(STEERED[0] + 3.0 * sqrt(covariance[2, 2]), STEERED[1])
         likely, sure = steer(x0, information, prior.theta, widest)
         fit = _Fit(*solve(self._facets, likely, likely, sure, self.map.grid, self._settings))

@@ -19,14 +19,12 @@ from slam.files.maps.schema import VERSION, MapDocument, SavedGrid
 from slam.files.whole_files import write_whole
 from slam.mapping.directions import Directions
 from slam.mapping.drift import Drift
+from slam.mapping.surfel_grid import ALIVE, COLUMNS, FREE, HITS, TAKEN, Grid
 from slam.mapping.surfel_map import SurfelMap
-from slam.mapping.surfel_updates import HITS, Grid
 from slam.matching.surfel_memory import SurfelMemory
 from slam.pose import FloatArray, Pose2D
 from slam.saved_slam import SavedSlam
 from slam.scenario.validation_message import message_of
-
-COLUMNS = 7  # of a surfel, without the link to the next
 
 
 def write_map(path: Path, saved: SavedSlam) -> None:
@@ -106,18 +104,18 @@ def _validation_message(errors: ValidationError) -> str:
 
 
 def _grid_text(grid: Grid) -> str:
-    used = int(grid.used[0])
+    taken = int(grid.counts[TAKEN])
     rows, columns = np.nonzero(grid.head >= 0)
     cells = np.column_stack([rows + grid.corner[0], columns + grid.corner[1], grid.head[rows, columns]]).tolist()
     surfels = [
         [*surfel, following]
-        for surfel, following in zip(grid.surfels[:used].tolist(), grid.next[:used].tolist(), strict=True)
+        for surfel, following in zip(grid.surfels[:taken].tolist(), grid.next[:taken].tolist(), strict=True)
     ]
     parts: dict[str, str] = {
         "cell": json.dumps(grid.cell),
         "corner": json.dumps(grid.corner.tolist()),
         "shape": json.dumps(grid.head.shape),
-        "free": json.dumps(int(grid.used[1])),
+        "free": json.dumps(int(grid.counts[FREE])),
         "cells": _lines(cells),
         "surfels": _lines(surfels),
     }
@@ -137,6 +135,8 @@ def _grid(saved: SavedGrid) -> Grid:
     corner = np.array(saved.corner, np.int64)
     cells = np.array(saved.cells, np.int64).reshape(-1, 3)
     head[cells[:, 0] - corner[0], cells[:, 1] - corner[1]] = cells[:, 2]
+    counts = np.empty(3, np.int64)
+    counts[TAKEN], counts[FREE], counts[ALIVE] = count, saved.free, (table[:, HITS] > 0.0).sum()
     surfels: FloatArray = np.ascontiguousarray(table[:, :COLUMNS])
     return Grid(
         head=head,
@@ -144,7 +144,7 @@ def _grid(saved: SavedGrid) -> Grid:
         surfels=surfels,
         corner=corner,
         cell=saved.cell,
-        used=np.array([count, saved.free, int((surfels[:, HITS] > 0.0).sum())]),
+        counts=counts,
     )
 
 

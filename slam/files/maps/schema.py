@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from slam.config import Section
-from slam.mapping.directions import MOST, QUARTER
+from slam.mapping.directions import MAX_CLUSTERS, QUARTER
 
 VERSION = 1
 MOST_CELLS = 50_000_000
@@ -90,7 +90,7 @@ class SavedDirections(Section):
 
     total: Metres = 0.0
     clusters: Annotated[
-        tuple[tuple[Annotated[float, Field(ge=0, le=QUARTER)], Metres, float], ...], Field(max_length=MOST)
+        tuple[tuple[Annotated[float, Field(ge=0, le=QUARTER)], Metres, float], ...], Field(max_length=MAX_CLUSTERS)
     ] = ()
 
 

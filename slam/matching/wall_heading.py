@@ -1,4 +1,4 @@
-"""The heading at which the long walls of a scan lie in the main directions of the building, compiled."""
+"""The heading that the long walls of a scan tell, where the building has main directions: one that does not drift."""
 
 from __future__ import annotations
 
@@ -6,19 +6,54 @@ import numpy as np
 
 from slam.compiled import compiled
 from slam.lines.segments import Segments
-from slam.pose import FloatArray
+from slam.mapping.directions import LENGTH, QUARTER, THETA, VARIANCE, Directions
+from slam.pose import FloatArray, wrap_angle
 
-QUARTER = 0.5 * np.pi
-LONG = 1.0  # metres: shorter segments say too little of a direction ...
-SURE = np.radians(1.0)  # ... and so do those less sure of theirs, one standard deviation
+MIN_LENGTH = 1.0  # metres: shorter segments say too little of a direction ...
+MAX_SIGMA = np.radians(1.0)  # ... and so do those less sure of theirs, one standard deviation
 AGREE = np.radians(2.0)  # a wall lies in a direction when it is nearer to it than this
 MAJORITY = 0.6  # of the long walls of a scan, by length, that must lie in one
 RIVAL = 0.8  # no other heading may have this share of what the best one has
 ROUNDS = 3  # of reweighting the mean
 
 
+class WallHeading:
+    """What the directions of a building say of the heading of the present scan, and what the scan says of them."""
+
+    def __init__(self, directions: Directions, enabled: bool = True) -> None:
+        self.directions, self._enabled = directions, enabled
+        self._walls = np.empty((0, 3))
+
+    def observe(self, segments: Segments) -> None:
+        """Take the segments of the present scan, sensor frame."""
+        if self._enabled:
+            self._walls = long_walls(segments)
+
+    def refine_prior(
+        self, prior: FloatArray, information: FloatArray, heading: float, widest: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """A prior (3,) of the sensor and its information (3, 3), made better by the main direction that the walls have
+        when the sensor turns from ``heading`` by no more than ``widest``, radians; the same where they have none."""
+        main = self.directions.main
+        if not len(self._walls) or not len(main):
+            return prior, information
+        turn, variance = turn_to_main(self._walls, main, heading, widest)
+        if not np.isfinite(variance):
+            return prior, information
+        better = information.copy()
+        better[2, 2] += 1.0 / variance
+        innovation = np.array([0.0, 0.0, wrap_angle(heading + turn - float(prior[2])) / variance])
+        return prior + np.linalg.solve(better, innovation), better
+
+    def add_walls(self, heading: float) -> None:
+        """Add the walls of the present scan, which goes into the map with this heading of the sensor, to the
+        directions."""
+        if len(self._walls):
+            self.directions.add(self._walls + np.array([heading, 0.0, 0.0]))
+
+
 def long_walls(segments: Segments) -> FloatArray:
-    """The segments that are long and sure enough: rows (M, 3) of theta (rad, sensor frame), its variance and length."""
+    """The segments that are long and sure enough, as walls (M, 3), sensor frame."""
     if segments.covariance is None:
         return np.empty((0, 3))
     return _long_walls(segments.theta, segments.start, segments.end, segments.covariance)
@@ -29,24 +64,26 @@ def _long_walls(theta: FloatArray, start: FloatArray, end: FloatArray, covarianc
     walls, count = np.empty((len(theta), 3)), 0
     for m in range(len(theta)):
         length = np.hypot(end[m, 0] - start[m, 0], end[m, 1] - start[m, 1])
-        if length >= LONG and covariance[m, 1, 1] <= SURE * SURE:
-            walls[count, 0], walls[count, 1], walls[count, 2] = theta[m], covariance[m, 1, 1], length
+        variance = covariance[m, 1, 1]
+        if length >= MIN_LENGTH and variance <= MAX_SIGMA * MAX_SIGMA:
+            walls[count, THETA], walls[count, VARIANCE], walls[count, LENGTH] = theta[m], variance, length
             count += 1
     return walls[:count]
 
 
 @compiled
 def turn_to_main(walls: FloatArray, main: FloatArray, heading: float, widest: float) -> tuple[float, float]:
-    """By what the sensor's heading is to be turned, at most ``widest``, and the variance of that; rad and rad^2.
+    """The turn of the sensor's heading, at most ``widest``, that lays the walls (M, 3) into the main directions (K, 2),
+    and its variance; rad and rad^2.
 
-    ``walls`` (M, 3) are those of ``long_walls``, ``main`` (K, 2) those of Directions. The variance is infinite where
-    the walls do not tell: too few of them agree, or they agree as well at another heading.
+    The variance is infinite where the walls do not tell: too few of them agree, or they agree as well at another
+    heading.
     """
     best = turn = length = 0.0
     for m in range(len(walls)):
-        length += walls[m, 2]
+        length += walls[m, LENGTH]
         for k in range(len(main)):
-            off = _between(walls[m, 0] + heading, main[k, 0])
+            off = _between(walls[m, THETA] + heading, main[k, THETA])
             agreeing = _agreeing(walls, main, heading + off) if abs(off) <= widest else 0.0
             if agreeing > best:
                 best, turn = agreeing, off
@@ -60,7 +97,7 @@ def _has_rival(walls: FloatArray, main: FloatArray, heading: float, widest: floa
     """Whether at another heading of the window enough metres agree."""
     for m in range(len(walls)):
         for k in range(len(main)):
-            off = _between(walls[m, 0] + heading, main[k, 0])
+            off = _between(walls[m, THETA] + heading, main[k, THETA])
             elsewhere = abs(off) <= widest and abs(off - turn) > 2.0 * AGREE
             if elsewhere and _agreeing(walls, main, heading + off) > enough:
                 return True
@@ -72,8 +109,8 @@ def _agreeing(walls: FloatArray, main: FloatArray, heading: float) -> float:
     """Metres of wall in main directions at this heading, less where they lie less well."""
     metres = 0.0
     for m in range(len(walls)):
-        off, _ = _nearest(walls[m, 0] + heading, main)
-        metres += walls[m, 2] * max(0.0, 1.0 - (off / AGREE) ** 2)
+        off, _ = _nearest(walls[m, THETA] + heading, main)
+        metres += walls[m, LENGTH] * max(0.0, 1.0 - (off / AGREE) ** 2)
     return metres
 
 
@@ -87,9 +124,9 @@ def _mean(walls: FloatArray, main: FloatArray, heading: float, turn: float) -> t
     for _ in range(ROUNDS):
         weights = asked = spread = 0.0
         for m in range(len(walls)):
-            off, own = _nearest(walls[m, 0] + heading + turn, main)
-            v = walls[m, 1] + own
-            w = walls[m, 2] / v * max(0.0, 1.0 - (off / AGREE) ** 2) ** 2
+            off, own = _nearest(walls[m, THETA] + heading + turn, main)
+            v = walls[m, VARIANCE] + own
+            w = walls[m, LENGTH] / v * max(0.0, 1.0 - (off / AGREE) ** 2) ** 2
             weights += w
             asked += w * off
             spread += w * v
@@ -103,9 +140,9 @@ def _nearest(direction: float, main: FloatArray) -> tuple[float, float]:
     """From a direction to the nearest main one, and the variance of that."""
     least, variance = np.inf, 0.0
     for k in range(len(main)):
-        off = _between(direction, main[k, 0])
+        off = _between(direction, main[k, THETA])
         if abs(off) < abs(least):
-            least, variance = off, main[k, 1]
+            least, variance = off, main[k, VARIANCE]
     return least, variance
 
 

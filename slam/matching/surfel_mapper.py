@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from slam.config import LeastSquaresConfig
 from slam.lines.facets import facets_of
 from slam.lines.segments import Segments
 from slam.matching.coarse_search import best_of_window
-from slam.matching.least_squares import Settings, fuse, solve
+from slam.matching.least_squares import Fit, SolverSettings, fuse, solve
 from slam.matching.match import Match
 from slam.matching.surfel_memory import SurfelMemory
 from slam.matching.wall_heading import WallHeading
@@ -26,17 +25,6 @@ STEERED = np.radians(2.0), np.radians(8.0)  # how far walls may turn a prior: be
 STEERED_FOUND = np.radians(4.0)  # ... and a pose that was found by search
 
 
-class _Fit(NamedTuple):
-    """What ``solve`` returns."""
-
-    pose: FloatArray
-    information: FloatArray
-    projector: FloatArray
-    inliers: float
-    iterations: int
-    converged: bool
-
-
 class SurfelMapper:
     """Robust least squares on the facets of a scan and the surfels of the map."""
 
@@ -45,7 +33,7 @@ class SurfelMapper:
     ) -> None:
         self.points = self.lines = self.map = memory.map
         self.config, self.T_base_laser, self._odometry = config, T_base_laser, odometry
-        self._settings = Settings(**{name: getattr(config, name) for name in Settings._fields})
+        self._settings = SolverSettings(*(getattr(config, name) for name in SolverSettings._fields))
         self._drift, self._growth, self._misfits = memory.drift, memory.growth, memory.misfits
         self._last, self._added = memory.T_map_base, memory.T_map_added
         self._covariance = memory.covariance  # of the base at _last, against the map
@@ -107,7 +95,7 @@ class SurfelMapper:
             return motion_covariance(last.between(prior), last.theta, self.config.motion)
         return np.diag(np.full(3, self.config.motion.without_odometry**2))
 
-    def _fit(self, prior: Pose2D, covariance: FloatArray, motion: Pose2D) -> tuple[_Fit, bool]:
+    def _fit(self, prior: Pose2D, covariance: FloatArray, motion: Pose2D) -> tuple[Fit, bool]:
         """From the prior; where that is in doubt, from the best poses of a window too. And whether it was.
 
         The heading of the walls is asked where scans are far apart: where they overlap, the map holds the heading
@@ -119,7 +107,7 @@ class SurfelMapper:
         steer = self._walls.refine_prior if far else _unsteered
         widest = min(STEERED[0] + 3.0 * sqrt(covariance[2, 2]), STEERED[1])
         likely, sure = steer(x0, information, prior.theta, widest)
-        fit = _Fit(*solve(self._facets, likely, likely, sure, self.map.grid, self._settings))
+        fit = solve(self._facets, likely, likely, sure, self.map.grid, self._settings)
         if not far and fit.inliers >= search.below * len(self._facets):
             return fit, False
         weighed: FloatArray = search.prior_weight * information
@@ -127,7 +115,7 @@ class SurfelMapper:
         for start in self._candidates(x0, covariance, weighed):
             settings = self._settings._replace(first_kernel=4.0 * self._settings.kernel)
             likely, sure = steer(x0, weighed, float(start[2]), STEERED_FOUND)
-            other = _Fit(*solve(self._facets, start, likely, sure, self.map.grid, settings))
+            other = solve(self._facets, start, likely, sure, self.map.grid, settings)
             score = self._score(other, x0, weighed)
             if score > best + gain:
                 fit, best, gain = other, score, 0.0
@@ -148,11 +136,11 @@ class SurfelMapper:
         return chosen
 
     @staticmethod
-    def _score(fit: _Fit, prior: FloatArray, weighed: FloatArray) -> float:
+    def _score(fit: Fit, prior: FloatArray, weighed: FloatArray) -> float:
         offset = _offset(fit.pose, prior)
         return fit.inliers - 0.5 * float(offset @ weighed @ offset)
 
-    def _learn(self, fit: _Fit, prior: FloatArray, predicted: FloatArray, motion: FloatArray) -> FloatArray:
+    def _learn(self, fit: Fit, prior: FloatArray, predicted: FloatArray, motion: FloatArray) -> FloatArray:
         """Keep the covariance of the sensor's pose, trust odometry less where scans contradict it, count misfits;
         returns the unconstrained directions."""
         config, offset = self.config, _offset(fit.pose, prior)

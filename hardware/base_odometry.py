@@ -10,7 +10,7 @@ from hardware.arcos.encoder_packet import WheelTravel, travel_wrap
 from hardware.arcos.sip import Sip
 from hardware.arcos.units import ArcosUnits
 from hardware.arcos.wrapping import unwrapped_step
-from hardware.odometry_track import OdometryTrack, mean_twist
+from hardware.odometry_track import OdometryTrack
 from hardware.wheel_scales import WheelScales
 from slam.odometry import Twist2D
 from slam.pose import Pose2D, wrap_angle
@@ -29,8 +29,8 @@ _PATIENCE: Final = 0.5
 
 def sip_twist(sip: Sip, units: ArcosUnits) -> Twist2D:
     """The speed of the base."""
-    turning = (sip.right - sip.left) / 2.0 / units.half_track if sip.turning is None else sip.turning
-    return Twist2D((sip.left + sip.right) / 2.0, turning)
+    twist = Twist2D.from_wheels(sip.left, sip.right, 2.0 * units.half_track)
+    return twist if sip.turning is None else replace(twist, angular=sip.turning)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,7 @@ class PositionOdometry:
 
     def _corrected(self, step: Pose2D) -> Pose2D:
         """By the wheels' scales; what is no motion of wheels, such as the rounding of reports, stays as it is."""
-        rolled = mean_twist(step, 1.0)
+        rolled = Twist2D.from_motion(step, 1.0)
         rest = rolled.motion(1.0).between(step)
         return self._scales.corrected(rolled).motion(1.0) @ rest
 
@@ -125,7 +125,7 @@ class EncoderOdometry:
         if self._last is not None:
             left = unwrapped_step(self._last.left, travel.left, self._wrap)
             right = unwrapped_step(self._last.right, travel.right, self._wrap)
-            way = Twist2D((left + right) / 2.0, (right - left) / (2.0 * self._scales.half_track))
+            way = Twist2D.from_wheels(left, right, 2.0 * self._scales.half_track)
             pose = pose @ self._scales.corrected(way).motion(1.0)
         self._last = travel
         self._track.add(stamp, pose, self._scales.corrected(twist))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import deque
-from math import cos, sin
 from typing import Final
 
 import numpy as np
@@ -55,7 +54,7 @@ class OdometryTrack:
             return self._poses[0]
         begin, end = self._stamps[after - 1], self._stamps[after]
         step = self._poses[after - 1].between(self._poses[after])
-        return self._poses[after - 1] @ mean_twist(step, end - begin).motion(stamp - begin)
+        return self._poses[after - 1] @ Twist2D.from_motion(step, end - begin).motion(stamp - begin)
 
     def between(self, first: float, last: float) -> Odometry:
         """Odometry at the time ``first``, with the mean speed from there to ``last``."""
@@ -68,11 +67,3 @@ class OdometryTrack:
         known = np.array([(twist.linear, twist.angular) for twist in self._twists])
         means = (np.trapezoid(np.interp(times, self._stamps, speed), times) / (last - first) for speed in known.T)
         return Twist2D(*map(float, means))
-
-
-def mean_twist(motion: Pose2D, seconds: float) -> Twist2D:
-    """The constant speed that makes this motion: the inverse of ``Twist2D.motion``, but for what slips sideways."""
-    half = motion.theta / 2.0
-    chord = motion.x * cos(half) + motion.y * sin(half)
-    stretch = half / sin(half) if abs(half) > 1e-8 else 1.0
-    return Twist2D(chord * stretch / seconds, motion.theta / seconds) if seconds > 0.0 else Twist2D()

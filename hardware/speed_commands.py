@@ -64,11 +64,10 @@ class WheelSpeeds(SpeedCommands):
     step = VEL2_UNIT, VEL2_UNIT
 
     def _speeds(self, twist: Twist2D) -> tuple[float, float]:
-        rim = twist.angular * self._half_track
-        return twist.linear - rim, twist.linear + rim
+        return twist.wheels(2.0 * self._half_track)
 
     def _commands(self, first: float, second: float) -> list[Command]:
         return [encode_vel2(first, second)]
 
     def _twist(self, first: float, second: float) -> Twist2D:
-        return Twist2D((first + second) / 2.0, (second - first) / 2.0 / self._half_track)
+        return Twist2D.from_wheels(first, second, 2.0 * self._half_track)

@@ -18,6 +18,6 @@ class WheelScales:
 
     def corrected(self, motion: Twist2D) -> Twist2D:
         """A speed, or a short way and turn, as it really is."""
-        rim = motion.angular * self.half_track
-        left, right = self.left * (motion.linear - rim), self.right * (motion.linear + rim)
-        return Twist2D((left + right) / 2.0, (right - left) / (2.0 * self.half_track * self.track))
+        track = 2.0 * self.half_track
+        left, right = motion.wheels(track)
+        return Twist2D.from_wheels(self.left * left, self.right * right, track * self.track)

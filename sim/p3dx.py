@@ -142,8 +142,7 @@ class P3dx:
     @property
     def twist(self) -> Twist2D:
         """Velocity of the base at the last reading of the encoders, as its simulated wheels say."""
-        left, right = self._rims
-        return Twist2D((left + right) / 2.0, (right - left) / TRACK)
+        return Twist2D.from_wheels(*self._rims, TRACK)
 
     @property
     def stalled(self) -> bool:
@@ -178,8 +177,8 @@ class P3dx:
     def _run_motors(self) -> None:
         """Turn the wheels as the firmware believes that the setpoint needs."""
         believed = self._config.odometry
-        v, rim = self.setpoint.linear, self.setpoint.angular * believed.track / 2.0
-        self._rolling[:] = self._grip.rolled((v - rim) / believed.left_radius, (v + rim) / believed.right_radius)
+        left, right = self.setpoint.wheels(believed.track)
+        self._rolling[:] = self._grip.rolled(left / believed.left_radius, right / believed.right_radius)
         self._set_motors()
 
     def _load(self, start: Pose2D) -> int:

@@ -18,7 +18,7 @@ from sim.wheel_odometry import WheelOdometry
 from sim.world import World
 from slam.errors import ScenarioError
 from slam.odometry import Twist2D
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.scenario.schema import Scenario
 
 _RATE: Final = 100
@@ -112,18 +112,16 @@ class SimPlant:
         """The compiled code is loaded now: real time does not wait for it."""
         self._lidar.glance(np.zeros(1), self._sweep([self._place()] * 2, 1.0), 0.0, 0.0, np.random.default_rng(0))
 
-    def _sweep(self, path: Sequence[tuple[float, float, float]], seconds: float) -> Sweep:
+    def _sweep(self, path: Sequence[Pose2D], seconds: float) -> Sweep:
         """Sweep from one place of the base to another, with all else where it is now."""
         people, things = np.array([self._people.legs] * 2), np.array([self._furniture.places] * 2)
-        return Sweep(np.array(path), people, seconds, things)
+        return Sweep(stack_poses(path), people, seconds, things)
 
-    def _place(self, ahead: float = 0.0) -> tuple[float, float, float]:
+    def _place(self, ahead: float = 0.0) -> Pose2D:
         """Where the base is at the speed of now, so many seconds from now."""
-        pose = self._base.pose @ self._base.twist.motion(ahead)
-        return pose.x, pose.y, pose.theta
+        return self._base.pose @ self._base.twist.motion(ahead)
 
     def _roll(self, seconds: float) -> None:
-        twist = self._wheels.mean_twist(self._world.time)
-        rim = twist.angular * self._track / 2.0
-        self._left += (twist.linear - rim) * seconds
-        self._right += (twist.linear + rim) * seconds
+        left, right = self._wheels.mean_twist(self._world.time).wheels(self._track)
+        self._left += left * seconds
+        self._right += right * seconds

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import cos, pi, sin
+from math import cos, sin
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, wrapped
 from slam.pose import FloatArray
 
 
@@ -39,8 +39,7 @@ def rays_of(
         at = j * time_increment / step
         k = min(int(at), last)
         n, share = min(k + 1, last), at - k
-        turn = path[n, 2] - path[k, 2]
-        theta = path[k, 2] + share * (turn - 2.0 * pi * np.rint(turn / (2.0 * pi)))
+        theta = path[k, 2] + share * wrapped(path[n, 2] - path[k, 2])
         c, s = cos(theta), sin(theta)
         origins[j, 0] = path[k, 0] + share * (path[n, 0] - path[k, 0]) + c * mount[0] - s * mount[1]
         origins[j, 1] = path[k, 1] + share * (path[n, 1] - path[k, 1]) + s * mount[0] + c * mount[1]
@@ -90,8 +89,7 @@ def stop_at_outlines(
         for row in range(len(segments)):
             if segments[row, 0] != owner:
                 owner = int(segments[row, 0])
-                turn = places[n, owner, 2] - places[k, owner, 2]
-                theta = places[k, owner, 2] + share * (turn - 2.0 * pi * np.rint(turn / (2.0 * pi)))
+                theta = places[k, owner, 2] + share * wrapped(places[n, owner, 2] - places[k, owner, 2])
                 c, s = cos(theta), sin(theta)
                 x = origins[j, 0] - places[k, owner, 0] - share * (places[n, owner, 0] - places[k, owner, 0])
                 y = origins[j, 1] - places[k, owner, 1] - share * (places[n, owner, 1] - places[k, owner, 1])

@@ -55,7 +55,7 @@ class WheelOdometry:
             left, right = rounded(left, MILLIMETRE), rounded(right, MILLIMETRE)
         self._left = self._right = 0.0
         self._time = time
-        return Twist2D((left + right) / 2.0, (right - left) / self._errors.track)
+        return Twist2D.from_wheels(left, right, self._errors.track)
 
     def _misread(self, ticks: Ticks) -> Ticks:
         left, right = self._errors.encoder_noise * self._rng.standard_normal(2)

@@ -93,3 +93,9 @@ def _constant(name: str, value: Any) -> dict[str, str]:
     if isinstance(value, type) and hasattr(value, "_fields"):
         return {name: repr(value._fields)}  # a named tuple: the order of its fields
     return {}
+
+
+@compiled
+def wrapped(angle: float) -> float:
+    """``wrap_angle`` for compiled code: the same angle in [-pi, pi]; radians."""
+    return float(angle - 2.0 * np.pi * np.rint(angle / (2.0 * np.pi)))

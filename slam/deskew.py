@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, sin
 
 import numpy as np
 
@@ -23,16 +22,9 @@ def deskewed(scan: LaserScan, twist: Twist2D, T_base_laser: Pose2D) -> LaserScan
     if scan.time_increment == 0.0 or twist == Twist2D():
         return scan
     fan = even_fan(scan.angle_min, scan.angle_increment, len(scan.ranges))
-    step = T_base_laser.inverse() @ _motion(twist, scan.time_increment) @ T_base_laser
+    step = T_base_laser.inverse() @ twist.motion(scan.time_increment) @ T_base_laser
     ranges, beam_fan = _straightened(scan.ranges, fan, step.x, step.y, step.theta)
     return replace(scan, ranges=ranges, time_increment=0.0, beam_fan=beam_fan)
-
-
-def _motion(twist: Twist2D, seconds: float) -> Pose2D:
-    """The arc of the base in so short a time."""
-    half = 0.5 * twist.angular * seconds
-    chord = twist.linear * seconds * (sin(half) / half if abs(half) > 1e-8 else 1.0)
-    return Pose2D(chord * cos(half), chord * sin(half), 2.0 * half)
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""How unsure odometry is: the covariance of one motion of the base."""
+"""Uncertainty of odometry: the covariance of one motion of the base."""
 
 from __future__ import annotations
 
@@ -31,9 +31,11 @@ def motion_covariance(motion: Pose2D, heading: float, config: MotionConfig) -> F
     )
 
 
-def moved(covariance: FloatArray, start: Pose2D, end: Pose2D) -> FloatArray:
-    """What a covariance (3, 3) at ``start`` is at ``end``, the way between them being sure: an error of the heading
-    becomes one of the place."""
+def propagate(covariance: FloatArray, start: Pose2D, end: Pose2D) -> FloatArray:
+    """Carry a covariance (3, 3) of a pose from ``start`` to ``end``, the motion between them being certain.
+
+    An error of the heading becomes one of the position.
+    """
     return _carried(covariance, start.y - end.y, end.x - start.x)
 
 

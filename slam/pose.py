@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, remainder, sin
 
@@ -21,6 +22,11 @@ def wrap_angle(angle: float) -> float:
     return pi if wrapped == -pi else wrapped
 
 
+def wrap_angles(angles: FloatArray) -> FloatArray:
+    """The same angles, any shape, in [-pi, pi]; radians."""
+    return np.pi - np.remainder(np.pi - angles, 2.0 * np.pi)
+
+
 @dataclass(frozen=True, slots=True)
 class Pose2D:
     """An element of SE(2): metres and radians; ``theta`` is kept as given by the user and wrapped by the operations."""
@@ -28,6 +34,16 @@ class Pose2D:
     x: float = 0.0
     y: float = 0.0
     theta: float = 0.0
+
+    @classmethod
+    def from_array(cls, row: FloatArray) -> Pose2D:
+        """The pose of an array (3,) of x, y and theta."""
+        x, y, theta = row.tolist()
+        return cls(x, y, theta)
+
+    def as_array(self) -> FloatArray:
+        """x, y and theta, shape (3,)."""
+        return np.array([self.x, self.y, self.theta])
 
     def __matmul__(self, other: Pose2D) -> Pose2D:
         """``T_a_c = T_a_b @ T_b_c``."""
@@ -69,3 +85,8 @@ class Pose2D:
     def transform(self, points: FloatArray) -> FloatArray:
         """Points (N, 2) given in frame ``b``, returned in frame ``a``: eq. (17)."""
         return points @ self.rotation.T + self.translation
+
+
+def stack_poses(poses: Iterable[Pose2D]) -> FloatArray:
+    """Rows (K, 3) of x, y and theta."""
+    return np.array([(pose.x, pose.y, pose.theta) for pose in poses]).reshape(-1, 3)

@@ -26,7 +26,7 @@ from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.emulator.motion import FACTORY
 from hardware.emulator.ports import PtyPort, TcpPort
 from hardware.emulator.wire import Noise
-from hardware.odometry_track import OdometryTrack, mean_twist
+from hardware.odometry_track import OdometryTrack
 from hardware.robot import HardwareRobot
 from hardware.sensor_clock import SensorClock
 from hardware.serial_port import PortLost, SerialPort
@@ -266,12 +266,6 @@ def test_the_clock_of_a_sensor_is_followed_through_drift_delay_and_wrap(drift: f
         arrival = at + delay + rng.exponential(0.002)
         errors.append(clock.host_time(sensor_time, arrival) - at)
     assert np.abs(errors[50:]).max() < 0.004
-
-
-@given(st.floats(-2, 2), st.floats(-5, 5), st.floats(0.01, 0.5))
-def test_a_mean_speed_makes_the_motion_that_it_is_the_mean_of(linear: float, angular: float, seconds: float) -> None:
-    twist = mean_twist(Twist2D(linear, angular).motion(seconds), seconds)
-    assert (twist.linear, twist.angular) == (pytest.approx(linear, abs=1e-6), pytest.approx(angular, abs=1e-6))
 
 
 def test_a_track_interpolates_and_carries_on() -> None:

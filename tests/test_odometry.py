@@ -6,11 +6,38 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from slam.odometry import wheel_motion
+from slam.odometry import Twist2D, wheel_motion
 from slam.pose import Pose2D, wrap_angle
 
 TRACK = 0.33
 travels = st.floats(-1.0, 1.0)
+twists = st.builds(Twist2D, st.floats(-2.0, 2.0), st.floats(-5.0, 5.0))
+times = st.floats(0.01, 0.6)  # in which none turns by half a circle
+
+
+def close(a: Twist2D, b: Twist2D) -> bool:
+    return abs(a.linear - b.linear) < 1e-9 and abs(a.angular - b.angular) < 1e-9
+
+
+@given(twists, times)
+def test_the_twist_of_a_motion_is_the_one_that_made_it(twist: Twist2D, seconds: float) -> None:
+    assert close(Twist2D.from_motion(twist.motion(seconds), seconds), twist)
+    assert Twist2D.from_motion(twist.motion(seconds), 0.0) == Twist2D()
+
+
+@given(twists, times, times)
+def test_motions_at_one_twist_add_up(twist: Twist2D, first: float, second: float) -> None:
+    parts, whole = twist.motion(first) @ twist.motion(second), twist.motion(first + second)
+    assert parts.distance(whole) < 1e-9
+    assert abs(wrap_angle(parts.theta - whole.theta)) < 1e-9
+    back = twist.motion(first) @ twist.motion(-first)
+    assert back.distance(Pose2D()) < 1e-9
+    assert abs(back.theta) < 1e-9
+
+
+@given(twists, st.floats(0.1, 1.0))
+def test_the_twist_of_the_wheels_is_the_one_that_turned_them(twist: Twist2D, track: float) -> None:
+    assert close(Twist2D.from_wheels(*twist.wheels(track), track), twist)
 
 
 def printed(left: float, right: float, x: float, y: float, theta: float) -> Pose2D:

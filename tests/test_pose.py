@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slam.pose import Pose2D, wrap_angle
+from slam.pose import Pose2D, stack_poses, wrap_angle, wrap_angles
 
 coordinates = st.floats(-100, 100)
 poses = st.builds(Pose2D, coordinates, coordinates, st.floats(-pi, pi))
@@ -51,6 +51,22 @@ def test_wrap_angle_keeps_the_direction(angle: float) -> None:
     wrapped = wrap_angle(angle)
     assert -pi < wrapped <= pi
     np.testing.assert_allclose([np.cos(wrapped), np.sin(wrapped)], [np.cos(angle), np.sin(angle)], atol=1e-9)
+
+
+@given(st.lists(st.floats(-1000, 1000)))
+def test_angles_of_an_array_are_wrapped_as_each_alone(angles: list[float]) -> None:
+    wrapped = wrap_angles(np.array(angles))
+    assert (np.abs(wrapped) <= pi).all()
+    for one, angle in zip(wrapped.tolist(), angles, strict=True):
+        assert abs(wrap_angle(one - angle)) < 1e-9
+
+
+@given(st.lists(poses))
+def test_poses_survive_the_way_to_arrays_and_back(several: list[Pose2D]) -> None:
+    rows = stack_poses(several)
+    assert rows.shape == (len(several), 3)
+    assert [Pose2D.from_array(row) for row in rows] == several
+    assert all((pose.as_array() == row).all() for pose, row in zip(several, rows, strict=True))
 
 
 def test_known_pose() -> None:

@@ -17,7 +17,7 @@ from slam.lines.extraction import extract_segments
 from slam.lines.facets import COUNT, NX, NY, X, Y, facets_of
 from slam.mapping.drift import Drift
 from slam.mapping.surfel_map import SurfelMap
-from slam.motion_model import moved
+from slam.motion_model import propagate
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
@@ -215,7 +215,7 @@ def test_coming_back_to_an_old_place_brings_back_its_covariance() -> None:
 
 
 def test_an_unsure_heading_makes_the_place_unsure() -> None:
-    C = moved(np.diag([0.0, 0.0, 0.01]), Pose2D(), Pose2D(2.0, 0.0, 0.0))
+    C = propagate(np.diag([0.0, 0.0, 0.01]), Pose2D(), Pose2D(2.0, 0.0, 0.0))
     np.testing.assert_allclose(C, [[0, 0, 0], [0, 0.04, 0.02], [0, 0.02, 0.01]], atol=1e-12)
 
 

@@ -64,4 +64,4 @@ def _drive(env: P3DXEnv, goal: Point, emulator: Emulator | None) -> DrivenWay:
 
 def _step(info: dict[str, Any]) -> Step:
     observation = info["observation"]
-    return Step(0, observation, Estimate(observation.scan.stamp, Pose2D(*info["pose"].tolist())), Twist2D(), 0.0)
+    return Step(0, observation, Estimate(observation.scan.stamp, Pose2D.from_array(info["pose"])), Twist2D(), 0.0)

@@ -22,6 +22,7 @@ from hardware.scip.frames import FrameDecoder
 from hardware.scip.partial_scans import partial_scans
 from hardware.scip.scan_data import ScanData, encode_scan
 from hardware.wheel_scales import WheelScales
+from slam.pose import wrap_angle
 
 _REQUEST: Final = Measure("MD", 44, 725)
 _REACH: Final = 5.6
@@ -131,4 +132,4 @@ def _circle() -> Iterator[tuple[float, float, float]]:
     while True:
         yield x, y, heading
         x, y = x + 0.03 * np.cos(heading), y + 0.03 * np.sin(heading)
-        heading = (heading + 0.028 + np.pi) % (2 * np.pi) - np.pi
+        heading = wrap_angle(heading + 0.028)

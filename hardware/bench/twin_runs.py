@@ -12,7 +12,7 @@ from hardware.bench.bench import emulated, port_settings
 from hardware.emulator.emulator import Emulator
 from hardware.robot import HardwareRobot
 from slam.console.terminal import Terminal
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.run.experiment import Experiment, scenario_experiment
 from slam.run.interruption import Interruption
 from slam.run.loop import run_loop
@@ -60,9 +60,9 @@ class WayNotes:
     def way(self, epoch: float) -> DrivenWay:
         """With the truth at the scans' stamps, which count from ``epoch`` on the clock of the truth."""
         known = np.array([stamp for stamp, _ in self.truth]) - epoch
-        x, y, theta = _rows([pose for _, pose in self.truth]).T
+        x, y, theta = stack_poses([pose for _, pose in self.truth]).T
         truth = [np.interp(self.stamps, known, column) for column in (x, y, np.unwrap(theta))]
-        return DrivenWay(np.column_stack(truth), _rows(self.estimate))
+        return DrivenWay(np.column_stack(truth), stack_poses(self.estimate))
 
 
 def simulated_way(load: Load, settings: Sequence[str], console: Terminal) -> DrivenWay:
@@ -86,7 +86,3 @@ def _drive(experiment: Experiment, notes: WayNotes, console: Terminal, name: str
         run_loop(experiment.env, experiment.slam, experiment.pilot, watchers, experiment.seed)
         robot = experiment.env.robot
         return notes.way((robot.epoch or 0.0) if isinstance(robot, HardwareRobot) else 0.0)
-
-
-def _rows(poses: Sequence[Pose2D]) -> FloatArray:
-    return np.array([(pose.x, pose.y, pose.theta) for pose in poses])

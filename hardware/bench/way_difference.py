@@ -8,7 +8,7 @@ from typing import Final, Self
 
 import numpy as np
 
-from slam.pose import FloatArray
+from slam.pose import FloatArray, wrap_angles
 
 _MOVES: Final = 0.01
 """Metres from one pose to the next: a robot that moves less stands, or turns on the spot."""
@@ -55,7 +55,7 @@ def _legs(poses: FloatArray) -> Sequence[FloatArray]:
     """The pieces of a way between which the robot turns on the spot, each in steps of ``_STEP``."""
     steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
     ends = np.flatnonzero(np.diff(np.concatenate([[False], steps > _MOVES, [False]]).astype(int))).reshape(-1, 2)
-    turns = np.abs(_wrapped(poses[ends[1:, 0], 2] - poses[ends[:-1, 1], 2]))
+    turns = np.abs(wrap_angles(poses[ends[1:, 0], 2] - poses[ends[:-1, 1], 2]))
     pieces = np.split(ends, np.flatnonzero(turns > _NEW_LEG) + 1)
     spans = [slice(piece[0, 0], piece[-1, 1] + 1) for piece in pieces]
     return [_resampled(poses[span]) for span in spans if steps[span].sum() > _LEG]
@@ -76,13 +76,7 @@ def _abreast(one: FloatArray, other: FloatArray) -> tuple[FloatArray, FloatArray
     nearest = np.array([np.argmin(np.sum((other[:, :2] - place) ** 2, axis=1)) for place in one[:, :2]])
     inside = (nearest > 0) & (nearest < len(other) - 1)
     difference = (one - other[nearest])[inside]
-    turned = _wrapped(difference[:, 2])
+    turned = wrap_angles(difference[:, 2])
     near = round(_TURN / _STEP)
     turned[:near] = turned[-near:] = 0.0
     return np.hypot(difference[:, 0], difference[:, 1]), turned
-
-
-def _wrapped(angles: FloatArray) -> FloatArray:
-    """In [-pi, pi)."""
-    wrapped: FloatArray = (angles + np.pi) % (2.0 * np.pi) - np.pi
-    return wrapped

@@ -10,6 +10,7 @@ from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.units import P3DX_SH
 from hardware.emulator.motion import Motion
 from hardware.emulator.p3dx_reports import P3dxReports
+from slam.odometry import Twist2D
 from slam.pose import wrap_angle
 
 
@@ -37,8 +38,8 @@ class P3dxOrders:
         self._motion.ask(angular=command.quantity)
 
     def _wheels(self, command: Command) -> None:
-        left, right = decode_vel2(_number(command))
-        self._motion.ask((left + right) / 2.0, (right - left) / 2.0 / P3DX_SH.half_track)
+        twist = Twist2D.from_wheels(*decode_vel2(_number(command)), 2.0 * P3DX_SH.half_track)
+        self._motion.ask(twist.linear, twist.angular)
 
     def _move(self, command: Command) -> None:
         self._motion.go(command.quantity)

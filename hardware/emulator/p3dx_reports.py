@@ -57,15 +57,15 @@ class P3dxReports:
 
     def _sip(self, motion: Motion) -> Sip:
         pose = self.pose
-        rim = motion.angular.speed * P3DX_SH.half_track
+        left, right = motion.setpoint.wheels(2.0 * P3DX_SH.half_track)
         left_contacts, right_contacts = self._contacts()
         return Sip(
             moving=motion.moving,
             x=pose.x,
             y=pose.y,
             theta=wrap_angle(pose.theta),
-            left=motion.linear.speed - rim,
-            right=motion.linear.speed + rim,
+            left=left,
+            right=right,
             battery=_BATTERY,
             left_contacts=left_contacts,
             right_contacts=right_contacts,

@@ -89,7 +89,7 @@ def drive(scenario: Scenario, command: Twist2D = FORWARD, seconds: float = 13.0,
             assert seen is not None
             assert seen.T_map_base is not None
             true, believed = seen.T_map_base, seen.odometry.T_odom_base
-            rows.append((true.x, true.y, true.theta, believed.x, believed.y, believed.theta, seen.stalled))
+            rows.append((*true.as_array(), *believed.as_array(), seen.stalled))
     table = np.array(rows, np.float64)
     stamps = np.linspace(0.1, 0.1 * len(table), len(table))
     return Drive(stamps, table[:, :3], table[:, 3:6], table[:, 6])

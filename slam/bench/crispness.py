@@ -29,5 +29,5 @@ def end_points(log: Log, index: int, pose: FloatArray, cut: int, reach: float, d
     used = np.isfinite(scan.ranges) & (scan.ranges > 0.0) & (scan.ranges < reach)
     used[:cut] = used[len(used) - cut :] = False
     r, bearings = scan.ranges[used], scan.bearings[used]
-    T_map_laser = Pose2D(*pose.tolist()) @ log.T_base_laser
+    T_map_laser = Pose2D.from_array(pose) @ log.T_base_laser
     return T_map_laser.transform(np.column_stack([r * np.cos(bearings), r * np.sin(bearings)]))

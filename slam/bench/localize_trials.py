@@ -44,7 +44,7 @@ class MappedWorld:
     def in_map(self, T_map_base: Pose2D) -> Pose2D:
         """Where a true pose lies in the map, which is as wrong there as the run was when it came nearest."""
         k = int(np.argmin(np.hypot(*(self.truth[:, :2] - T_map_base.translation).T)))
-        return Pose2D(*self.estimate[k].tolist()) @ Pose2D(*self.truth[k].tolist()).between(T_map_base)
+        return Pose2D.from_array(self.estimate[k]) @ Pose2D.from_array(self.truth[k]).between(T_map_base)
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +72,8 @@ def map_world(scenario: Scenario, config: SlamConfig) -> MappedWorld:
         while (observation := robot.observe()) is not None:
             estimate = slam.update(observation.scan, observation.odometry)
             assert observation.T_map_base is not None
-            truth.append(_row(observation.T_map_base))
-            estimates.append(_row(estimate.T_map_base))
+            truth.append(observation.T_map_base.as_array())
+            estimates.append(estimate.T_map_base.as_array())
             command = pilot.command(estimate.T_map_base)
             if command is None:
                 break
@@ -134,7 +134,3 @@ def _judged(world: MappedWorld, seen: list[tuple[Observation, Estimate]]) -> Sta
         errors_in_map=tuple(world.in_map(a).distance(b) for a, b in zip(truth[since:], poses[since:], strict=True)),
         times=tuple(estimate.total_time for _, estimate in seen),
     )
-
-
-def _row(pose: Pose2D) -> tuple[float, float, float]:
-    return pose.x, pose.y, pose.theta

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from slam.bench.scenes import cast_beams
 from slam.lidars import URG04LX
-from slam.lines.segments import IntArray
-from slam.pose import FloatArray, Pose2D
+from slam.pose import Pose2D
 from slam.scan import LaserScan
 from slam.scenario.clearance import clearance, in_the_way, sampled
 from slam.scenario.schema import Scenario
@@ -69,31 +68,14 @@ class ScannedWorld:
         """With so many beams in the same fan."""
         increment = FAN / beams
         angles = -0.5 * FAN + increment * (np.arange(beams) + 0.5)
-        distance, _ = self._cast(T_map_laser, angles)
+        distance, _ = cast_beams(self._walls, T_map_laser, angles)
         seen = distance < REACH
         sigma = NOISE * URG04LX.accuracy(np.where(seen, distance, 0.0))
         ranges = np.where(seen, distance + sigma * self._random.standard_normal(beams), np.inf)
         return PlacedScan(LaserScan(0.0, float(angles[0]), increment, 0.06, 4.095, ranges), T_map_laser)
 
     def _fixes(self, T_map_laser: Pose2D) -> bool:
-        distance, wall = self._cast(T_map_laser, np.linspace(-0.5 * FAN, 0.5 * FAN, 200))
+        distance, wall = cast_beams(self._walls, T_map_laser, np.linspace(-0.5 * FAN, 0.5 * FAN, 200))
         along = np.diff(self._walls[wall[distance < REACH]], axis=1)[:, 0]
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         return len(along) > 50 and bool(np.linalg.eigvalsh(along.T @ along / len(along))[0] > FIXED)
-
-    def _cast(self, T_map_laser: Pose2D, angles: NDArray[np.floating[Any]]) -> tuple[FloatArray, IntArray]:
-        """Metres to the first wall along each beam, inf for none, and which wall it is."""
-        beams = np.column_stack([np.cos(angles + T_map_laser.theta), np.sin(angles + T_map_laser.theta)])[:, None]
-        start, along = self._walls[None, :, 0] - T_map_laser.translation, (self._walls[:, 1] - self._walls[:, 0])[None]
-        with np.errstate(divide="ignore", invalid="ignore"):  # a beam parallel to a wall hits nothing
-            facing = _cross(beams, along)
-            distance, share = _cross(start, along) / facing, _cross(start, beams) / facing
-            hit = (distance > 0) & (share >= 0) & (share <= 1)
-        distance = np.where(hit, distance, np.inf)
-        wall = np.argmin(distance, axis=1)
-        return distance[np.arange(len(wall)), wall], wall
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """z of the cross product over the last axis."""
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,18 +77,24 @@ def scenes(seeds: range, noise_level: str) -> Iterator[Scene]:
     return (make_scene(family, seed, noise_level) for family in FAMILIES for seed in seeds)
 
 
-def _cast(walls: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Distance to what each beam hits first, ``inf`` beyond reach, and which of the walls (W, 2, 2) it is, else -1."""
-    beams = np.column_stack([np.cos(URG04LX.lidar.angles), np.sin(URG04LX.lidar.angles)])[:, None]
-    start, along = walls[None, :, 0], (walls[:, 1] - walls[:, 0])[None]
+def cast_beams(
+    walls: FloatArray, T_map_laser: Pose2D, angles: NDArray[np.floating[Any]]
+) -> tuple[FloatArray, IntArray]:
+    """Metres to the first of the walls (W, 2, 2) along each beam, inf for none, and which wall it is."""
+    beams = np.column_stack([np.cos(angles + T_map_laser.theta), np.sin(angles + T_map_laser.theta)])[:, None]
+    start, along = walls[None, :, 0] - T_map_laser.translation, (walls[:, 1] - walls[:, 0])[None]
     with np.errstate(divide="ignore", invalid="ignore"):  # a beam parallel to a wall hits nothing
         facing = _cross(beams, along)
-        distance = _cross(start, along) / facing
-        share = _cross(start, beams) / facing
+        distance, share = _cross(start, along) / facing, _cross(start, beams) / facing
         hit = (distance > 0) & (share >= 0) & (share <= 1)
     distance = np.where(hit, distance, np.inf)
     wall = np.argmin(distance, axis=1)
-    nearest = distance[np.arange(len(wall)), wall]
+    return distance[np.arange(len(wall)), wall], wall
+
+
+def _cast(walls: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Distance to what each beam hits first, ``inf`` beyond reach, and which of the walls (W, 2, 2) it is, else -1."""
+    nearest, wall = cast_beams(walls, Pose2D(), URG04LX.lidar.angles)
     seen = nearest <= REACH
     return np.where(seen, nearest, np.inf), np.where(seen, wall, -1)
 

@@ -13,7 +13,7 @@ from slam.files.logs.log import relative_poses
 from slam.line_slam import Estimate, LineSlam
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, stack_poses, wrap_angles
 from slam.run.experiment import scenario_experiment
 from slam.run.loop import Ending, run_loop
 from slam.run.step import Step
@@ -134,9 +134,9 @@ def run_scenario(
     start = notes.truth[0] @ notes.wheels[0].inverse()
     return SimRun(
         ending=ending,
-        poses=_rows(notes.poses),
-        truth=_rows(notes.truth),
-        odometry=_rows([start @ wheels for wheels in notes.wheels]),
+        poses=stack_poses(notes.poses),
+        truth=stack_poses(notes.truth),
+        odometry=stack_poses([start @ wheels for wheels in notes.wheels]),
         covariances=np.array(notes.covariances),
         open=np.array(notes.open, np.float64),
         lost=notes.lost,
@@ -146,11 +146,7 @@ def run_scenario(
     )
 
 
-def _rows(poses: list[Pose2D]) -> FloatArray:
-    return np.array([(pose.x, pose.y, pose.theta) for pose in poses])
-
-
 def _offsets(poses: FloatArray, truth: FloatArray) -> FloatArray:
     offsets = poses - truth
-    offsets[:, 2] -= 2.0 * np.pi * np.round(offsets[:, 2] / (2.0 * np.pi))
+    offsets[:, 2] = wrap_angles(offsets[:, 2])
     return offsets

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from time import thread_time
 from typing import Final
@@ -14,7 +15,7 @@ from slam.console.terminal import Terminal
 from slam.files.logs import Log, read_log
 from slam.line_slam import LineSlam
 from slam.odometry import Odometry
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.run.warm_up import warm_up
 
 LOGS: Final = {
@@ -59,7 +60,7 @@ def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) 
     slam, rows, cpu_times = LineSlam(config, log.T_base_laser), [], []
     for index in range(len(log)):
         recorded = log.odometry(index)
-        wheels = Odometry(recorded.stamp, Pose2D(*given[index].tolist()), recorded.twist)
+        wheels = Odometry(recorded.stamp, Pose2D.from_array(given[index]), recorded.twist)
         scan, began = log.scan(index), thread_time()
         rows.append(slam.update(scan, wheels))
         cpu_times.append(thread_time() - began)
@@ -67,7 +68,7 @@ def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) 
     return SlamRun(
         name=path.name.split(".")[0],
         log=log,
-        poses=np.array([(row.T_map_base.x, row.T_map_base.y, row.T_map_base.theta) for row in rows]),
+        poses=stack_poses(row.T_map_base for row in rows),
         odometry=given,
         times=np.array([row.total_time for row in rows]),
         cpu_times=np.array(cpu_times),
@@ -83,7 +84,7 @@ def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) 
 def doubled_noise(truth: FloatArray, seed: int) -> FloatArray:
     """Wheel odometry (N, 3) of these poses (N, 3) with twice the errors of corridor_synthetic: translations x 1.04, a
     heading that walks by 3 deg a square root of a metre, and turns off by 4 %."""
-    motions = [Pose2D(*a).between(Pose2D(*b)) for a, b in zip(truth[:-1].tolist(), truth[1:].tolist(), strict=True)]
+    motions = [a.between(b) for a, b in pairwise(map(Pose2D.from_array, truth))]
     random, pose = np.random.default_rng(seed), Pose2D()
     poses = [pose]
     for motion in motions:
@@ -91,4 +92,4 @@ def doubled_noise(truth: FloatArray, seed: int) -> FloatArray:
         turn = motion.theta * (1.0 + 0.04 * random.choice([-1.0, 1.0])) + np.radians(3.0) * way**0.5 * random.normal()
         pose = pose @ Pose2D(1.04 * motion.x, 1.04 * motion.y, float(turn))
         poses.append(pose)
-    return np.array([(pose.x, pose.y, pose.theta) for pose in poses])
+    return stack_poses(poses)

@@ -9,7 +9,7 @@ import numpy as np
 from slam.env.episode import Episode
 from slam.line_slam import Estimate
 from slam.odometry import Twist2D
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray
 
 
 def episode_info(episode: Episode, applied: Twist2D, parts: dict[str, float], ending: str) -> dict[str, Any]:
@@ -17,8 +17,8 @@ def episode_info(episode: Episode, applied: Twist2D, parts: dict[str, float], en
     moment = episode.moment
     info = {
         "observation": moment.observation,
-        "T_map_base": np.full(3, np.nan) if moment.truth is None else _array(moment.truth),
-        "pose": _array(moment.T_map_base),
+        "T_map_base": np.full(3, np.nan) if moment.truth is None else moment.truth.as_array(),
+        "pose": moment.T_map_base.as_array(),
         "pose_from": moment.source,
         "collided": moment.observation.collided,
         "stalled": moment.observation.stalled,
@@ -31,7 +31,7 @@ def episode_info(episode: Episode, applied: Twist2D, parts: dict[str, float], en
     }
     if episode.config.uses_slam and moment.estimate is not None:
         info |= {
-            "slam_pose": _array(moment.belief),
+            "slam_pose": moment.belief.as_array(),
             "slam_covariance": _covariance(moment.estimate),
             "slam_error": moment.slam_error,
             "slam_lost": moment.lost,
@@ -41,7 +41,3 @@ def episode_info(episode: Episode, applied: Twist2D, parts: dict[str, float], en
 
 def _covariance(estimate: Estimate) -> FloatArray:
     return np.full((3, 3), np.nan) if estimate.covariance is None else estimate.covariance.copy()
-
-
-def _array(pose: Pose2D) -> FloatArray:
-    return np.array([pose.x, pose.y, pose.theta])

@@ -37,7 +37,7 @@ def read_tum(path: str | Path) -> tuple[FloatArray, FloatArray]:
     """
     with closing(read_lines(Path(path))) as lines:
         rows = [
-            _parse(words, f"{path}: line {number}")
+            _parse_pose(words, f"{path}: line {number}")
             for number, line in lines
             if (words := line.split()) and not words[0].startswith(b"#")
         ]
@@ -49,13 +49,19 @@ def read_tum(path: str | Path) -> tuple[FloatArray, FloatArray]:
     return table[:, 0], np.column_stack([table[:, 1:3], _heading(*table[:, 4:].T)])
 
 
-def _parse(words: list[bytes], where: str) -> list[float]:
+def parse_row(words: list[bytes], columns: str, where: str) -> list[float]:
+    """The numbers of a line, one for each of the columns named; LogError names ``where`` the line is."""
     try:
         values = bounded(words, largest=1e18)
     except BadLine as fault:
-        raise LogError(f"{where}: {fault}; need {_COLUMNS}") from None
-    if len(values) != len(_COLUMNS.split()):
-        raise LogError(f"{where}: {len(values)} numbers; need {_COLUMNS}")
+        raise LogError(f"{where}: {fault}; need {columns}") from None
+    if len(values) != len(columns.split()):
+        raise LogError(f"{where}: {len(values)} numbers; need {columns}")
+    return values
+
+
+def _parse_pose(words: list[bytes], where: str) -> list[float]:
+    values = parse_row(words, _COLUMNS, where)
     if abs(np.linalg.norm(values[4:]) - 1.0) > _UNIT:
         raise LogError(f"{where}: qx qy qz qw are no unit quaternion; need {_COLUMNS}")
     return values

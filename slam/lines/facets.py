@@ -6,7 +6,7 @@ import numpy as np
 
 from slam.compiled import compiled
 from slam.lines.chi_square import fan_of
-from slam.lines.range_noise import noise_of_scan
+from slam.lines.range_noise import noise_of_scan, range_variance
 from slam.lines.segments import IntArray, Segments
 from slam.pose import FloatArray
 from slam.scan import LaserScan
@@ -59,7 +59,7 @@ def _drop_truncated(facets: FloatArray, count: int, range_max: float, noise: tup
     kept, unbroken = 0, True
     for k in range(count):
         r = np.hypot(facets[k, X], facets[k, Y])
-        if r + TRUNCATED * np.sqrt(_variance(r, noise)) > range_max:
+        if r + TRUNCATED * np.sqrt(range_variance(r, noise)) > range_max:
             unbroken = False
             continue
         if kept != k:
@@ -68,13 +68,6 @@ def _drop_truncated(facets: FloatArray, count: int, range_max: float, noise: tup
             facets[kept, LINKED] = 0.0
         kept, unbroken = kept + 1, True
     return kept
-
-
-@compiled
-def _variance(r: float, noise: tuple[float, float, float, float]) -> float:
-    near, near_range, far, floor = noise
-    slope = near if r <= near_range else far * r
-    return slope * slope + floor * floor
 
 
 @compiled
@@ -101,7 +94,7 @@ def _cut(
         facet = facets[count - 1]
         facet[X] += x
         facet[Y] += y
-        facet[VARIANCE] += _variance(np.sqrt(r2), noise) * (nx * x + ny * y) ** 2 / max(r2, 1e-12)
+        facet[VARIANCE] += range_variance(np.sqrt(r2), noise) * (nx * x + ny * y) ** 2 / max(r2, 1e-12)
         facet[COUNT] += 1.0
     for k in range(start, count):
         n = facets[k, COUNT]
@@ -124,7 +117,7 @@ def _clusters(
                 break
             if np.hypot(px - points[i, 0], py - points[i, 1]) > CLUSTER_SIZE:
                 break
-            x, y, v = x + px, y + py, v + _variance(np.hypot(px, py), noise)
+            x, y, v = x + px, y + py, v + range_variance(np.hypot(px, py), noise)
             j += 1
         n = j - i
         if n >= 2:

@@ -51,6 +51,14 @@ def noise_of_scan(
 
 
 @compiled
+def range_variance(r: float, noise: tuple[float, float, float, float]) -> float:
+    """Square of ``RangeNoise.sigma`` at one range, m^2, for compiled code."""
+    near, near_range, far, floor = noise
+    slope = near if r <= near_range else far * r
+    return slope * slope + floor * floor
+
+
+@compiled
 def _noise_of_neighbours(
     bearings: FloatArray, ranges: FloatArray, reach: tuple[float, float]
 ) -> tuple[float, float, float]:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.compiled import compiled
+from slam.lines.range_noise import range_variance
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
@@ -87,7 +88,6 @@ def prefix_sums(
     sums: FloatArray, beam: IntArray, new: NDArray[np.bool_],
 ) -> int:  # fmt: skip
     """Fill the sums before each point, the beam of each, and whether a gap parts it from the last; returns how many."""
-    near, near_range, far, floor = noise
     n = 0
     q = qx = qy = qxx = qxy = qyy = 0.0
     last_x = last_y = last_bearing = last_r = 0.0
@@ -96,8 +96,7 @@ def prefix_sums(
         r = ranges[j]
         if not (reach[0] <= r <= reach[1]):
             continue
-        slope = near if r <= near_range else far * r
-        variance = slope * slope + floor * floor
+        variance = range_variance(r, noise)
         x, y, w = r * fan[1, j], r * fan[2, j], r * r / variance
         q, qx, qy = q + w, qx + w * x, qy + w * y
         qxx, qxy, qyy = qxx + w * x * x, qxy + w * x * y, qyy + w * y * y

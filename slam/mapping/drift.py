@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.motion_model import moved
+from slam.motion_model import propagate
 from slam.pose import FloatArray, Pose2D
 
 TILE: Final = 2.0
@@ -42,7 +42,7 @@ class Drift:
         tile = floor(pose.x / TILE), floor(pose.y / TILE)
         if tile not in self.tiles:
             entered, covariance = self.tiles[self.here] if self.here else (Pose2D(), np.zeros((3, 3)))
-            self.tiles[tile] = pose, moved(covariance, entered, pose) + (GROWTH * of_match if self.tiles else 0.0)
+            self.tiles[tile] = pose, propagate(covariance, entered, pose) + (GROWTH * of_match if self.tiles else 0.0)
         self.here = tile
         entered, covariance = self.tiles[tile]
-        return moved(covariance, entered, pose) + of_match
+        return propagate(covariance, entered, pose) + of_match

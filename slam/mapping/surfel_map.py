@@ -51,7 +51,7 @@ class SurfelMap:
 
     def add(self, facets: FloatArray, scan: LaserScan, T_map_laser: Pose2D) -> None:
         """Put the facets (F, 7) of a scan into the map, and let fade what its beams went through."""
-        config, pose = self.config, np.array([T_map_laser.x, T_map_laser.y, T_map_laser.theta])
+        config, pose = self.config, T_map_laser.as_array()
         if len(facets):
             self.grid = with_room(self.grid, *room_needed(facets, pose, config.cell))
             put(self.grid, facets, pose, config.gate, float(config.max_hits), config.pose_sigma)

@@ -95,6 +95,15 @@ def _draw_one(pictures: NDArray[np.uint8], s: FloatArray, x0: float, y0: float, 
 
 
 @compiled
+def picture_of(nx: float, ny: float, c: float, s: float) -> int:
+    """The picture for a facet with this normal in the sensor frame, the sensor's heading having cosine c and sine s."""
+    if nx == 0.0 and ny == 0.0:
+        return CLUSTERS
+    bearing = np.arctan2(s * nx + c * ny, c * nx - s * ny)
+    return int(np.floor(bearing * SIDES / (2.0 * np.pi) + 0.5)) % SIDES
+
+
+@compiled
 def _add_up(
     facets: FloatArray, x: float, y: float, theta: float, reach: float, pictures: NDArray[np.uint8],
     scores: NDArray[np.uint16],
@@ -107,10 +116,7 @@ def _add_up(
         fx, fy, fnx, fny = facets[f, X], facets[f, Y], facets[f, NX], facets[f, NY]
         if fx * fx + fy * fy >= reach * reach:
             continue
-        side = CLUSTERS
-        if fnx != 0.0 or fny != 0.0:
-            bearing = np.arctan2(s * fnx + c * fny, c * fnx - s * fny)
-            side = int(np.floor(bearing * SIDES / (2.0 * np.pi) + 0.5)) % SIDES
+        side = picture_of(fnx, fny, c, s)
         i0 = int(np.floor((y + s * fx + c * fy) / PIXEL)) - n
         j0 = int(np.floor((x + c * fx - s * fy) / PIXEL)) - n
         for i in range(len(scores)):

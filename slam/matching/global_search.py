@@ -13,14 +13,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, wrapped
 from slam.lines.facets import NX, NY, X, Y
 from slam.lines.segments import IntArray
 from slam.mapping.surfel_map import SurfelMap
-from slam.matching.coarse_search import FULL_GREY, HEADING, PIXEL, PLACE_X, PLACE_Y, SCORE, draw
+from slam.matching.coarse_search import FULL_GREY, HEADING, PIXEL, PLACE_X, PLACE_Y, SCORE, draw, picture_of
 from slam.pose import FloatArray
 
-SIDES = 8  # as in coarse_search.py
 BLOCK = 4  # pixels along a side of a block
 HEADINGS: Final = 160
 """Headings tried: 0.04 rad apart."""
@@ -90,13 +89,9 @@ def _pooled(pictures: Pictures) -> Pictures:
 def _shift(facet: FloatArray, theta: float) -> tuple[int, int, int]:
     """Picture, and rows and columns from the laser, of a facet when the laser heads there."""
     c, s = np.cos(theta), np.sin(theta)
-    side = SIDES
-    if facet[NX] != 0.0 or facet[NY] != 0.0:
-        bearing = np.arctan2(s * facet[NX] + c * facet[NY], c * facet[NX] - s * facet[NY])
-        side = int(np.floor(bearing * SIDES / (2.0 * np.pi) + 0.5)) % SIDES
     di = int(np.floor((s * facet[X] + c * facet[Y]) / PIXEL + 0.5))
     dj = int(np.floor((c * facet[X] - s * facet[Y]) / PIXEL + 0.5))
-    return side, di, dj
+    return picture_of(facet[NX], facet[NY], c, s), di, dj
 
 
 @compiled
@@ -149,8 +144,7 @@ def _distinct(rows: FloatArray, most: int) -> FloatArray:
     for k in range(len(rows)):
         alone = count < most
         for other in range(count):
-            turn = rows[k, HEADING] - chosen[other, HEADING]
-            turn -= 2.0 * np.pi * np.floor(turn / (2.0 * np.pi) + 0.5)
+            turn = wrapped(rows[k, HEADING] - chosen[other, HEADING])
             dx, dy = rows[k, PLACE_X] - chosen[other, PLACE_X], rows[k, PLACE_Y] - chosen[other, PLACE_Y]
             alone = alone and not (np.hypot(dx, dy) < MIN_DISTANCE and abs(turn) < MIN_ANGLE)
         if alone:

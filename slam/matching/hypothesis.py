@@ -60,8 +60,7 @@ class Hypothesis:
 
     def agreement(self, scan: LaserScan, config: LocalizationConfig) -> float:
         """Of the scan that was followed last: 1 where all of it lies on walls, and none was seen through."""
-        laser, settings = self.T_map_base @ self._T_base_laser, self._map.config
-        pose = np.array([laser.x, laser.y, laser.theta])
+        pose, settings = (self.T_map_base @ self._T_base_laser).as_array(), self._map.config
         beams = free_beams(scan, settings.no_echo_reach)
         through = count_seen_through(self._map.grid, beams, pose, settings.carve_reach, settings.free_margin)
         return (self.match.inliers - config.seen_through * through) / max(self.match.points, 1)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, wrapped
 from slam.mapping.surfel_grid import Grid
 from slam.matching.normal_equations import fill_normal_equations
 from slam.pose import FloatArray
@@ -68,7 +68,7 @@ def solve(
         q += 1
         A = H / np.outer(scale, scale)
         d = pose - prior
-        d[2] -= 2.0 * np.pi * np.floor(d[2] / (2.0 * np.pi) + 0.5)
+        d[2] = wrapped(d[2])
         d *= scale
         if _surely_constrained(A, settings.weak):
             projector = np.eye(3)

@@ -14,7 +14,7 @@ from slam.matching.least_squares import Fit, SolverSettings, fuse, solve
 from slam.matching.match import Match
 from slam.matching.surfel_memory import SurfelMemory
 from slam.matching.wall_heading import WallHeading
-from slam.motion_model import motion_covariance, moved
+from slam.motion_model import motion_covariance, propagate
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import LaserScan
 
@@ -56,12 +56,13 @@ class SurfelMapper:
             self._last = prior
             return Match(Pose2D(), 0, False, 0, covariance=self._drift.covariance(prior, self._covariance))
         T_map_laser, motion = prior @ self.T_base_laser, self._motion_covariance(self._last, prior)
-        predicted = moved(moved(self._covariance, self._last, prior) + self._growth * motion, prior, T_map_laser)
+        at_prior = propagate(self._covariance, self._last, prior) + self._growth * motion
+        predicted = propagate(at_prior, prior, T_map_laser)
         fit, searched = self._fit(T_map_laser, predicted, self._last.between(prior))
-        found = Pose2D(*fit.pose.tolist())
-        unconstrained = self._learn(fit, _as_array(T_map_laser), predicted, moved(motion, prior, T_map_laser))
+        found = Pose2D.from_array(fit.pose)
+        unconstrained = self._learn(fit, T_map_laser.as_array(), predicted, propagate(motion, prior, T_map_laser))
         self._last = found @ self.T_base_laser.inverse()
-        self._covariance = moved(self._covariance, found, self._last)
+        self._covariance = propagate(self._covariance, found, self._last)
         return Match(
             T_map_laser.between(found),
             fit.iterations,
@@ -101,7 +102,7 @@ class SurfelMapper:
         The heading of the walls is asked where scans are far apart: where they overlap, the map holds the heading
         better than the building's directions, which err alike in every scan.
         """
-        x0, information = _as_array(prior), np.asarray(np.linalg.inv(covariance), np.float64)
+        x0, information = prior.as_array(), np.asarray(np.linalg.inv(covariance), np.float64)
         search = self.config.search
         far = motion.distance(Pose2D()) > search.distance or abs(motion.theta) > search.angle
         steer = self._walls.refine_prior if far else _unsteered
@@ -156,10 +157,6 @@ class SurfelMapper:
 
 def _unsteered(prior: FloatArray, information: FloatArray, *_: float) -> tuple[FloatArray, FloatArray]:
     return prior, information
-
-
-def _as_array(pose: Pose2D) -> FloatArray:
-    return np.array([pose.x, pose.y, pose.theta])
 
 
 def _offset(pose: FloatArray, prior: FloatArray) -> FloatArray:

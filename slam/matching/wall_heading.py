@@ -6,7 +6,7 @@ import numpy as np
 
 from slam.compiled import compiled
 from slam.lines.segments import Segments
-from slam.mapping.directions import LENGTH, QUARTER, THETA, VARIANCE, Directions
+from slam.mapping.directions import LENGTH, THETA, VARIANCE, Directions, turn_between
 from slam.pose import FloatArray, wrap_angle
 
 MIN_LENGTH = 1.0  # metres: shorter segments say too little of a direction ...
@@ -83,7 +83,7 @@ def turn_to_main(walls: FloatArray, main: FloatArray, heading: float, widest: fl
     for m in range(len(walls)):
         length += walls[m, LENGTH]
         for k in range(len(main)):
-            off = _between(walls[m, THETA] + heading, main[k, THETA])
+            off = turn_between(walls[m, THETA] + heading, main[k, THETA])
             agreeing = _agreeing(walls, main, heading + off) if abs(off) <= widest else 0.0
             if agreeing > best:
                 best, turn = agreeing, off
@@ -97,7 +97,7 @@ def _has_rival(walls: FloatArray, main: FloatArray, heading: float, widest: floa
     """Whether at another heading of the window enough metres agree."""
     for m in range(len(walls)):
         for k in range(len(main)):
-            off = _between(walls[m, THETA] + heading, main[k, THETA])
+            off = turn_between(walls[m, THETA] + heading, main[k, THETA])
             elsewhere = abs(off) <= widest and abs(off - turn) > 2.0 * AGREE
             if elsewhere and _agreeing(walls, main, heading + off) > enough:
                 return True
@@ -140,14 +140,7 @@ def _nearest(direction: float, main: FloatArray) -> tuple[float, float]:
     """From a direction to the nearest main one, and the variance of that."""
     least, variance = np.inf, 0.0
     for k in range(len(main)):
-        off = _between(direction, main[k, THETA])
+        off = turn_between(direction, main[k, THETA])
         if abs(off) < abs(least):
             least, variance = off, main[k, VARIANCE]
     return least, variance
-
-
-@compiled
-def _between(a: float, b: float) -> float:
-    """From direction ``a`` to ``b`` modulo a quarter turn, in [-pi / 4, pi / 4)."""
-    quarters = (b - a) / QUARTER
-    return float((quarters - np.floor(quarters + 0.5)) * QUARTER)

@@ -36,7 +36,7 @@ def odometry_space() -> Box:
 def odometry_array(odometry: Odometry) -> NDArray[np.float32]:
     """Pose and twist in one array, shape (5,)."""
     pose, twist = odometry.T_odom_base, odometry.twist
-    return np.clip(np.array([pose.x, pose.y, pose.theta, twist.linear, twist.angular], np.float32), -_BOUND, _BOUND)
+    return np.clip(np.array([*pose.as_array(), twist.linear, twist.angular], np.float32), -_BOUND, _BOUND)
 
 
 def action_space() -> Box:
@@ -53,7 +53,7 @@ def twist_action(action: Any) -> Twist2D:
 def wheels_action(action: Any, track: float) -> Twist2D:
     """Speeds of the left and the right wheel at their rims, m/s, as a command; they are ``track`` metres apart."""
     left, right = _two_numbers(action, "(left, right)")
-    return Twist2D(float(left + right) / 2.0, float(right - left) / track)
+    return Twist2D.from_wheels(float(left), float(right), track)
 
 
 def _two_numbers(action: Any, meaning: str) -> FloatArray:

@@ -23,5 +23,4 @@ class SlamPoseView:
 
     def of(self, moment: StepState) -> NDArray[np.float32]:
         """The estimate of this moment."""
-        pose = moment.belief
-        return np.clip(np.array([pose.x, pose.y, pose.theta], np.float32), -_BOUND, _BOUND)
+        return np.clip(moment.belief.as_array().astype(np.float32), -_BOUND, _BOUND)

@@ -80,7 +80,7 @@ def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None
         report=tally.report(len(scans)),
         has_odometry=track is not None,
         twists=None if track is None else track.twists_at(stamps),
-        start=_start(moving, T_odom_base[0].tolist()),
+        start=_start(moving, Pose2D.from_array(T_odom_base[0])),
         T_map_base=_truth(contents, stamps),
     )
 
@@ -112,11 +112,11 @@ def _mount(tree: FrameTree, base: str, laser: str, tally: ReadStatistics, moves:
     return mount or Pose2D()
 
 
-def _start(moving: list[Transform], first: list[float]) -> Pose2D:
+def _start(moving: list[Transform], first: Pose2D) -> Pose2D:
     """``T_map_base`` at the first scan, where a map is known; identity otherwise."""
     for link in moving:
         if (link.frame, link.child) == ("map", "odom"):
-            return link.pose @ Pose2D(*first)
+            return link.pose @ first
     return Pose2D()
 
 

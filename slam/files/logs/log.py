@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import cos, sin
 from typing import NamedTuple
 
 import numpy as np
 
 from slam.odometry import Odometry, Twist2D
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, wrap_angles
 from slam.scan import LaserScan, Lidar
 
 
@@ -74,12 +73,11 @@ class Log:
 
     def truth(self, index: int) -> Pose2D | None:
         """``T_map_base`` at that scan, where the log knows it."""
-        return None if self.T_map_base is None else Pose2D(*self.T_map_base[index].tolist())
+        return None if self.T_map_base is None else Pose2D.from_array(self.T_map_base[index])
 
     def pose(self, index: int) -> Pose2D:
         """``T_odom_base`` at that scan."""
-        x, y, theta = self.T_odom_base[index].tolist()
-        return Pose2D(x, y, theta)
+        return Pose2D.from_array(self.T_odom_base[index])
 
     def twist(self, index: int) -> Twist2D:
         """Mean velocity from that scan to the next one; zero outside of the log."""
@@ -87,7 +85,7 @@ class Log:
             return Twist2D()
         motion = self.pose(index).between(self.pose(index + 1))
         seconds = float(self.stamps[index + 1] - self.stamps[index])
-        return Twist2D(_arc(motion) / seconds, motion.theta / seconds)
+        return Twist2D.from_motion(motion, seconds)
 
 
 class BagTopics(NamedTuple):
@@ -97,18 +95,11 @@ class BagTopics(NamedTuple):
     odometry: str | None = None
 
 
-def _arc(motion: Pose2D) -> float:
-    """Metres driven forward along the arc of this motion: ``wheel_motion`` backwards."""
-    half = motion.theta / 2.0
-    along_chord = motion.x * cos(half) + motion.y * sin(half)
-    return along_chord / float(np.sinc(half / np.pi))
-
-
 def relative_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
     """``T_origin_pose`` of poses (N, 3) given in one frame with the origin, (3,) or (N, 3)."""
     dx, dy, turn = (poses - origin).T
     c, s = np.cos(origin[..., 2]), np.sin(origin[..., 2])
-    return np.column_stack([c * dx + s * dy, c * dy - s * dx, np.pi - np.remainder(np.pi - turn, 2.0 * np.pi)])
+    return np.column_stack([c * dx + s * dy, c * dy - s * dx, wrap_angles(turn)])
 
 
 def scan_time(stamps: FloatArray) -> float:

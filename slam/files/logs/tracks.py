@@ -30,9 +30,7 @@ class Track:
     @classmethod
     def of_odometry(cls, odometry: Sequence[Odometry]) -> Track:
         """A track with its velocities."""
-        rows = [(o.stamp, o.T_odom_base.x, o.T_odom_base.y, o.T_odom_base.theta, o.twist.linear, o.twist.angular)
-                for o in odometry]  # fmt: skip
-        table = np.array(rows)
+        table = np.array([(o.stamp, *o.T_odom_base.as_array(), o.twist.linear, o.twist.angular) for o in odometry])
         _, first = np.unique(table[:, 0], return_index=True)
         table = table[first]
         table[:, 3] = np.unwrap(table[:, 3])

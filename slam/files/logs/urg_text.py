@@ -20,7 +20,7 @@ from slam.files.logs.stamps import in_order
 from slam.files.read_statistics import ReadStatistics
 from slam.lidars import URG04LX
 from slam.odometry import wheel_motion
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, stack_poses
 
 _FAN: Final = replace(URG04LX.lidar, range_max=5.6)
 """That the first beam is step 44 is an assumption. 5.6 m is a URG-04LX's DMAX; 5 % of mines1 lie beyond 4.095 m."""
@@ -105,4 +105,4 @@ def _dead_reckoning(rows: list[_Row]) -> FloatArray:
         wheel_motion(_METRES_PER_COUNT * (b.left - a.left), _METRES_PER_COUNT * (b.right - a.right), _TRACK)
         for a, b in pairwise(rows)
     )
-    return np.array([(pose.x, pose.y, pose.theta) for pose in accumulate(motions, matmul, initial=Pose2D())])
+    return stack_poses(accumulate(motions, matmul, initial=Pose2D()))

@@ -148,8 +148,8 @@ def _grid(saved: SavedGrid) -> Grid:
     )
 
 
-def _row(pose: Pose2D | None) -> tuple[float, float, float] | None:
-    return None if pose is None else (pose.x, pose.y, pose.theta)
+def _row(pose: Pose2D | None) -> list[float] | None:
+    return None if pose is None else pose.as_array().tolist()
 
 
 def _pose(row: tuple[float, float, float] | None) -> Pose2D | None:

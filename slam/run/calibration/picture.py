@@ -43,4 +43,4 @@ def _draw(axes: Axes, calibration: Calibration, fit: WheelFit, title: str) -> No
 
 def from_start(poses: FloatArray) -> FloatArray:
     """x and y (K, 2) of poses (K, 3) in the frame of the first."""
-    return Pose2D(*poses[0]).inverse().transform(poses[:, :2])
+    return Pose2D.from_array(poses[0]).inverse().transform(poses[:, :2])

@@ -12,11 +12,9 @@ from functools import partial
 from math import copysign, pi
 from typing import Final
 
-import numpy as np
-
 from slam.errors import RobotError
 from slam.odometry import Twist2D
-from slam.pose import FloatArray, Pose2D, wrap_angle
+from slam.pose import Pose2D, stack_poses, wrap_angle
 from slam.robot import Observation, Robot
 from slam.run.calibration.wheel_fit import Leg
 
@@ -72,7 +70,7 @@ class SquareDrive:
             moved = before.between(self._odometry)
             resting = wanted == Twist2D() and moved.distance(Pose2D()) < 1e-3 and abs(moved.theta) < 2e-3
             still = still + 1 if resting else 0
-        return Leg(_array(odometry), _array(truth))
+        return Leg(stack_poses(odometry), stack_poses(truth))
 
     def _ahead(self, square: Square, heading: float, begin: Pose2D) -> Twist2D:
         left = square.size - begin.distance(self._odometry)
@@ -93,7 +91,3 @@ class SquareDrive:
         if observation.collided:
             raise RobotError("the robot touched something; give it more room, or choose a smaller --size")
         return observation.odometry.T_odom_base, self._locate(observation)
-
-
-def _array(poses: list[Pose2D]) -> FloatArray:
-    return np.array([(pose.x, pose.y, pose.theta) for pose in poses])

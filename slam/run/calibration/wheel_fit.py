@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam.errors import InputError
-from slam.pose import FloatArray
+from slam.pose import FloatArray, wrap_angles
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -41,7 +41,7 @@ class WheelFit:
 
 def wheel_ways(odometry: FloatArray, track: float) -> tuple[FloatArray, FloatArray]:
     """What the left and the right wheel rolled between K poses (K, 3), metres, (K - 1,): eqs. (38)-(42) backwards."""
-    turns = _wrapped(np.diff(odometry[:, 2]))
+    turns = wrap_angles(np.diff(odometry[:, 2]))
     headings = odometry[:-1, 2] + turns / 2.0
     steps = np.diff(odometry[:, :2], axis=0)
     chords = steps[:, 0] * np.cos(headings) + steps[:, 1] * np.sin(headings)
@@ -73,7 +73,7 @@ def fit_wheels(legs: Sequence[Leg], track: float) -> WheelFit:
     ways = [wheel_ways(leg.odometry, track) for leg in legs]
     totals = np.array([(-left.sum(), right.sum()) for left, right in ways]).reshape(-1, 2)
     believed = np.array([_net_turn(leg.odometry) for leg in legs])
-    turned = believed + _wrapped(np.array([_turn(leg.truth) for leg in legs]) - believed)
+    turned = believed + wrap_angles(np.array([_turn(leg.truth) for leg in legs]) - believed)
     if np.linalg.matrix_rank(totals, tol=0.1) < 2:
         raise InputError("the wheels cannot be told from this drive; it needs straight ways and turns")
     per_track = np.linalg.lstsq(totals, turned, rcond=None)[0]  # of each wheel's way, radians a metre
@@ -106,8 +106,4 @@ def _turn(poses: FloatArray) -> float:
 
 def _net_turn(poses: FloatArray) -> float:
     """More than half a turn is counted as such."""
-    return float(_wrapped(np.diff(poses[:, 2])).sum())
-
-
-def _wrapped(angles: FloatArray) -> FloatArray:
-    return (angles + np.pi) % (2.0 * np.pi) - np.pi
+    return float(wrap_angles(np.diff(poses[:, 2])).sum())

@@ -12,5 +12,5 @@ from slam.run.results.run_record import RunRecord
 
 def write(record: RunRecord, out: Path) -> None:
     """One line a scan: ``stamp x y z qx qy qz qw``, map frame."""
-    rows = zip(record.traces.stamps.tolist(), record.traces.estimate.tolist(), strict=True)
-    write_whole(out, "".join(format_tum(stamp, Pose2D(*pose)) + "\n" for stamp, pose in rows))
+    rows = zip(record.traces.stamps.tolist(), record.traces.estimate, strict=True)
+    write_whole(out, "".join(format_tum(stamp, Pose2D.from_array(pose)) + "\n" for stamp, pose in rows))

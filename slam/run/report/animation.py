@@ -46,6 +46,6 @@ def _frames(record: RunRecord, count: int, width: int) -> Iterator[Image.Image]:
     shown = set(np.unique(np.linspace(0, len(traces.stamps) - 1, count).astype(int)).tolist())
     for k, observation in enumerate(record.observations()):
         if k in shown:
-            points = (Pose2D(*traces.estimate[k]) @ record.T_base_laser).transform(observation.scan.points())
+            points = (Pose2D.from_array(traces.estimate[k]) @ record.T_base_laser).transform(observation.scan.points())
             canvas.add_lines(lines.seen(k, points))
             yield canvas.picture(k, points)

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.pose import FloatArray
+from slam.pose import FloatArray, wrap_angles
 from slam.run.results.run_record import RunRecord
 from slam.run.results.traces import Traces
 
@@ -75,7 +75,7 @@ def _stalled(traces: Traces) -> NDArray[np.bool_]:
         return np.zeros(len(traces.stamps), np.bool_)
     elapsed = np.diff(traces.stamps)
     moved = np.diff(traces.odometry, axis=0)
-    turned = np.abs((moved[:, 2] + np.pi) % (2 * np.pi) - np.pi)
+    turned = np.abs(wrap_angles(moved[:, 2]))
     still = (np.hypot(moved[:, 0], moved[:, 1]) < _CREEP[0] * elapsed) & (turned < _CREEP[1] * elapsed)
     commanded = (np.abs(traces.steps["v"]) > 2 * _CREEP[0]) | (np.abs(traces.steps["omega"]) > 2 * _CREEP[1])
     since, stalled = 0.0, np.zeros(len(traces.stamps), np.bool_)

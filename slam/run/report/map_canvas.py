@@ -59,7 +59,7 @@ class MapCanvas:
         self._dots(draw, scan)
         self._way(draw, traces.odometry[: k + 1], PAPER.odometry, 2)
         self._way(draw, traces.estimate[: k + 1], PAPER.slam, 2)
-        draw.polygon(self._pixels(Pose2D(*traces.estimate[k]).transform(ROBOT)), fill=PAPER.slam)
+        draw.polygon(self._pixels(Pose2D.from_array(traces.estimate[k]).transform(ROBOT)), fill=PAPER.slam)
         self._head(draw, k)
         return image.resize((self._size[0] // _FINE, self._size[1] // _FINE), Image.Resampling.LANCZOS)
 

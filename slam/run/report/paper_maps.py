@@ -8,7 +8,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from slam.files.palette import PAPER
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.run.report.scan_points import ScanPoints
 from slam.run.results.run_record import RunRecord
 
@@ -20,7 +20,7 @@ _EVERY = 20_000
 def fig_15(record: RunRecord, scans: ScanPoints) -> Figure:
     """One match, half-way: the segments of the scan on the map of the steps before; sensor frame, looking up."""
     k = scans.scans[len(scans.scans) // 2]
-    pose = Pose2D(*record.traces.estimate[k]) @ scans.T_base_laser
+    pose = Pose2D.from_array(record.traces.estimate[k]) @ scans.T_base_laser
     reach = float(np.abs(scans.points[len(scans.scans) // 2]).max(initial=1.0)) * 1.05
     number, ends = record.segments
     figure = Figure(figsize=(5.2, 5.2), layout="constrained")
@@ -36,7 +36,7 @@ def fig_15(record: RunRecord, scans: ScanPoints) -> Figure:
 
 def fig_16(record: RunRecord, scans: ScanPoints) -> Figure:
     """The map at the end, every segment that made it, and where the sensor was and looked at every step."""
-    poses = np.array([_row(Pose2D(*row) @ scans.T_base_laser) for row in record.traces.estimate[scans.scans]])
+    poses = stack_poses(Pose2D.from_array(row) @ scans.T_base_laser for row in record.traces.estimate[scans.scans])
     ends = record.segments[1]
     figure = Figure(figsize=_upright_size(ends, poses), layout="constrained")
     axes = figure.add_subplot()
@@ -102,7 +102,3 @@ def _upright_size(ends: FloatArray, poses: FloatArray) -> tuple[float, float]:
     extent = np.ptp(np.concatenate([ends.reshape(-1, 2), poses[:, :2]]), axis=0)
     width, height = 8.0 * extent / extent.max()
     return max(float(width), 3.0) + 0.6, max(float(height), 2.5) + 0.6
-
-
-def _row(pose: Pose2D) -> tuple[float, float, float]:
-    return pose.x, pose.y, pose.theta

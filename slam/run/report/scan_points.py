@@ -23,7 +23,7 @@ class ScanPoints:
         """All points (N, 2) with the robot at ``poses`` (K, 3), one for each scan of the run; or those of the scans
         ``before`` one."""
         parts = [
-            (Pose2D(*poses[k]) @ self.T_base_laser).transform(points)
+            (Pose2D.from_array(poses[k]) @ self.T_base_laser).transform(points)
             for k, points in zip(self.scans, self.points, strict=True)
             if before is None or k < before
         ]

@@ -81,7 +81,7 @@ def _draw_ways(axes: Axes, plan: Plan, colours: Palette) -> None:
     axes.plot(*plan.estimate.T[:2], color=colours.slam, linewidth=2.0, label="SLAM", zorder=5)
     if plan.truth is not None:
         axes.plot(*plan.truth.T[:2], color=colours.truth, linewidth=0.8, dashes=(4, 3), label="truth", zorder=6)
-    robot = Pose2D(*plan.estimate[-1]).transform(ROBOT)
+    robot = Pose2D.from_array(plan.estimate[-1]).transform(ROBOT)
     axes.fill(*robot.T, facecolor=colours.slam, alpha=0.35, linewidth=0.0, zorder=7)
     axes.fill(*robot.T, facecolor="none", edgecolor=colours.slam, linewidth=1.2, zorder=7)
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.files.tum import read_tum
-from slam.pose import FloatArray
+from slam.pose import FloatArray, wrap_angles
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +50,7 @@ def _has_lines(path: Path, count: int) -> bool:
 
 
 def pose_errors(poses: FloatArray, truth: FloatArray) -> FloatArray:
-    """Estimate minus truth, shape (K, 3): x, y in metres, heading in radians within [-pi, pi)."""
+    """Estimate minus truth, shape (K, 3): x, y in metres, heading in radians within [-pi, pi]."""
     errors = poses - truth
-    errors[:, 2] = (errors[:, 2] + np.pi) % (2 * np.pi) - np.pi
+    errors[:, 2] = wrap_angles(errors[:, 2])
     return errors

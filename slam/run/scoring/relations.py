@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from slam.errors import LogError
-from slam.files.fields import BadLine, bounded
 from slam.files.logs.log import relative_poses
 from slam.files.text_lines import read_lines
+from slam.files.tum import parse_row
 from slam.pose import FloatArray
 from slam.run.scoring.pose_errors import PoseErrors
 from slam.run.scoring.poses_at import MAX_GAP, poses_at
@@ -22,7 +22,8 @@ def read_relations(path: Path) -> FloatArray:
     """Rows t1, t2, x, y, yaw, seconds, metres and radians, of a file of lines ``t1 t2 x y z roll pitch yaw``, plain or
     gzip. LogError, naming the line, for another one."""
     with closing(read_lines(path)) as lines:
-        rows = [_parse(words, f"{path}: line {number}") for number, line in lines if (words := line.split())]
+        words = ((line.split(), f"{path}: line {number}") for number, line in lines)
+        rows = [parse_row(row, _COLUMNS, where) for row, where in words if row]
     if not rows:
         raise LogError(f"{path}: no relation in this file; need lines of {_COLUMNS}")
     return np.array(rows)[:, [0, 1, 2, 3, 7]]
@@ -33,13 +34,3 @@ def relation_errors(relations: FloatArray, stamps: FloatArray, poses: FloatArray
     first, second = (poses_at(relations[:, column], stamps, poses, gap) for column in (0, 1))
     errors = relative_poses(relations[:, 2:], relative_poses(first.poses, second.poses))[first.known & second.known]
     return PoseErrors(np.hypot(errors[:, 0], errors[:, 1]), np.abs(errors[:, 2]))
-
-
-def _parse(words: list[bytes], where: str) -> list[float]:
-    try:
-        values = bounded(words, largest=1e18)
-    except BadLine as fault:
-        raise LogError(f"{where}: {fault}; need {_COLUMNS}") from None
-    if len(values) != len(_COLUMNS.split()):
-        raise LogError(f"{where}: {len(values)} numbers; need {_COLUMNS}")
-    return values

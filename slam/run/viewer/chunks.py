@@ -11,7 +11,7 @@ import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.run.viewer.covariance_shapes import ellipses, free_directions, turned
 from slam.run.viewer.events import Event
 from slam.run.viewer.frame import Frame
@@ -102,5 +102,5 @@ def _times(scans: Sequence[int], stamps: Sequence[float]) -> tuple[rr.TimeColumn
 
 
 def _transforms(frames: Sequence[Frame]) -> Any:
-    poses = np.array([[frame.robot.x, frame.robot.y, frame.robot.theta] for frame in frames])
+    poses = stack_poses(frame.robot for frame in frames)
     return rr.Transform3D.columns(translation=raised(poses[:, :2], 0.06), quaternion=turned(poses[:, 2]))

@@ -53,7 +53,7 @@ def frames_of(record: RunRecord) -> Iterator[Frame]:
     edges = np.searchsorted(scans, np.arange(len(traces.stamps) + 1))
     for index, seen in zip(range(len(traces.stamps)), record.observations(), strict=False):
         scan = deskewed(seen.scan, seen.odometry.twist, T_base_laser) if record.config.slam.deskew else seen.scan
-        pose = Pose2D(*traces.estimate[index].tolist())
+        pose = Pose2D.from_array(traces.estimate[index])
         points = (pose @ T_base_laser).transform(scan.points())
         own = ends[edges[index] : edges[index + 1]]
         colours = _directions(own, (pose @ T_base_laser).translation)
@@ -62,8 +62,8 @@ def frames_of(record: RunRecord) -> Iterator[Frame]:
             index,
             float(traces.stamps[index]),
             pose,
-            Pose2D(*traces.odometry[index].tolist()),
-            None if traces.truth is None else Pose2D(*traces.truth[index].tolist()),
+            Pose2D.from_array(traces.odometry[index]),
+            None if traces.truth is None else Pose2D.from_array(traces.truth[index]),
             points,
             _nearest(points, own, colours),
             own,

@@ -18,7 +18,7 @@ from slam.scan import LaserScan
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
-    """Where the robot is after one scan, and how that was found."""
+    """The pose after one scan, and how it was found."""
 
     stamp: float
     T_map_base: Pose2D
@@ -26,7 +26,7 @@ class Estimate:
     """In the sensor frame; None when the scan was not used and the pose is odometry since the last one that was."""
     match: Match = NO_MATCH
     map_points: int = 0
-    """In the map after this scan: points in paper mode, surfels in this project's own."""
+    """Size of the map after this scan: points in paper mode, surfels in this project's own."""
     extraction_time: float = 0.0
     """Seconds of wall time for the extraction of the segments ..."""
     total_time: float = 0.0
@@ -39,7 +39,7 @@ class Estimate:
 
     @property
     def covariance(self) -> FloatArray | None:
-        """Of x, y, theta of ``T_map_base`` in the map frame, (3, 3), against the truth; None in paper mode."""
+        """Covariance (3, 3) of x, y, theta of ``T_map_base``, map frame, against the truth; None in paper mode."""
         return self.match.covariance
 
     @property
@@ -84,16 +84,16 @@ class LineSlam:
         if self.config.deskew:
             scan = deskewed(scan, odometry.twist, self.T_base_laser)
         segments = extract_segments(scan, self.config.lines)  # eqs. (1)-(12), Proc. 1-8
-        extracted = perf_counter()
+        extraction_time = perf_counter() - began
         match = self.mapper.locate(scan, segments, prior)  # eqs. (20)-(37)
         T_map_laser = prior @ self.T_base_laser @ match.T_prior_laser  # eq. (19)
         self.mapper.add(scan, segments, T_map_laser)  # eqs. (15)-(18)
         self.T_map_base = self.last_mapped = T_map_laser @ self.T_base_laser.inverse()
-        times = extracted - began, perf_counter() - began
-        return Estimate(scan.stamp, self.T_map_base, segments, match, len(self.points), *times)
+        total_time = perf_counter() - began
+        return Estimate(scan.stamp, self.T_map_base, segments, match, len(self.points), extraction_time, total_time)
 
     def _predict(self, odometry: Odometry) -> Pose2D:
-        """Where the base is before the scan is looked at: moved as the wheels say, or still where it was."""
+        """The pose of the base before the scan is looked at: moved as the wheels say, or still where it was."""
         last, self.last_odometry = self.last_odometry, odometry.T_odom_base
         if last is None or not self.config.odometry:
             return self.T_map_base

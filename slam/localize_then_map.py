@@ -17,7 +17,7 @@ class LocalizeThenMap:
 
     def __init__(self, config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> None:
         self.T_base_laser, self._config, self._saved = T_base_laser, config, saved
-        self._localizer = LineLocalizer(config, T_base_laser, saved.memory.map)
+        self._localizer = LineLocalizer(config, T_base_laser, saved.mapper.map)
         self.slam: LineSlam | None = None
         """What maps, once the place is known."""
 
@@ -29,12 +29,12 @@ class LocalizeThenMap:
     @property
     def points(self) -> SurfelMap:
         """The map as points."""
-        return self._saved.memory.map
+        return self._saved.mapper.map
 
     @property
     def lines(self) -> SurfelMap:
         """The map as line segments."""
-        return self._saved.memory.map
+        return self._saved.mapper.map
 
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
         """Take the next scan and the odometry at its stamp; return the pose estimate."""

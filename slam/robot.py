@@ -1,4 +1,4 @@
-"""The seam: what the method, the gym env, the runner and the viewer know of a robot."""
+"""The Robot protocol: a robot as the method, the learning environment, the runner and the viewer know it."""
 
 from __future__ import annotations
 

@@ -26,8 +26,7 @@ from slam.line_slam import LineSlam
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.run.backends import make_robot
-from slam.run.dead_reckoning import DeadReckoning
-from slam.run.estimator import Estimator, make_estimator, map_made_by
+from slam.run.estimator import DeadReckoning, Estimator, make_estimator, map_made_by
 from slam.run.interruption import Interruption
 from slam.run.loop import Ending, run_loop
 from slam.run.pilot import Pilot, ReplayPilot, WaypointPilot

@@ -18,10 +18,10 @@ from slam.errors import InputError
 from slam.files.maps.schema import VERSION, MapDocument, SavedGrid
 from slam.files.whole_files import write_whole
 from slam.mapping.directions import Directions
-from slam.mapping.drift import Drift
+from slam.mapping.map_uncertainty import MapUncertainty
 from slam.mapping.surfel_grid import ALIVE, COLUMNS, FREE, HITS, TAKEN, Grid
 from slam.mapping.surfel_map import SurfelMap
-from slam.matching.surfel_memory import SurfelMemory
+from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import FloatArray, Pose2D
 from slam.saved_slam import SavedSlam
 from slam.scenario.validation_message import message_of
@@ -29,21 +29,21 @@ from slam.scenario.validation_message import message_of
 
 def write_map(path: Path, saved: SavedSlam) -> None:
     """Write the file at once or not at all."""
-    memory, directions = saved.memory, saved.memory.directions
+    state, directions = saved.mapper, saved.mapper.directions
     robot = {
         "T_map_base": _row(saved.T_map_base),
         "T_odom_base": _row(saved.T_odom_base),
         "T_map_mapped": _row(saved.T_map_mapped),
-        "T_map_matched": _row(memory.T_map_base),
-        "T_map_added": _row(memory.T_map_added),
-        "covariance": memory.covariance.tolist(),
-        "growth": memory.growth,
-        "misfits": memory.misfits,
-        "tile": memory.drift.here,
+        "T_map_matched": _row(state.T_map_base),
+        "T_map_added": _row(state.T_map_added),
+        "covariance": state.covariance.tolist(),
+        "growth": state.odometry_inflation,
+        "misfits": state.bad_matches,
+        "tile": state.uncertainty.here,
     }
     tiles = [
         {"tile": tile, "entered": _row(pose), "covariance": covariance.tolist()}
-        for tile, (pose, covariance) in memory.drift.tiles.items()
+        for tile, (pose, covariance) in state.uncertainty.tiles.items()
     ]
     parts = {
         "format": json.dumps("hopslam map"),
@@ -51,7 +51,7 @@ def write_map(path: Path, saved: SavedSlam) -> None:
         "robot": json.dumps(robot),
         "tiles": _lines(tiles),
         "directions": json.dumps({"total": directions.total, "clusters": directions.clusters.tolist()}),
-        "grid": _grid_text(memory.map.grid),
+        "grid": _grid_text(state.map.grid),
     }
     write_whole(path, "{\n" + ",\n".join(f'"{key}": {text}' for key, text in parts.items()) + "\n}\n")
 
@@ -71,9 +71,9 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
         raise InputError(f"{path}: grid.cell: the map {cells}; add --set slam.map.cell={document.grid.cell:g}")
     robot = document.robot
     tiles = {saved.tile: (Pose2D(*saved.entered), np.array(saved.covariance)) for saved in document.tiles}
-    memory = SurfelMemory(
+    state = SurfelMapperState(
         SurfelMap(config.map, _grid(document.grid)),
-        Drift(tiles, robot.tile),
+        MapUncertainty(tiles, robot.tile),
         _pose(robot.T_map_matched),
         _pose(robot.T_map_added),
         np.array(robot.covariance),
@@ -81,7 +81,7 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
         robot.misfits,
         Directions(np.array(document.directions.clusters).reshape(-1, 3), document.directions.total),
     )
-    return SavedSlam(memory, Pose2D(*robot.T_map_base), _pose(robot.T_odom_base), _pose(robot.T_map_mapped))
+    return SavedSlam(state, Pose2D(*robot.T_map_base), _pose(robot.T_odom_base), _pose(robot.T_map_mapped))
 
 
 def _parse(path: Path) -> MapDocument:

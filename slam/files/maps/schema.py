@@ -13,7 +13,7 @@ from slam.mapping.directions import MAX_CLUSTERS, QUARTER
 
 VERSION = 1
 MOST_CELLS = 50_000_000
-"""Of the grid: 200 MB."""
+"""The largest grid: 200 MB."""
 PoseRow = tuple[float, float, float]
 CovarianceRows = tuple[PoseRow, PoseRow, PoseRow]
 SurfelRow = tuple[float, float, float, float, float, float, float, Annotated[int, Field(ge=-1)]]
@@ -23,7 +23,7 @@ Size = Annotated[int, Field(gt=0)]
 
 
 class SavedGrid(Section):
-    """Of the map: surfels in lists, one list for each cell, and one of the places that are free."""
+    """The grid of the map: surfels in lists, one list for each cell, and one of the places that are free."""
 
     cell: Annotated[float, Field(gt=0)]
     corner: tuple[int, int]
@@ -73,7 +73,7 @@ def _problem(surfel: SurfelRow, place: tuple[int, int] | None, cell: float) -> s
 
 
 class SavedTile(Section):
-    """How wrong the map may be in one tile: see slam/mapping/drift.py."""
+    """The uncertainty of the map in one tile: see slam/mapping/map_uncertainty.py."""
 
     tile: tuple[int, int]
     entered: PoseRow
@@ -86,7 +86,7 @@ class SavedTile(Section):
 
 
 class SavedDirections(Section):
-    """Of the walls: see slam/mapping/directions.py. None, in a map from before there were any."""
+    """Directions of walls: see slam/mapping/directions.py. None, in a map from before there were any."""
 
     total: Metres = 0.0
     clusters: Annotated[
@@ -104,7 +104,9 @@ class SavedRobot(Section):
     T_map_added: PoseRow | None
     covariance: CovarianceRows
     growth: Annotated[float, Field(ge=1)]
+    """SurfelMapperState.odometry_inflation."""
     misfits: Annotated[int, Field(ge=0)]
+    """SurfelMapperState.bad_matches."""
     tile: tuple[int, int] | None
 
     @model_validator(mode="after")

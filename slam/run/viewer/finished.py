@@ -33,7 +33,7 @@ def setting_of(record: RunRecord) -> Scene:
 def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:
     """Send all of it; yields the number of each scan that was sent. The map is shown as it was in the end."""
     saved = record.saved_map
-    points = np.empty((0, 2)) if saved is None else saved.memory.map.points
+    points = np.empty((0, 2)) if saved is None else saved.mapper.map.points
     broadcast.put(list(map_chunks(0, float(record.traces.stamps[0]), points, record.walls)))
     lost = False
     for frame in frames_of(record):

@@ -1,4 +1,4 @@
-"""One answer to the question where the robot is, and how well the scans bear it out."""
+"""A hypothesis of where the robot is, and how well the scans bear it out."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ import numpy as np
 
 from slam.config import LeastSquaresConfig, LocalizationConfig
 from slam.lines.segments import Segments
-from slam.mapping.drift import Drift
 from slam.mapping.free_space import count_seen_through, free_beams
+from slam.mapping.map_uncertainty import MapUncertainty
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.match import NO_MATCH, Match
 from slam.matching.surfel_mapper import SurfelMapper
-from slam.matching.surfel_memory import SurfelMemory
+from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
-SAME = 0.3, 0.15
+SAME_DISTANCE, SAME_ANGLE = 0.3, 0.15
 """Hypotheses nearer than this, metres and radians, are one."""
-AT_FIRST = np.diag([0.1**2, 0.1**2, 0.05**2])
-"""Covariance of a place that was found by search."""
+FOUND_COVARIANCE = np.diag([0.1**2, 0.1**2, 0.05**2])
+"""Covariance of a pose that was found by search."""
 
 
-class Hypothesis:
+class PoseHypothesis:
     """Tracks one pose in a map that does not change; without ``odometry`` each scan may be anywhere near the last."""
 
     def __init__(
@@ -35,16 +35,15 @@ class Hypothesis:
         self.T_map_base = T_map_base
         self.match: Match = NO_MATCH
         self.evidence = 0.0  # sum of the agreements, from where the best of its time stood when it was begun
-        self.average = 1.0
+        self.mean_agreement = 1.0  # a running mean
         self._T_base_laser, self._odometry = T_base_laser, odometry
-        memory = SurfelMemory(surfel_map, Drift(), T_map_base, None, AT_FIRST)
-        self._mapper = SurfelMapper(memory, config, T_base_laser, odometry)
-        self._map = surfel_map
+        state = SurfelMapperState(surfel_map, MapUncertainty(), T_map_base, None, FOUND_COVARIANCE)
+        self._mapper = SurfelMapper(state, config, T_base_laser, odometry)
 
     @property
     def covariance(self) -> FloatArray:
-        """Of x, y, theta of ``T_map_base`` against the map, (3, 3), metres and radians."""
-        return self._mapper.memory.covariance
+        """Covariance (3, 3) of ``T_map_base`` against the map, metres and radians."""
+        return self._mapper.state.covariance
 
     def follow(self, scan: LaserScan, segments: Segments, motion: Pose2D) -> None:
         """Move as the odometry says, and match."""
@@ -53,28 +52,26 @@ class Hypothesis:
         T_map_laser = prior @ self._T_base_laser @ self.match.T_prior_laser
         self.T_map_base = T_map_laser @ self._T_base_laser.inverse()
 
-    def track(self, config: LeastSquaresConfig) -> None:
+    def reconfigure(self, config: LeastSquaresConfig) -> None:
         """Go on with other settings of the matcher."""
         if self._mapper.config is not config:
-            self._mapper = SurfelMapper(self._mapper.memory, config, self._T_base_laser, self._odometry)
+            self._mapper = SurfelMapper(self._mapper.state, config, self._T_base_laser, self._odometry)
 
     def agreement(self, scan: LaserScan, config: LocalizationConfig) -> float:
-        """Of the scan that was followed last: 1 where all of it lies on walls, and none was seen through."""
-        pose, settings = (self.T_map_base @ self._T_base_laser).as_array(), self._map.config
+        """Agreement of the scan that was followed last with the map: 1 where all of it lies on walls, and none was
+        seen through."""
+        pose, surfel_map = (self.T_map_base @ self._T_base_laser).as_array(), self._mapper.map
+        settings = surfel_map.config
         beams = free_beams(scan, settings.no_echo_reach)
-        through = count_seen_through(self._map.grid, beams, pose, settings.carve_reach, settings.free_margin)
+        through = count_seen_through(surfel_map.grid, beams, pose, settings.carve_reach, settings.free_margin)
         return (self.match.inliers - config.seen_through * through) / max(self.match.points, 1)
 
-    def learn(self, agreement: float, memory: float) -> None:
-        """Take an agreement into the sum and the average."""
+    def add_agreement(self, agreement: float, memory: float) -> None:
+        """Add an agreement to the evidence and to the running mean, of which the share ``memory`` is kept."""
         self.evidence += agreement
-        self.average = memory * self.average + (1.0 - memory) * agreement
+        self.mean_agreement = memory * self.mean_agreement + (1.0 - memory) * agreement
 
-    def same_as(self, other: Hypothesis) -> bool:
-        """Whether the two have come together."""
-        return near(self.T_map_base, other.T_map_base)
-
-
-def near(a: Pose2D, b: Pose2D) -> bool:
-    """Whether two poses are one hypothesis."""
-    return a.distance(b) < SAME[0] and abs(a.between(b).theta) < SAME[1]
+    def same_place(self, other: PoseHypothesis) -> bool:
+        """Whether the two are so near to each other that they are one."""
+        a, b = self.T_map_base, other.T_map_base
+        return a.distance(b) < SAME_DISTANCE and abs(a.between(b).theta) < SAME_ANGLE

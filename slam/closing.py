@@ -1,4 +1,4 @@
-"""What holds something that must be given back."""
+"""A base for objects that hold what must be given back: files, ports, processes."""
 
 from __future__ import annotations
 

@@ -9,11 +9,11 @@ import numpy as np
 from slam.compiled import compiled
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
-from slam.scan import LaserScan, even_fan
+from slam.scan import BEARING, COS, SIN, LaserScan
 
 
 def deskewed(scan: LaserScan, twist: Twist2D, T_base_laser: Pose2D) -> LaserScan:
-    """The scan as it would have been, had all beams been taken at its stamp, by a base that moves with ``twist``.
+    """Return the scan as if all its beams had been taken at its stamp; the base moves with ``twist``.
 
     Beam j was taken ``j * time_increment`` after the stamp; its end point is carried along the arc back to the frame of
     the sensor at the stamp, and has its own bearing from then on. Beams without echo keep their reading and are turned
@@ -21,29 +21,27 @@ def deskewed(scan: LaserScan, twist: Twist2D, T_base_laser: Pose2D) -> LaserScan
     """
     if scan.time_increment == 0.0 or twist == Twist2D():
         return scan
-    fan = even_fan(scan.angle_min, scan.angle_increment, len(scan.ranges))
     step = T_base_laser.inverse() @ twist.motion(scan.time_increment) @ T_base_laser
-    ranges, beam_fan = _straightened(scan.ranges, fan, step.x, step.y, step.theta)
+    ranges, beam_fan = _from_first_beam(scan.ranges, scan.fan, step.x, step.y, step.theta)
     return replace(scan, ranges=ranges, time_increment=0.0, beam_fan=beam_fan)
 
 
 @compiled
-def _straightened(
+def _from_first_beam(
     ranges: FloatArray, fan: FloatArray, step_x: float, step_y: float, step_theta: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Ranges (N,) and fan (3, N) from where the sensor was at the first beam; it moves by one step from each beam to
-    the next."""
-    out_r, out = ranges.copy(), np.empty_like(fan)
+    """Ranges (N,) and fan (3, N) as seen from the sensor's place at the first beam; it moves by one step a beam."""
+    new_ranges, new_fan = ranges.copy(), np.empty_like(fan)
     step_c, step_s = np.cos(step_theta), np.sin(step_theta)
     x, y, c, s = 0.0, 0.0, 1.0, 0.0  # of the sensor at beam j
     for j in range(len(ranges)):
-        ux, uy = c * fan[1, j] - s * fan[2, j], s * fan[1, j] + c * fan[2, j]
-        out[0, j], out[1, j], out[2, j] = fan[0, j] + step_theta * j, ux, uy
+        ux, uy = c * fan[COS, j] - s * fan[SIN, j], s * fan[COS, j] + c * fan[SIN, j]
+        new_fan[BEARING, j], new_fan[COS, j], new_fan[SIN, j] = fan[BEARING, j] + step_theta * j, ux, uy
         if np.isfinite(ranges[j]):
             px, py = x + ranges[j] * ux, y + ranges[j] * uy
             r = np.sqrt(px * px + py * py)
-            out_r[j], out[1, j], out[2, j] = r, px / r, py / r
-            out[0, j] += np.arctan2(ux * py - uy * px, ux * px + uy * py)
+            new_ranges[j], new_fan[COS, j], new_fan[SIN, j] = r, px / r, py / r
+            new_fan[BEARING, j] += np.arctan2(ux * py - uy * px, ux * px + uy * py)
         x, y = x + c * step_x - s * step_y, y + s * step_x + c * step_y
         c, s = c * step_c - s * step_s, s * step_c + c * step_s
-    return out_r, out
+    return new_ranges, new_fan

@@ -6,7 +6,7 @@ HopslamError
 │   └── LogError        a recorded log
 ├── RobotError          a device or back end failed                (exit code 3)
 │   ├── RobotTimeout    no data within the time asked for
-│   └── OutputLost      nobody watches a real robot any more    (exit code 141)
+│   └── OutputLost      nobody watches a real robot any more   (exit code 141)
 ├── StorageError        results cannot be written any more         (exit code 3)
 └── ClusterError        the machines that run the jobs cannot      (exit code 3)
 """

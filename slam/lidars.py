@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 
-from slam.errors import ScenarioError
 from slam.pose import FloatArray
 from slam.scan import Lidar
 
@@ -30,7 +29,7 @@ class LidarModel:
         return self.lidar.scan_time * self.lidar.angle_increment / (2.0 * pi)
 
     def accuracy(self, ranges: FloatArray) -> FloatArray:
-        """The bound, metres, that the maker gives for the error at each of these ranges (metres)."""
+        """Return the maker's bound of the error, metres, at each of these ranges (metres)."""
         return np.where(ranges <= self.near_range, self.near_accuracy, self.far_accuracy * ranges)
 
 
@@ -68,12 +67,5 @@ URG04LX: Final = LidarModel(
 )
 """Hokuyo URG-04LX: steps 44 to 725 of 1024 a turn, front at step 384, so the fan is not symmetric; 600 rpm."""
 
-LIDARS: Final = {"table1": TABLE1, "urg04lx": URG04LX}
-
-
-def lidar_model(name: str) -> LidarModel:
-    """The lidar of that name; ScenarioError lists the known ones."""
-    try:
-        return LIDARS[name]
-    except KeyError:
-        raise ScenarioError(f"no lidar named {name!r}; choose one of {', '.join(LIDARS)}") from None
+LidarName = Literal["table1", "urg04lx"]
+LIDARS: Final[dict[LidarName, LidarModel]] = {"table1": TABLE1, "urg04lx": URG04LX}

@@ -45,7 +45,7 @@ class LineLocalizer:
         self._hypotheses = [] if T_map_base is None else [self._hypothesis(T_map_base, self._tracking)]
         self.sure = T_map_base is not None
         """Whether it knows where the robot is."""
-        self._last_odometry: Pose2D | None = None
+        self._T_odom_base: Pose2D | None = None
         self._moved = np.inf  # since the last evidence, metres and radians together; the first scan is evidence
         self._evidence_at: Pose2D | None = None  # T_map_base of the best hypothesis then: all there is without odometry
         self._evidence_count = 0  # pieces of evidence since the last search
@@ -92,7 +92,7 @@ class LineLocalizer:
         return replace(best.match, covariance=best.covariance, lost=not self.sure)
 
     def _motion(self, odometry: Odometry) -> Pose2D:
-        last, self._last_odometry = self._last_odometry, odometry.T_odom_base
+        last, self._T_odom_base = self._T_odom_base, odometry.T_odom_base
         motion = Pose2D() if last is None or not self.config.odometry else last.between(odometry.T_odom_base)
         self._moved += _size(motion)
         return motion

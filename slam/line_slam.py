@@ -61,8 +61,8 @@ class LineSlam:
         self.T_base_laser = T_base_laser
         self.T_map_base = T_map_base or Pose2D()  # the anchor: at the first scan the estimate is the truth (section 4)
         self.mapper = make_mapper(config, T_base_laser, seed)
-        self.last_odometry: Pose2D | None = None  # T_odom_base with the last scan
-        self.last_mapped: Pose2D | None = None  # T_map_base with the last scan that was matched
+        self.T_odom_base: Pose2D | None = None  # with the last scan
+        self.T_map_mapped: Pose2D | None = None  # T_map_base with the last scan that was matched
 
     @property
     def points(self) -> Points:
@@ -88,19 +88,19 @@ class LineSlam:
         match = self.mapper.locate(scan, segments, prior)  # eqs. (20)-(37)
         T_map_laser = prior @ self.T_base_laser @ match.T_prior_laser  # eq. (19)
         self.mapper.add(scan, segments, T_map_laser)  # eqs. (15)-(18)
-        self.T_map_base = self.last_mapped = T_map_laser @ self.T_base_laser.inverse()
+        self.T_map_base = self.T_map_mapped = T_map_laser @ self.T_base_laser.inverse()
         total_time = perf_counter() - began
         return Estimate(scan.stamp, self.T_map_base, segments, match, len(self.points), extraction_time, total_time)
 
     def _predict(self, odometry: Odometry) -> Pose2D:
         """The pose of the base before the scan is looked at: moved as the wheels say, or still where it was."""
-        last, self.last_odometry = self.last_odometry, odometry.T_odom_base
+        last, self.T_odom_base = self.T_odom_base, odometry.T_odom_base
         if last is None or not self.config.odometry:
             return self.T_map_base
         return self.T_map_base @ last.between(odometry.T_odom_base)
 
     def _moved_enough(self, prior: Pose2D) -> bool:
-        if self.last_mapped is None:
+        if self.T_map_mapped is None:
             return True
-        motion = self.last_mapped.between(prior)
+        motion = self.T_map_mapped.between(prior)
         return motion.distance(Pose2D()) >= self.config.update_distance or abs(motion.theta) >= self.config.update_angle

@@ -43,5 +43,5 @@ class LocalizeThenMap:
         estimate = self._localizer.update(scan, odometry)
         if self._localizer.sure:
             self.slam = relocate(self._config, self.T_base_laser, self._saved, estimate.T_map_base)
-            self.slam.last_odometry = odometry.T_odom_base
+            self.slam.T_odom_base = odometry.T_odom_base
         return estimate

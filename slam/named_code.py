@@ -1,4 +1,4 @@
-"""Code named as ``module:name``: imported when it is used; a user's own is allowed first, and its faults are told."""
+"""Code named as ``module:name``, imported when it is used, a user's own only if allowed; and optional packages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NO_OPTIONS: Final[Mapping[str, Any]] = {}
 
 
 def import_by_name(place: str) -> Any:
-    """What stands at ``module:name``; InputError when Python finds no such module, or nothing of that name in it."""
+    """Import what stands at ``module:name``; InputError when there is no such module, or nothing of that name in it."""
     module, _, name = place.partition(":")
     try:
         return getattr(import_module(module), name)
@@ -32,14 +32,23 @@ def import_by_name(place: str) -> Any:
         raise InputError(f"{place}: {error}") from error
 
 
+def import_optional(module: str, extra: str) -> Any:
+    """Import the module; InputError names the command that installs it, with its ``extra``, where it is missing."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        package = module.partition(".")[0]
+        raise InputError(f"{package} is not installed; run: pip install 'hopslam[{extra}]'") from error
+
+
 def is_allowed(place: str, allowed: Sequence[str]) -> bool:
-    """Whether ``allowed`` has this place, its module, or a package that holds the module."""
+    """Tell if ``allowed`` has this place, its module, or a package that holds the module."""
     module = place.partition(":")[0]
     return place in allowed or any(f"{module}.".startswith(f"{name}.") for name in allowed if ":" not in name)
 
 
 def refusal(place: str) -> str:
-    """Why a file may not name this place, and how the user allows it."""
+    """Say why a file may not name this place, and how the user allows it."""
     module = place.partition(":")[0]
     return (
         f"a file may not run code, and {place} is code; if you trust the module {module}, add --allow-module {module} "
@@ -48,7 +57,7 @@ def refusal(place: str) -> str:
 
 
 def find_code(place: str, allowed: Sequence[str]) -> Any:
-    """The function or class at this place, imported now.
+    """Import the function or class at this place.
 
     InputError where it is not allowed, is not there, or its module fails. To allow a module is to allow what its own
     package defines, and not what it has imported from others.
@@ -85,34 +94,17 @@ def call(
     except HopslamError:
         raise
     except Exception as error:
-        misfit = _misfit(code, arguments, more, options) if isinstance(error, TypeError) else None
-        raise raises(f"{place} {misfit}" if misfit else f"{place}: {_one_line(error, place)}") from error
-
-
-def expect(place: str, value: Any, kind: type, raises: type[HopslamError] = InputError) -> None:
-    """Require a value of this kind; ``raises``, which names the place and what it returned, where it is another."""
-    if not isinstance(value, kind):
-        raise raises(f"{place} returned {kind_of(value)}, not {kind.__name__}; see docs/extend.md")
-
-
-def expect_parts(place: str, value: Any, names: Sequence[str], kind: str) -> None:
-    """Require the attributes that a ``kind`` has; InputError names those that the value lacks."""
-    if missing := [name for name in names if not hasattr(value, name)]:
-        raise InputError(f"{place} is no {kind}: {kind_of(value)} has no {', '.join(missing)}; see docs/extend.md")
-
-
-def kind_of(value: Any) -> str:
-    """The name of its type."""
-    return "None" if value is None else type(value).__name__
+        complaint = _refused(code, arguments, more, options) if isinstance(error, TypeError) else None
+        raise raises(f"{place} {complaint}" if complaint else f"{place}: {_one_line(error, place)}") from error
 
 
 def _defined_there(code: Any, place: str) -> bool:
-    """Whether the package of the module at this place also holds the definition."""
+    """Tell if the package of the module at this place also holds the definition."""
     package = str(import_module(place.partition(":")[0]).__name__).partition(".")[0]
     return str(getattr(code, "__module__", "")).partition(".")[0] == package
 
 
-def _misfit(code: Any, arguments: Sequence[Any], more: Mapping[str, Any], options: Mapping[str, Any]) -> str | None:
+def _refused(code: Any, arguments: Sequence[Any], more: Mapping[str, Any], options: Mapping[str, Any]) -> str | None:
     """Say which arguments the code does not take; None where it takes them, or does not say what it takes."""
     try:
         taken = signature(code)

@@ -33,14 +33,14 @@ def save(slam: LineSlam) -> SavedSlam | None:
     """Save the state for ``resume`` and ``relocate``; None where the map is not this project's own."""
     if not isinstance(slam.mapper, SurfelMapper):
         return None
-    return SavedSlam(slam.mapper.state, slam.T_map_base, slam.last_odometry, slam.last_mapped)
+    return SavedSlam(slam.mapper.state, slam.T_map_base, slam.T_odom_base, slam.T_map_mapped)
 
 
 def resume(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> LineSlam:
     """Continue as if the method had never stopped, with the next scan and odometry of the same run."""
     slam = LineSlam(config, T_base_laser, saved.T_map_base)
     slam.mapper = _mapper(config, T_base_laser, saved.mapper)
-    slam.last_odometry, slam.last_mapped = saved.T_odom_base, saved.T_map_mapped
+    slam.T_odom_base, slam.T_map_mapped = saved.T_odom_base, saved.T_map_mapped
     return slam
 
 

@@ -10,17 +10,20 @@ from numpy.typing import NDArray
 
 from slam.pose import FloatArray
 
+BEARING, COS, SIN = range(3)
+"""Rows of a fan (3, N): the bearing of each beam, its cosine and its sine."""
+
 
 @lru_cache(maxsize=16)
 def even_fan(angle_min: float, angle_increment: float, beams: int) -> FloatArray:
-    """Bearings of evenly spaced beams, their cosines and sines, shape (3, N); not to be written to."""
+    """Return the fan (3, N) of evenly spaced beams; not to be written to."""
     angles = angle_min + angle_increment * np.arange(beams, dtype=np.float64)
     return np.stack([angles, np.cos(angles), np.sin(angles)])
 
 
 @dataclass(frozen=True, slots=True)
 class Lidar:
-    """What a planar lidar is: its fan and its reach. Radians, metres, seconds."""
+    """A planar lidar, described by its beams and its reach. Radians, metres, seconds."""
 
     angle_min: float
     angle_increment: float
@@ -58,7 +61,7 @@ class LaserScan:
     time_increment: float = 0.0
     scan_time: float = 0.1
     beam_fan: FloatArray | None = None
-    """Where a scan was deskewed, the bearing of every beam, its cosine and sine, (3, N); None: evenly spaced."""
+    """The fan (3, N) of a scan that was deskewed; None where the beams are evenly spaced."""
 
     @property
     def angle_max(self) -> float:
@@ -66,9 +69,16 @@ class LaserScan:
         return self.lidar.angle_max
 
     @property
+    def fan(self) -> FloatArray:
+        """Bearings of all beams in the sensor frame, their cosines and sines, shape (3, N); not to be written to."""
+        if self.beam_fan is None:
+            return even_fan(self.angle_min, self.angle_increment, len(self.ranges))
+        return self.beam_fan
+
+    @property
     def bearings(self) -> FloatArray:
         """Bearings of all beams in the sensor frame, shape (N,), radians."""
-        return self.lidar.angles if self.beam_fan is None else self.beam_fan[0]
+        return self.lidar.angles if self.beam_fan is None else self.beam_fan[BEARING]
 
     def __eq__(self, other: object) -> bool:
         """Bit by bit; two ``nan`` readings are equal."""
@@ -89,7 +99,7 @@ class LaserScan:
 
     @property
     def echoes(self) -> NDArray[np.bool_]:
-        """Which beams came back with a range inside the sensor's reach, shape (N,)."""
+        """True for each beam that came back with a range inside the sensor's reach, shape (N,)."""
         return np.isfinite(self.ranges) & (self.ranges >= self.range_min) & (self.ranges <= self.range_max)
 
     def points(self) -> FloatArray:

@@ -12,15 +12,17 @@ from slam.bench.scenes import TUNING_SEEDS, make_scene
 from slam.config import ChiSquareConfig, SlamConfig
 from slam.lidars import URG04LX
 from slam.line_slam import LineSlam
-from slam.lines.chi_square import segments_by_chi_square, segments_of_beams
+from slam.lines.beam_sums import SUMS, chi_square, prefix_sums
+from slam.lines.chi_square import segments_by_chi_square
 from slam.lines.range_noise import RangeNoise, noise_of_scan, noise_of_sensor
 from slam.lines.segments import Segments
-from slam.lines.wall_runs import chi_square, prefix_sums, wall_runs
+from slam.lines.wall_runs import wall_runs
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
-from slam.scan import LaserScan
+from slam.scan import LaserScan, even_fan
 
 LIDAR = URG04LX.lidar
+FAN = even_fan(LIDAR.angle_min, LIDAR.angle_increment, LIDAR.beams)
 KNOWN = ChiSquareConfig(sensor="urg04lx", bound_sigmas=3.0)
 families = st.sampled_from(list(FAMILIES))
 seeds = st.integers(0, 59)
@@ -84,9 +86,8 @@ def test_a_line_is_what_a_general_solver_finds(family: str, seed: int) -> None:
 def test_prefix_sums_give_the_chi_square_of_any_run(family: str, seed: int, begin: int, count: int) -> None:
     scan, noise = make_scene(family, seed, "spec/3").scan, noise_of_sensor("urg04lx", 3.0)
     N = LIDAR.beams
-    sums, beam, new = np.empty((N + 1, 6)), np.empty(N, np.int64), np.empty(N + 1, np.bool_)
-    fan = np.stack([LIDAR.angles, np.cos(LIDAR.angles), np.sin(LIDAR.angles)])
-    n = prefix_sums(scan.ranges, fan, (scan.range_min, scan.range_max), noise, sums, beam, new)
+    sums, beam, after_gap = np.empty((N + 1, SUMS)), np.empty(N, np.int64), np.empty(N + 1, np.bool_)
+    n = prefix_sums(scan.ranges, FAN, (scan.range_min, scan.range_max), noise, sums, beam, after_gap)
     assert n == scan.echoes.sum()
     begin = min(begin, n - 3)
     stop = min(begin + count, n)
@@ -147,14 +148,6 @@ def test_mixed_pixels_at_an_edge_belong_to_no_wall() -> None:
     np.testing.assert_allclose(segments.start[1], [3.0, 3.0 * np.tan(LIDAR.angles[342])], atol=0.03)
 
 
-@given(seeds)
-def test_beams_may_come_in_any_order(seed: int) -> None:
-    scan = make_scene("office", seed, "spec/3").scan
-    t, r = LIDAR.angles[scan.echoes], scan.ranges[scan.echoes]
-    order = np.random.default_rng(seed).permutation(len(t))
-    same(segments_of_beams(t, r, KNOWN), segments_of_beams(t[order], r[order], KNOWN))
-
-
 def test_a_fan_may_turn_clockwise() -> None:
     ranges = make_scene("office", 1, "spec/3").scan.ranges
     forth = segments_by_chi_square(scan_of(ranges), KNOWN)
@@ -172,7 +165,9 @@ def test_a_tiny_scan_gives_nothing(count: int) -> None:
 
 def test_beams_on_top_of_each_other_do_no_harm() -> None:
     for bearings in (np.zeros(40), np.repeat(np.linspace(-0.5, 0.5, 20), 2)):
-        segments = segments_of_beams(bearings, 1 / np.cos(bearings), KNOWN)
+        fan = np.stack([bearings, np.cos(bearings), np.sin(bearings)])
+        scan = LaserScan(0.0, 0.0, 0.1, 0.06, 4.0, 1 / np.cos(bearings), beam_fan=fan)
+        segments = segments_by_chi_square(scan, KNOWN)
         assert np.isfinite(segments.rho).all()
     assert segments.rho[0] == pytest.approx(1.0)
 
@@ -205,9 +200,8 @@ def test_a_sick_needs_no_other_settings() -> None:
 def test_runs_are_the_same_alone_and_among_others() -> None:
     """wall_runs looks at nothing but its arguments: the same bits twice."""
     scan = make_scene("clutter", 2, "spec/3").scan
-    fan = np.stack([LIDAR.angles, np.cos(LIDAR.angles), np.sin(LIDAR.angles)])
     noise = noise_of_sensor("urg04lx", 3.0)
-    once, again = (wall_runs(scan.ranges, fan, (0.06, 4.0), noise, 18.0, 7) for _ in range(2))
+    once, again = (wall_runs(scan.ranges, FAN, (0.06, 4.0), noise, 18.0, 7) for _ in range(2))
     np.testing.assert_array_equal(once[0], again[0])
     np.testing.assert_array_equal(once[1], again[1])
 

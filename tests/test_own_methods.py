@@ -12,7 +12,7 @@ import pytest
 
 from hardware.emulator.plant import Plant
 from slam.config import ChiSquareConfig, ForceFieldConfig, OwnMethod, PointMapConfig, SlamConfig
-from slam.config.own import ALLOWED
+from slam.config.section import ALLOWED
 from slam.errors import InputError, RobotError
 from slam.files.maps.file import read_map
 from slam.line_slam import LineSlam

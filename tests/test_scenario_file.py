@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.errors import ScenarioError
+from slam.modes import MODES
 from slam.scenario.clearance import clearance, in_the_way, sampled
 from slam.scenario.file import dump_scenario, load_scenario
 from slam.scenario.shipped import shipped_scenarios
@@ -105,7 +106,7 @@ def test_a_mistake_is_named(old: str, new: str, complaint: str, tmp_path: Path) 
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize("mode", ["hopslam", "paper", "dead_reckoning"])
+@pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize(
     ("setting", "theirs", "needed"),
     [

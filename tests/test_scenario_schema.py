@@ -2,7 +2,7 @@
 
 import json
 import re
-from typing import Any
+from typing import Any, get_args
 
 import jsonschema
 import pytest
@@ -11,6 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from slam.lidars import LIDARS, LidarName
+from slam.modes import MODES, ModeName
 from slam.scenario.json_schema import scenario_schema, schema_text
 from slam.scenario.reference import scenario_reference
 from slam.scenario.schema import Scenario
@@ -87,3 +89,8 @@ def test_the_reference_has_every_key_and_leads_nowhere_else() -> None:
     assert set(re.findall(r"\]\(#([\w-]+)\)", page)) <= anchors
     keys = {key for section in SECTIONS for key in section.get("properties", {})}
     assert keys <= set(re.findall(r"^\| `(\w+)`", page, re.MULTILINE))
+
+
+def test_every_lidar_and_mode_is_in_its_table() -> None:
+    assert get_args(LidarName) == tuple(LIDARS)
+    assert get_args(ModeName) == tuple(MODES)

@@ -39,7 +39,7 @@ def room_ranges(T_map_laser: Pose2D, angles: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("caster", ["bullet", "exact"])
-@pytest.mark.parametrize("model", ["urg04lx", "table1"])
+@pytest.mark.parametrize("model", LIDARS)
 @pytest.mark.parametrize("pose", [Pose2D(0.0, 0.0, 0.001), Pose2D(0.7, -1.1, 2.3), Pose2D(-1.0, 0.4, -0.8)])
 def test_the_ranges_in_a_square_room_are_those_of_the_closed_form(model, caster, pose):
     config = LidarConfig(model=model, noise="none", caster=caster, mount=HERE)

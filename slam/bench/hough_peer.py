@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam.lines.segments import Segments
-from slam.optional import optional
+from slam.named_code import import_optional
 from slam.pose import FloatArray
 from slam.scan import LaserScan
 
@@ -26,7 +26,7 @@ class ProbabilisticHough:
 
     def __call__(self, scan: LaserScan) -> Segments:
         """The segments of a scan, sensor frame."""
-        cv2 = optional("cv2", "bench")
+        cv2 = import_optional("cv2", "bench")
         points = scan.points()
         if not len(points):
             return _segments(points, np.empty((0, 2, 2)))

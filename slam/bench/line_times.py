@@ -13,10 +13,10 @@ from slam.bench.scenes import HELD_OUT_SEEDS, scenes
 from slam.bench.stopwatch import median_seconds, seconds
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.console.result_table import ResultTable
+from slam.lines.beam_sums import SUMS, prefix_sums
 from slam.lines.chi_square import segments_by_chi_square, segments_of_scans
 from slam.lines.hopping import segments_by_hopping
 from slam.lines.range_noise import noise_of_sensor
-from slam.lines.wall_runs import prefix_sums
 from slam.pose import FloatArray
 from slam.scan import LaserScan
 
@@ -50,11 +50,10 @@ def time_table(seeds: int) -> ResultTable:
 
 
 def _sums_of(scan: LaserScan) -> Callable[[], object]:
-    N, angles = len(scan.ranges), scan.lidar.angles
-    fan = np.stack([angles, np.cos(angles), np.sin(angles)])
-    sums, beam, new = np.empty((N + 1, 6)), np.empty(N, np.int64), np.empty(N + 1, np.bool_)
+    N, fan = len(scan.ranges), scan.fan
+    sums, beam, after_gap = np.empty((N + 1, SUMS)), np.empty(N, np.int64), np.empty(N + 1, np.bool_)
     reach, noise = (scan.range_min, scan.range_max), noise_of_sensor("urg04lx", 3.0)
-    return lambda: prefix_sums(scan.ranges, fan, reach, noise, sums, beam, new)
+    return lambda: prefix_sums(scan.ranges, fan, reach, noise, sums, beam, after_gap)
 
 
 def _times(calls: dict[str, Sequence[Callable[[], object]]]) -> dict[str, FloatArray]:

@@ -18,7 +18,7 @@ from slam.console.terminal import Terminal
 from slam.files.figure_file import save_figure
 from slam.files.palette import PAPER
 from slam.files.whole_files import whole_file
-from slam.optional import optional
+from slam.named_code import import_optional
 from slam.pose import FloatArray
 from slam.scenario.schema import Scenario
 
@@ -39,7 +39,7 @@ class Comparison:
 
 def compare(scenario: Scenario, places: int, seed: int, console: Terminal) -> Comparison:
     """All matchers on the same scans; InputError where small_gicp is not installed."""
-    small_gicp = optional("small_gicp", "bench")
+    small_gicp = import_optional("small_gicp", "bench")
     world = ScannedWorld(scenario, seed)
     with console.waiting("scanning"):
         made_from = world.map_scans()

@@ -10,7 +10,7 @@ import numpy as np
 
 from slam.bench.split_and_merge import fitted_line, segments_of
 from slam.lines.segments import IntArray, Segments
-from slam.optional import optional
+from slam.named_code import import_optional
 from slam.pose import FloatArray
 from slam.scan import LaserScan
 
@@ -32,7 +32,7 @@ class Ransac:
 
     def __call__(self, scan: LaserScan) -> Segments:
         """The segments of a scan, sensor frame."""
-        measure = optional("skimage.measure", "bench")
+        measure = import_optional("skimage.measure", "bench")
         points = scan.points()
         ranges = np.hypot(*points.T)
         steps = np.hypot(*np.diff(points, axis=0).T)

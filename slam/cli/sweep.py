@@ -12,6 +12,7 @@ from typer.core import TyperGroup
 from slam.console.completion import complete_sweep
 from slam.console.options import AllowModules
 from slam.console.terminal import Terminal
+from slam.modes import MODES
 
 if TYPE_CHECKING:
     from slam.sweep.plan import Plan
@@ -62,7 +63,7 @@ def run(
         str | None, typer.Option(metavar="FIRST:END", help="Seeds, END not among them; default 0:1.")
     ] = None,
     mode: Annotated[
-        str | None, typer.Option(metavar="A,B", help="Of hopslam, paper, dead_reckoning; default: the scenario's.")
+        str | None, typer.Option(metavar="A,B", help=f"Of {', '.join(MODES)}; default: the scenario's.")
     ] = None,
     grid: Annotated[
         list[str] | None, typer.Option(metavar="KEY=A,B", help="A setting and its values; may be given again.")

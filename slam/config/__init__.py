@@ -7,9 +7,8 @@ from slam.config.lines import ChiSquareConfig, HoppingConfig, LineConfig
 from slam.config.localization import LocalizationConfig
 from slam.config.mapping import MapConfig, PointMapConfig, SurfelMapConfig
 from slam.config.matching import ForceFieldConfig, LeastSquaresConfig, MatchConfig, MotionConfig, SearchConfig
-from slam.config.own import OwnMethod
-from slam.config.section import Section
-from slam.config.whole import SlamConfig
+from slam.config.section import OwnMethod, Section
+from slam.config.slam_config import SlamConfig
 
 __all__ = [
     "ChiSquareConfig",

@@ -8,25 +8,25 @@ from slam.config.section import Section
 
 
 class LocalizationConfig(Section):
-    """Many hypotheses are followed until one has won; agreement is the share of the scan's pieces that lie on walls of
-    the map, less what the scan saw through."""
+    """Search for the robot in a saved map: hypotheses are followed until one has won. Agreement is the share of the
+    scan's pieces that lie on walls of the map, less what the scan saw through."""
 
     places: int = Field(400, ge=1)
-    """Found by the search over the whole map and refined ..."""
+    """Places that the search over the whole map finds and refines."""
     hypotheses: int = Field(60, ge=1)
-    """... of which so many, the best, are followed."""
+    """The best of these places that are followed."""
     seen_through: float = Field(0.5, ge=0)
-    """What a piece of wall that the beams went through takes off, against one that agrees."""
+    """Weight of a piece of wall that the beams went through, against one that agrees."""
     step: float = Field(0.05, gt=0)
-    """Evidence is taken after this much motion, metres and radians together: scans from one place say the same."""
+    """Motion between two pieces of evidence, metres and radians together: scans from one place say the same."""
     sure_after: int = Field(5, ge=1)
-    """Pieces of evidence, at least, before the robot is sure ..."""
+    """Least number of pieces of evidence before the robot is sure."""
     sure_by: float = Field(0.6, gt=0)
-    """... that the best hypothesis leads by so much in the sum of agreements ..."""
+    """Least lead of the best hypothesis, in the sum of agreements, before the robot is sure."""
     sure_above: float = Field(0.6, ge=0, le=1)
-    """... and that its agreement, averaged over the last pieces of evidence, is above this."""
+    """Least agreement of the best hypothesis, averaged over the last pieces of evidence, before the robot is sure."""
     dropped_by: float = Field(1.5, gt=0)
-    """A hypothesis that is behind by this much is given up."""
+    """A hypothesis this far behind the best one is given up."""
     doubt_below: float = Field(0.5, ge=0, le=1)
     """With an average agreement below this the robot is lost, and the whole map is searched again."""
     memory: float = Field(0.7, ge=0, lt=1)

@@ -13,7 +13,7 @@ class PointMapConfig(Section):
     """The point map, section 4.1, and the part of it that is matched, section 5.1."""
 
     method: Literal["points"] = "points"
-    """This method."""
+    """The name of this method."""
     draw: float = Field(0.75, gt=0, le=1)
     """Share of the map points in the sensor's reach that is drawn at random for one matching."""
     reach: float = Field(float("inf"), gt=0, allow_inf_nan=True)
@@ -25,30 +25,30 @@ class SurfelMapConfig(Section):
     """The map of this project: surfels, short pieces of wall, in a grid that covers what was seen."""
 
     method: Literal["surfels"] = "surfels"
-    """This method."""
+    """The name of this method."""
     cell: float = Field(0.2, gt=0)
     """Side of a cell of the grid, metres; a wall has one surfel in each cell that it crosses."""
     gate: float = Field(0.10, gt=0)
     """A piece of wall joins the surfel of its cell that faces its way and is nearer than this, metres."""
     max_hits: int = Field(30, ge=1)
-    """After so many scans a surfel stands still: what was seen first stays where it is."""
+    """Scans after which a surfel stands still: what was seen first stays where it is."""
     pose_sigma: float = Field(0.005, gt=0)
-    """What the error of the pose adds to that of a piece of wall, one standard deviation, metres."""
+    """Standard deviation that the error of the pose adds to a piece of wall, metres."""
     update_distance: float = Field(0.05, ge=0)
-    """A scan is added to the map after this much motion, metres ..."""
+    """A scan is added to the map after this much motion, metres, or after a turn of ``update_angle``."""
     update_angle: float = Field(0.05, gt=0)
-    """... or after this much turning, radians."""
+    """A scan is added to the map after this much turning, radians, or after ``update_distance``."""
     carve_reach: float = Field(8.0, ge=0)
-    """What stands where a beam went through fades, up to this far from the sensor, metres."""
+    """Reach in which surfels fade that a beam went through, metres from the sensor."""
     no_echo_reach: float = Field(4.0, ge=0)
-    """A beam without echo is believed to have been free for this long, metres."""
+    """Length for which a beam without echo is believed to be free, metres."""
     free_margin: float = Field(0.25, gt=0)
     """A beam went through what it passed by more than this, metres."""
     miss_ratio: float = Field(0.5, gt=0)
-    """A surfel goes when it was missed more often than twice and this times as often as it was hit."""
+    """A surfel is removed when its misses exceed two plus this times its hits."""
 
 
 MapConfig = Annotated[
     Annotated[PointMapConfig, Tag("points")] | Annotated[SurfelMapConfig, Tag("surfels")], by_method("surfels")
 ]
-"""The map: ``method`` says which."""
+"""The map; ``method`` chooses the section."""

@@ -6,19 +6,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Tag
 
-from slam.config.own import OwnMethod
-from slam.config.section import OWN, Section, by_method
+from slam.config.section import OWN, OwnMethod, Section, by_method
 
 
 class ForceFieldConfig(Section):
     """Matching of map points to segments, section 4.2."""
 
     method: Literal["force_field"] = "force_field"
-    """This method."""
+    """The name of this method."""
     gamma_f: float = Field(0.001, gt=0)
     """Gain of the translation, eq. (24)."""
     kappa: float = Field(3.0, gt=0)
-    """Exponent of the fall of the force with distance, eq. (24)."""
+    """Exponent with which the force falls with distance, eq. (24)."""
     epsilon: float = Field(0.0001, gt=0)
     """Softening of the force, eq. (24), m^kappa: the force peaks at (epsilon / 2)^(1/3) = 3.7 cm for kappa = 3."""
     gamma_M: float = Field(10.0, gt=0)
@@ -35,72 +34,72 @@ class ForceFieldConfig(Section):
     zeta: float = Field(0.01, ge=0)
     """Integral gain of eqs. (34)-(35)."""
     rho_f: float = Field(1e-5, gt=0)
-    """The iteration ends when the translation correction is below this, metres ..."""
+    """The iteration ends when the translation correction is below this, metres, and the rotation below ``rho_M``."""
     rho_M: float = Field(1e-5, gt=0)
-    """... and the rotation correction below this, radians."""
+    """The iteration ends when the rotation correction is below this, radians, and the translation below ``rho_f``."""
     max_iterations: int = Field(1000, ge=1)
     """Upper limit of the number of iterations q."""
 
 
 class MotionConfig(Section):
-    """How far odometry is believed: standard deviations of one motion, in the frame of the base."""
+    """Trust in odometry: standard deviations of one motion, in the frame of the base."""
 
     along: float = Field(0.2, gt=0)
-    """Metres along the motion for every metre ..."""
+    """Standard deviation along the motion, metres for every metre."""
     across: float = Field(0.1, gt=0)
-    """... and across it."""
+    """Standard deviation across the motion, metres for every metre."""
     turn: float = Field(0.2, gt=0)
-    """Radians for every radian ..."""
+    """Standard deviation of a turn, radians for every radian."""
     turn_by_travel: float = Field(0.1, gt=0)
-    """... and for every metre."""
+    """Standard deviation of the heading, radians for every metre."""
     least: float = Field(0.005, gt=0)
-    """At least this, metres and radians."""
+    """Least standard deviation of a motion, metres and radians."""
     most_growth: float = Field(50.0, ge=1)
-    """Where the scans keep contradicting the odometry, its variances are raised up to this many times."""
+    """Greatest factor by which the variances are raised where the scans keep contradicting the odometry."""
     memory: float = Field(0.8, ge=0, lt=1)
     """Share of the last raise that is kept at the next scan."""
     without_odometry: float = Field(0.15, gt=0)
-    """Where odometry is not used: how far the robot may have gone or turned, metres and radians."""
+    """Standard deviation of a motion where odometry is not used, metres and radians."""
 
 
 class SearchConfig(Section):
     """The coarse search, for when the odometry was far off."""
 
     below: float = Field(0.4, ge=0, le=1)
-    """Search when a smaller share of the scan agrees with the map ..."""
+    """Search when a smaller share of the scan than this agrees with the map."""
     distance: float = Field(0.3, ge=0)
-    """... or after a motion of more than this, metres ..."""
+    """Search after a motion of more than this, metres."""
     angle: float = Field(0.3, ge=0)
-    """... or a turn of more than this, radians."""
+    """Search after a turn of more than this, radians."""
     window: float = Field(1.5, gt=0)
-    """To each side, metres, at most, and three standard deviations of the prior ..."""
+    """Greatest search to each side, metres; it goes as far as three standard deviations of the prior."""
     window_angle: float = Field(0.6, gt=0)
-    """... and so with the heading, radians."""
+    """Greatest search to each side of the heading, radians; also three standard deviations of the prior."""
     reach: float = Field(15.0, gt=0)
-    """Walls farther than this from the sensor take no part, metres."""
+    """Walls farther than this from the sensor, metres, take no part."""
     gain: float = Field(1.5, ge=0)
     """A pose found by search is taken when so many more pieces of the scan agree with the map."""
     prior_weight: float = Field(0.2, ge=0)
-    """Of half the squared Mahalanobis distance to the prior, against the number of pieces that agree."""
+    """Weight of half the squared Mahalanobis distance to the prior, against the number of pieces that agree."""
 
 
 class LeastSquaresConfig(Section):
     """Matching of this project: the pieces of wall of the scan to the surfels of the map, with odometry as prior."""
 
     method: Literal["least_squares"] = "least_squares"
-    """This method."""
+    """The name of this method."""
     facet_length: float = Field(0.2, gt=0)
     """Segments are matched in pieces no longer than this, metres."""
     gate: float = Field(0.4, gt=0)
     """A piece is matched to a surfel nearer than this, metres."""
     floor: float = Field(0.01, gt=0)
-    """Real walls are not as flat as lines: standard deviation that is added to every piece, metres."""
+    """Standard deviation added to every piece, metres: real walls are not as flat as lines."""
     kernel: float = Field(0.03, gt=0)
-    """Residuals far above this, metres, lose their weight (Geman and McClure) ..."""
+    """Residuals far above this, metres, lose their weight (kernel of Geman and McClure)."""
     first_kernel: float = Field(0.6, gt=0)
-    """... starting here, and halved at every iteration."""
+    """Kernel of the first iteration, metres; it is halved at every iteration until it is ``kernel``."""
     max_iterations: int = Field(12, ge=1)
-    """Of Gauss and Newton."""
+    """Greatest number of iterations of Gauss and Newton."""
     tolerance: float = Field(1e-4, gt=0)
     """The iteration ends when a step is below this, metres and radians together."""
     lever: float = Field(2.0, gt=0)
@@ -110,12 +109,12 @@ class LeastSquaresConfig(Section):
     correlation: float = Field(4.0, ge=1)
     """Errors of neighbouring pieces and of successive scans are alike: their information is divided by this."""
     lost_below: float = Field(0.3, ge=0, le=1)
-    """Lost when a smaller share of the pieces agrees with the map ..."""
+    """Lost when a smaller share of the pieces than this agrees with the map, ``lost_after`` times in a row."""
     lost_after: int = Field(5, ge=1)
-    """... for this many scans in a row."""
+    """Number of scans in a row with a share below ``lost_below`` after which the robot is lost."""
     directions: Literal["auto", "never"] = "auto"
-    """Whether the long walls of a scan tell its heading where most walls of the building have one of a few directions;
-    ``auto`` does so once it has seen enough of them."""
+    """Use of main directions: where most walls of the building have one of a few, the long walls of a scan tell its
+    heading. ``auto`` does so once it has seen enough of them."""
     motion: MotionConfig = MotionConfig()
     search: SearchConfig = SearchConfig()
 
@@ -126,4 +125,4 @@ MatchConfig = Annotated[
     | Annotated[OwnMethod, Tag(OWN)],
     by_method("least_squares"),
 ]
-"""The matcher: ``method`` says which; one of your own keeps its map as it likes."""
+"""The matcher; ``method`` chooses the section, and one of your own keeps its map as it likes."""

@@ -1,13 +1,21 @@
-"""What every part of a configuration is made of."""
+"""Sections, the parts of a configuration: what all have in common, the choice among them, and a user's own code."""
 
 from __future__ import annotations
 
-from typing import Any, Final
+from collections.abc import Callable, Mapping
+from typing import Any, Final, Self
 
-from pydantic import BaseModel, ConfigDict, Discriminator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, PrivateAttr, ValidationInfo, field_validator
+
+from slam.named_code import PLACE, call, find_code, is_allowed, refusal
 
 OWN: Final = "module:name"
-"""The tag of a section whose method is not in this repository, and how that method is written."""
+"""Tag of a section whose method is not in this repository, and how that method is written."""
+ALLOWED: Final = "allow_modules"
+"""Key of pydantic's validation context: the modules and ``module:name`` places whose code the user allows.
+
+Without it nothing is refused when a configuration is read, and nothing that it names can be called.
+"""
 
 
 class Section(BaseModel):
@@ -17,7 +25,7 @@ class Section(BaseModel):
 
 
 def by_method(default: str) -> Discriminator:
-    """Tells the sections of a union apart by their ``method``; the default where a section names none, and ``OWN`` for
+    """Tell the sections of a union apart by their ``method``: ``default`` where a section names none, and ``OWN`` for
     one that is written ``module:name``."""
 
     def method(section: Any) -> str | None:
@@ -25,3 +33,43 @@ def by_method(default: str) -> Discriminator:
         return OWN if ":" in str(name) else name if name is None else str(name)
 
     return Discriminator(method)
+
+
+class OwnMethod(Section):
+    """An extractor or a matcher of your own: any function or class that Python can import; see docs/extend.md. A file
+    only names it: the code runs when you allow its module, with `--allow-module`."""
+
+    method: str = Field(pattern=PLACE)
+    """``module:name``; the module's folder is on PYTHONPATH, or it is installed."""
+    options: dict[str, Any] = Field({})
+    """Its keyword arguments."""
+    _allowed: tuple[str, ...] = PrivateAttr(())
+    """The permission; never written to a file, nor read from one."""
+
+    @classmethod
+    def of(cls, code: Callable[..., Any], **options: Any) -> Self:
+        """Make the section that names this function or class, at the top of a module, and allow it."""
+        place = f"{code.__module__}:{code.__qualname__}"
+        return cls.model_validate({"method": place, "options": options}, context={ALLOWED: (place,)})
+
+    @field_validator("method")
+    @classmethod
+    def _is_allowed(cls, method: str, info: ValidationInfo) -> str:
+        allowed = _allowed_in(info.context)
+        if allowed is not None and not is_allowed(method, allowed):
+            raise ValueError(refusal(method))
+        return method
+
+    def model_post_init(self, context: Any, /) -> None:
+        """Take the permission of the validation along."""
+        self._allowed = _allowed_in(context) or ()
+
+    def call(self, *arguments: Any, **more: Any) -> Any:
+        """Call the code, and return its result; InputError, of one line, where it is not allowed or found, or fails."""
+        return call(self.method, find_code(self.method, self._allowed), *arguments, options=self.options, **more)
+
+
+def _allowed_in(context: Any) -> tuple[str, ...] | None:
+    """Return the code that a validation context allows; None where the context does not say."""
+    allowed = context.get(ALLOWED) if isinstance(context, Mapping) else None
+    return None if allowed is None else tuple(allowed)

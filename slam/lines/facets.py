@@ -1,31 +1,29 @@
-"""What of a scan is matched: facets, short pieces of wall with a normal, and small clusters of points without one."""
+"""Facets: short pieces of wall with a normal, and small clusters of points without one. They are what is matched."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from slam.compiled import compiled
-from slam.lines.chi_square import fan_of
-from slam.lines.range_noise import noise_of_scan, range_variance
+from slam.lines.range_noise import RangeNoise, noise_of_scan, range_variance
 from slam.lines.segments import IntArray, Segments
 from slam.pose import FloatArray
-from slam.scan import LaserScan
+from slam.scan import BEARING, COS, SIN, LaserScan
 
 X, Y, NX, NY, VARIANCE, COUNT, LINKED = range(7)
 """Columns of facets (F, 7): centre, unit normal away from the sensor (0, 0 for a cluster), variance of the centre along
-the normal (m^2), points, and 1 where the facet before is of the same segment."""
-RANGE_FLOOR = 0.003  # metres: a range is never surer than this
+the normal (m^2), number of points, and 1 where the facet before it is of the same segment, else 0."""
+RANGE_FLOOR = 0.003  # metres: least standard deviation of a range
 CLUSTER_GAP = 0.10  # metres between neighbouring points of a cluster, at most
 CLUSTER_SIZE = 0.15  # metres from its first point to its last
-TRUNCATED = (
-    2.5  # standard deviations from the end of the reach: nearer to it, only the readings that came short are seen
-)
+TRUNCATED = 2.5  # standard deviations from the end of the reach: nearer to it, only readings that came short are seen
 
 
 def facets_of(scan: LaserScan, segments: Segments, length: float) -> FloatArray:
-    """Facets (F, 7) of a scan, on its segments, none longer than ``length`` metres, and beside them; sensor frame."""
-    fan, reach = fan_of(scan), (scan.range_min, scan.range_max)
-    noise = segments.noise or noise_of_scan(fan[0], scan.ranges, reach, RANGE_FLOOR)
+    """Cut the segments of a scan, and the points beside them, into facets (F, 7) of at most ``length`` metres, sensor
+    frame."""
+    fan, reach = scan.fan, (scan.range_min, scan.range_max)
+    noise = segments.noise or noise_of_scan(fan[BEARING], scan.ranges, reach, RANGE_FLOOR)
     noise = noise._replace(floor=RANGE_FLOOR)
     return _facets(scan.ranges, fan, reach, segments.first, segments.last, segments.theta, noise, length)
 
@@ -33,12 +31,12 @@ def facets_of(scan: LaserScan, segments: Segments, length: float) -> FloatArray:
 @compiled
 def _facets(
     ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], first: IntArray, last: IntArray,
-    theta: FloatArray, noise: tuple[float, float, float, float], length: float,
+    theta: FloatArray, noise: RangeNoise, length: float,
 ) -> FloatArray:  # fmt: skip
     points, n = np.empty((len(ranges), 2)), 0
     for j in range(len(ranges)):
         if reach[0] <= ranges[j] <= reach[1]:
-            points[n, 0], points[n, 1] = ranges[j] * fan[1, j], ranges[j] * fan[2, j]
+            points[n, 0], points[n, 1] = ranges[j] * fan[COS, j], ranges[j] * fan[SIN, j]
             n += 1
     facets = np.zeros((n + 1, 7))
     count = begin = 0
@@ -51,10 +49,10 @@ def _facets(
 
 
 @compiled
-def _drop_truncated(facets: FloatArray, count: int, range_max: float, noise: tuple[float, float, float, float]) -> int:
-    """Leave out what is so near to the end of the reach that half of its echoes were too far: the rest is too short.
+def _drop_truncated(facets: FloatArray, count: int, range_max: float, noise: RangeNoise) -> int:
+    """Leave out facets so near to the end of the reach that about half of their echoes were lost beyond it.
 
-    A far wall would be mapped too near, and the robot held back by it as it comes closer.
+    The readings that remain are too short: a far wall would be mapped too near, and hold the robot back later.
     """
     kept, unbroken = 0, True
     for k in range(count):
@@ -72,7 +70,7 @@ def _drop_truncated(facets: FloatArray, count: int, range_max: float, noise: tup
 
 @compiled
 def _cut(
-    points: FloatArray, begin: int, stop: int, theta: float, noise: tuple[float, float, float, float], length: float,
+    points: FloatArray, begin: int, stop: int, theta: float, noise: RangeNoise, length: float,
     facets: FloatArray, count: int,
 ) -> int:  # fmt: skip
     """Cut one segment into pieces no longer than ``length``, and write a facet of each."""
@@ -104,9 +102,7 @@ def _cut(
 
 
 @compiled
-def _clusters(
-    points: FloatArray, begin: int, stop: int, noise: tuple[float, float, float, float], facets: FloatArray, count: int
-) -> int:
+def _clusters(points: FloatArray, begin: int, stop: int, noise: RangeNoise, facets: FloatArray, count: int) -> int:
     """Write a facet without normal for every two or more neighbouring points off the segments."""
     i = begin
     while i < stop:

@@ -20,7 +20,7 @@ from slam.pose import FloatArray
 
 
 def segments_by_hopping(points: FloatArray, config: HoppingConfig) -> Segments:
-    """Segments of the points (N, 2) of one scan, in beam order, sensor frame: section 3.2.
+    """Find the segments of the points (N, 2) of one scan, in beam order, sensor frame: section 3.2.
 
     Points that are not finite are left out, and not counted in ``first`` and ``last``.
     """
@@ -35,12 +35,12 @@ def segments_by_hopping(points: FloatArray, config: HoppingConfig) -> Segments:
 
 
 def sigma_3(points: FloatArray) -> float:
-    """The smallest singular value of A for points (l, 2), l >= 3: eqs. (6)-(8); metres."""
+    """Compute the smallest singular value of A for points (l, 2), l >= 3: eqs. (6)-(8); metres."""
     return float(np.linalg.svd(design_matrix(points), compute_uv=False)[2])
 
 
 def sigma_3_full(points: FloatArray) -> float:
-    """The same, with all of U (l, l) and V as eq. (7) writes it: time and memory grow with l^2."""
+    """Compute the same with all of U (l, l) and V as eq. (7) writes it: time and memory grow with l^2."""
     return float(np.linalg.svd(design_matrix(points), full_matrices=True)[1][2])
 
 
@@ -50,7 +50,7 @@ SIGMA_3: Final[dict[str, Callable[[FloatArray], float]]] = {"svd": sigma_3, "svd
 def hop_by_svd(
     points: FloatArray, sigma_Th: float, J: int, sigma_3: Callable[[FloatArray], float] = sigma_3
 ) -> list[tuple[int, int]]:
-    """The runs (P_m, Q_m) of points (N, 2) that lie on lines; J is the hopping factor."""
+    """Find the runs (P_m, Q_m) of points (N, 2) that lie on lines; J is the hopping factor."""
     N, runs = len(points), []
     i, l, psi, previous = 0, 3, J, 2  # Proc. 1
     while i + 3 <= N:
@@ -67,7 +67,7 @@ def hop_by_svd(
 
 
 def _by_svd(points: FloatArray, config: HoppingConfig) -> tuple[IntArray, FloatArray]:
-    """Runs (M, 2) and their (rho, theta), shape (M, 2), as printed."""
+    """Find the runs (M, 2) and their (rho, theta), shape (M, 2), as printed."""
     kept = [
         (begin + P, begin + Q)
         for begin, stop in zip(*_pieces(points, config.split_gap), strict=True)
@@ -79,7 +79,7 @@ def _by_svd(points: FloatArray, config: HoppingConfig) -> tuple[IntArray, FloatA
 
 
 def _pieces(points: FloatArray, split_gap: float) -> tuple[IntArray, IntArray]:
-    """Begins and stops of the pieces without a step longer than ``split_gap`` metres."""
+    """Return begins and stops of the pieces without a step longer than ``split_gap`` metres."""
     steps = np.hypot(*np.diff(points, axis=0).T)
     cuts = np.flatnonzero(steps > split_gap) + 1
     return np.concatenate([[0], cuts]), np.concatenate([cuts, [len(points)]])

@@ -19,12 +19,12 @@ class HoughLine(NamedTuple):
 
 
 def design_matrix(points: FloatArray) -> FloatArray:
-    """A_i(l) of eq. (6) for points (l, 2): one row [x, y, -1] a point, eq. (4)."""
+    """Build A_i(l) of eq. (6) for points (l, 2): one row [x, y, -1] a point, eq. (4)."""
     return np.column_stack([points, -np.ones(len(points))])
 
 
 def hough_line(points: FloatArray) -> HoughLine:
-    """The least-squares solution of A X = 0, eq. (5), for points (l, 2) with l >= 3, sensor frame, metres."""
+    """Find the least-squares solution of A X = 0, eq. (5), for points (l, 2) with l >= 3, sensor frame, metres."""
     _, sigma, V_T = np.linalg.svd(design_matrix(points), full_matrices=False)  # eqs. (7) and (8)
     v_3 = V_T[2]  # eq. (10)
     return HoughLine(*rho_theta(v_3), float(sigma[2]))

@@ -12,12 +12,15 @@ from slam.compiled import compiled
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
+X, Y, XX, XY, YY = range(5)
+"""Columns of the sums (N + 1, 5): those of x, y, x^2, x y and y^2 over all points before each place."""
+
 
 @compiled
 def runs_and_lines(
     points: FloatArray, sigma_Th: float, J: int, L_Th: int, split_gap: float
 ) -> tuple[IntArray, FloatArray]:
-    """Runs (M, 2) and their (rho, theta), shape (M, 2), of points (N, 2): Proc. 1 to 7."""
+    """Find the runs (M, 2) of points (N, 2), and their (rho, theta), shape (M, 2): Proc. 1 to 7."""
     sums = _prefix_sums(points)
     N = len(points)
     runs = np.empty((N, 2), np.int64)
@@ -35,42 +38,42 @@ def runs_and_lines(
 
 @compiled
 def _step(points: FloatArray, j: int) -> float:
-    """Square of the way from the point before j to j."""
+    """Return the squared distance from the point before j to j."""
     x, y = points[j, 0] - points[j - 1, 0], points[j, 1] - points[j - 1, 1]
     return float(x * x + y * y)
 
 
 @compiled
 def _prefix_sums(points: FloatArray) -> FloatArray:
-    """Sums over the points (N, 2) before each place of x, y, x^2, x y, y^2; shape (N + 1, 5)."""
+    """Return the sums (N + 1, 5) of points (N, 2)."""
     sums = np.zeros((len(points) + 1, 5))
     for j in range(len(points)):
         x, y = points[j, 0], points[j, 1]
-        sums[j + 1, 0] = sums[j, 0] + x
-        sums[j + 1, 1] = sums[j, 1] + y
-        sums[j + 1, 2] = sums[j, 2] + x * x
-        sums[j + 1, 3] = sums[j, 3] + x * y
-        sums[j + 1, 4] = sums[j, 4] + y * y
+        sums[j + 1, X] = sums[j, X] + x
+        sums[j + 1, Y] = sums[j, Y] + y
+        sums[j + 1, XX] = sums[j, XX] + x * x
+        sums[j + 1, XY] = sums[j, XY] + x * y
+        sums[j + 1, YY] = sums[j, YY] + y * y
     return sums
 
 
 @compiled
 def _fits_line(sums: FloatArray, i: int, l: int, sigma_Th: float) -> bool:
-    """Whether sigma_3 < sigma_Th for the l points from i, given their prefix sums.
+    """Test sigma_3 < sigma_Th for the l points from i, given their prefix sums.
 
-    It is exactly when A^T A - sigma_Th^2 I is not positive definite, which its three leading minors tell.
+    It holds exactly when A^T A - sigma_Th^2 I is not positive definite, which its three leading minors tell.
     """
     threshold = sigma_Th * sigma_Th
-    x, y = sums[i + l, 0] - sums[i, 0], sums[i + l, 1] - sums[i, 1]
-    xx, xy = sums[i + l, 2] - sums[i, 2] - threshold, sums[i + l, 3] - sums[i, 3]
-    yy, n = sums[i + l, 4] - sums[i, 4] - threshold, l - threshold
+    x, y = sums[i + l, X] - sums[i, X], sums[i + l, Y] - sums[i, Y]
+    xx, xy = sums[i + l, XX] - sums[i, XX] - threshold, sums[i + l, XY] - sums[i, XY]
+    yy, n = sums[i + l, YY] - sums[i, YY] - threshold, l - threshold
     minor = xx * yy - xy * xy
     return bool((xx <= 0.0) | (minor <= 0.0) | (n * minor <= x * x * yy - 2.0 * x * y * xy + y * y * xx))
 
 
 @compiled
 def _hop(sums: FloatArray, begin: int, stop: int, sigma_Th: float, J: int, runs: IntArray) -> int:
-    """The runs among the points ``begin`` to ``stop`` (exclusive), written to rows of ``runs``; returns how many."""
+    """Write the runs among the points ``begin`` to ``stop`` (exclusive) to rows of ``runs``; return how many."""
     M = 0
     i, l, psi, previous = begin, 3, J, 2  # Proc. 1
     while i + 3 <= stop:
@@ -89,10 +92,10 @@ def _hop(sums: FloatArray, begin: int, stop: int, sigma_Th: float, J: int, runs:
 
 @compiled
 def _line_of_sums(sums: FloatArray, first: int, last: int) -> tuple[float, float]:
-    """(rho, theta) of the points ``first`` to ``last``: v_3 is the eigenvector of A^T A to its smallest eigenvalue."""
-    n, x, y = last - first + 1.0, sums[last + 1, 0] - sums[first, 0], sums[last + 1, 1] - sums[first, 1]
-    xx, xy = sums[last + 1, 2] - sums[first, 2], sums[last + 1, 3] - sums[first, 3]
-    yy = sums[last + 1, 4] - sums[first, 4]
+    """Fit (rho, theta) to the points ``first`` to ``last``: v_3 is the eigenvector of A^T A's smallest eigenvalue."""
+    n, x, y = last - first + 1.0, sums[last + 1, X] - sums[first, X], sums[last + 1, Y] - sums[first, Y]
+    xx, xy = sums[last + 1, XX] - sums[first, XX], sums[last + 1, XY] - sums[first, XY]
+    yy = sums[last + 1, YY] - sums[first, YY]
     lam = _smallest_eigenvalue(xx, xy, yy, x, y, n)
     a, b, c = xx - lam, yy - lam, n - lam
     v0, v1, v2 = xy * y - b * x, xy * x - a * y, xy * xy - a * b  # v_3 is at right angles to the first two rows ...
@@ -110,7 +113,7 @@ def _line_of_sums(sums: FloatArray, first: int, last: int) -> tuple[float, float
 
 @compiled
 def _smallest_eigenvalue(xx: float, xy: float, yy: float, x: float, y: float, n: float) -> float:
-    """Of A^T A = [[xx, xy, -x], [xy, yy, -y], [-x, -y, n]], by Newton's method from 0, which climbs to it."""
+    """Find that of A^T A = [[xx, xy, -x], [xy, yy, -y], [-x, -y, n]] by Newton's method from 0, which climbs to it."""
     trace = xx + yy + n
     minors = xx * yy - xy * xy + xx * n - x * x + yy * n - y * y
     determinant = n * (xx * yy - xy * xy) - x * x * yy + 2.0 * x * y * xy - y * y * xx

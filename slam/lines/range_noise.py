@@ -1,13 +1,14 @@
-"""How noisy the ranges of a lidar are: from its description, or from a scan."""
+"""The noise of a lidar's ranges, from the description of the sensor or estimated from a scan."""
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from slam.compiled import compiled
-from slam.lidars import lidar_model
+from slam.lidars import LIDARS, LidarName
 from slam.pose import FloatArray
 
 NORMAL_MEDIAN = 0.6745  # of the absolute value, in standard deviations
@@ -24,13 +25,15 @@ class RangeNoise(NamedTuple):
     floor: float
 
     def sigma(self, ranges: FloatArray) -> FloatArray:
-        """Metres, at these ranges (metres)."""
+        """Return the standard deviation at these ranges, all in metres."""
         return np.asarray(np.hypot(np.where(ranges <= self.near_range, self.near, self.far * ranges), self.floor))
 
 
-def noise_of_sensor(name: str, bound_sigmas: float) -> RangeNoise:
-    """What the maker says, whose bound is this many standard deviations; the floor is the step of the range."""
-    model = lidar_model(name)
+@lru_cache
+def noise_of_sensor(name: LidarName, bound_sigmas: float) -> RangeNoise:
+    """Return the noise that the maker admits, whose bound is so many standard deviations; the step of the range is the
+    floor."""
+    model = LIDARS[name]
     return RangeNoise(
         model.near_accuracy / bound_sigmas,
         model.near_range,
@@ -42,7 +45,7 @@ def noise_of_sensor(name: str, bound_sigmas: float) -> RangeNoise:
 def noise_of_scan(
     bearings: FloatArray, ranges: FloatArray, reach: tuple[float, float], shared_error: float
 ) -> RangeNoise:
-    """Estimated from a scan: bearings in order and ranges (N,), of which those within ``reach`` are echoes.
+    """Estimate the noise from a scan: bearings in order and ranges (N,), of which those within ``reach`` are echoes.
 
     Neighbours do not show the error that they share, ``shared_error`` metres; it becomes the floor.
     """
@@ -51,7 +54,7 @@ def noise_of_scan(
 
 
 @compiled
-def range_variance(r: float, noise: tuple[float, float, float, float]) -> float:
+def range_variance(r: float, noise: RangeNoise) -> float:
     """Square of ``RangeNoise.sigma`` at one range, m^2, for compiled code."""
     near, near_range, far, floor = noise
     slope = near if r <= near_range else far * r
@@ -62,7 +65,7 @@ def range_variance(r: float, noise: tuple[float, float, float, float]) -> float:
 def _noise_of_neighbours(
     bearings: FloatArray, ranges: FloatArray, reach: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Near, near_range and far of RangeNoise, from every three neighbouring echoes with equal steps between them.
+    """Estimate near, near_range and far of RangeNoise from every three neighbouring echoes at equal steps.
 
     Along a straight wall 1/r is a sinusoid of the bearing, so the second difference u(-1) - 2 cos(step) u(0) + u(+1) of
     u = 1/r is noise alone, of variance 6 sigma^2 / r^4. Corners and gaps are the rarer the finer the scan; a median

@@ -47,7 +47,7 @@ class Segments:
         return self.last - self.first + 1
 
     def transformed(self, T_a_b: Pose2D) -> Segments:
-        """The segments, given in frame ``b``, in frame ``a``."""
+        """Return the segments, given in frame ``b``, in frame ``a``."""
         theta = self.theta + T_a_b.theta
         shift = T_a_b.x * np.cos(theta) + T_a_b.y * np.sin(theta)
         turn = T_a_b.y * np.cos(theta) - T_a_b.x * np.sin(theta)
@@ -67,5 +67,5 @@ class Segments:
 
 
 def _propagated(jacobian: FloatArray, covariance: FloatArray | None) -> FloatArray | None:
-    """J C J^T of every covariance C (M, 2, 2), for one J (2, 2) or as many."""
+    """Compute J C J^T of every covariance C (M, 2, 2), for one J (2, 2) or as many."""
     return None if covariance is None else jacobian @ covariance @ jacobian.swapaxes(-1, -2)

@@ -1,13 +1,22 @@
-"""The line, the end points and their covariance of each run of beams that saw one wall, compiled."""
+"""The lines through runs of beams that saw one wall each, their end points and covariance; compiled."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from slam.compiled import compiled
+from slam.lines.beam_sums import XX, XY, YY, X, Y
 from slam.lines.segments import IntArray
+from slam.lines.wall_runs import FIRST_BEAM, MEETS_NEXT
 from slam.pose import FloatArray
+from slam.scan import COS, SIN
 
+RHO, THETA = range(2)
+"""Columns of the lines (K, 2)."""
+START, END = range(2)
+"""Places of the two ends of a line."""
+AA, AB, BB = range(3)
+"""Columns of the covariance of (a, b), of the line a x + b y = 1."""
 CORNER = 0.10  # metres: lines of neighbouring runs that cross this near to where the runs meet make a corner there ...
 CORNER_STEPS = 2.0  # ... or this and as many ways from one beam to the next
 SINE = 0.2  # of the angle between them, at least
@@ -17,10 +26,10 @@ SINE = 0.2  # of the angle between them, at least
 def wall_lines(
     runs: IntArray, totals: FloatArray, fan: FloatArray, spacing: float, min_length: float, max_angle_sigma: float
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Of the runs (M, 5) and sums (M, 6) of wall_runs.py, those long and sure enough, metres and radians: K of them.
+    """Fit lines to the runs (M, 5) and sums (M, 6) of wall_runs.py, and keep those long and sure enough: K of them.
 
-    ``spacing`` is the angle between two beams, radians. Returns which these are (K,), [rho, theta] (K, 2), their
-    covariance (K, 2, 2), start and end points (K, 2, 2) and the covariance of each, shape (K, 2, 2, 2).
+    ``spacing`` is the angle between two beams. Returns the rows kept (K,), [rho, theta] (K, 2), their covariance
+    (K, 2, 2), start and end points (K, 2, 2) and the covariance of each, shape (K, 2, 2, 2); metres and radians.
     """
     M = len(runs)
     kept, line, line_cov = np.empty(M, np.int64), np.empty((M, 2)), np.empty((M, 2, 2))
@@ -31,56 +40,59 @@ def wall_lines(
         if not _solve(totals[m], ab[K], ab_cov[K]):
             continue
         _polar(ab[K], ab_cov[K], line[K], line_cov[K])
-        for e in range(2):
-            beam = runs[m, 2 + e]
-            _end(ab[K], ab_cov[K], fan[1, beam], fan[2, beam], spacing, ends[K, e], ends_cov[K, e])
-        dx, dy = ends[K, 1, 0] - ends[K, 0, 0], ends[K, 1, 1] - ends[K, 0, 1]
-        sure = line_cov[K, 1, 1] <= max_angle_sigma * max_angle_sigma
+        for e in (START, END):
+            beam = runs[m, FIRST_BEAM + e]
+            _end(ab[K], ab_cov[K], fan[COS, beam], fan[SIN, beam], spacing, ends[K, e], ends_cov[K, e])
+        dx, dy = ends[K, END, 0] - ends[K, START, 0], ends[K, END, 1] - ends[K, START, 1]
+        sure = line_cov[K, THETA, THETA] <= max_angle_sigma * max_angle_sigma
         if sure and dx * dx + dy * dy >= min_length * min_length:  # false for a NaN
             kept[K] = m
             K += 1
     for k in range(K - 1):
-        if kept[k + 1] == kept[k] + 1 and runs[kept[k], 4]:
+        if kept[k + 1] == kept[k] + 1 and runs[kept[k], MEETS_NEXT]:
             _corner(ab[k : k + 2], ab_cov[k : k + 2], spacing, ends[k : k + 2], ends_cov[k : k + 2])
     return kept[:K], line[:K], line_cov[:K], ends[:K], ends_cov[:K]
 
 
 @compiled
 def _solve(totals: FloatArray, ab: FloatArray, cov: FloatArray) -> bool:
-    """(a, b) of a x + b y = 1 and its covariance [aa, ab, bb] from the six sums; False where they leave it open."""
-    x, y, xx, xy, yy = totals[1], totals[2], totals[3], totals[4], totals[5]
+    """Solve for (a, b) of a x + b y = 1 and its covariance from the six sums; False where they leave it open."""
+    x, y, xx, xy, yy = totals[X], totals[Y], totals[XX], totals[XY], totals[YY]
     determinant = xx * yy - xy * xy
     if not determinant > 1e-12 * xx * yy:
         return False
     ab[0], ab[1] = (yy * x - xy * y) / determinant, (xx * y - xy * x) / determinant
-    cov[0], cov[1], cov[2] = yy / determinant, -xy / determinant, xx / determinant
+    cov[AA], cov[AB], cov[BB] = yy / determinant, -xy / determinant, xx / determinant
     return True
 
 
 @compiled
 def _polar(ab: FloatArray, cov: FloatArray, line: FloatArray, line_cov: FloatArray) -> None:
-    """[rho, theta] and its covariance: rho = 1 / |(a, b)|, theta = atan2(b, a)."""
+    """Convert (a, b) and its covariance to [rho, theta]: rho = 1 / |(a, b)|, theta = atan2(b, a)."""
     a, b = ab
     rho = 1.0 / np.sqrt(a * a + b * b)
-    line[0], line[1] = rho, np.arctan2(b, a)
+    line[RHO], line[THETA] = rho, np.arctan2(b, a)
     ra, rb = -a * rho**3, -b * rho**3
     ta, tb = -b * rho**2, a * rho**2
     aa, ab_, bb = cov
-    line_cov[0, 0] = ra * ra * aa + 2.0 * ra * rb * ab_ + rb * rb * bb
-    line_cov[1, 1] = ta * ta * aa + 2.0 * ta * tb * ab_ + tb * tb * bb
-    line_cov[0, 1] = line_cov[1, 0] = ra * ta * aa + (ra * tb + rb * ta) * ab_ + rb * tb * bb
+    line_cov[RHO, RHO] = ra * ra * aa + 2.0 * ra * rb * ab_ + rb * rb * bb
+    line_cov[THETA, THETA] = ta * ta * aa + 2.0 * ta * tb * ab_ + tb * tb * bb
+    line_cov[RHO, THETA] = line_cov[THETA, RHO] = ra * ta * aa + (ra * tb + rb * ta) * ab_ + rb * tb * bb
 
 
 @compiled
 def _end(
     ab: FloatArray, cov: FloatArray, c: float, s: float, spacing: float, end: FloatArray, end_cov: FloatArray
 ) -> None:
-    """Where the beam of this cosine and sine meets the line. It is as sure as the line is along the beam; and along the
-    line, the wall ends anywhere up to the next beam, whose mean square is a third of the square of that way."""
+    """Find where the beam of this cosine and sine meets the line.
+
+    That point is as sure as the line is along the beam. Along the line, the wall ends anywhere up to the next beam: the
+    mean square of that error is a third of the square of the way there.
+    """
     a, b = ab
     r = 1.0 / (a * c + b * s)
     end[0], end[1] = (r * c, r * s) if r > 0.0 else (np.nan, np.nan)
-    along_beam = r**4 * (c * c * cov[0] + 2.0 * c * s * cov[1] + s * s * cov[2])
+    along_beam = r**4 * (c * c * cov[AA] + 2.0 * c * s * cov[AB] + s * s * cov[BB])
     step_x, step_y = -b * r * r * spacing, a * r * r * spacing  # d(end)/d(bearing) times the spacing
     end_cov[0, 0] = along_beam * c * c + step_x * step_x / 3.0
     end_cov[1, 1] = along_beam * s * s + step_y * step_y / 3.0
@@ -100,8 +112,8 @@ def _corner(ab: FloatArray, cov: FloatArray, spacing: float, ends: FloatArray, e
         step = (end_x * end_x + end_y * end_y) * np.hypot(ab[k, 0], ab[k, 1]) * abs(spacing)
         if np.hypot(x - end_x, y - end_y) > CORNER + CORNER_STEPS * step:
             return
-    v0 = (x * x * cov[0, 0] + 2.0 * x * y * cov[0, 1] + y * y * cov[0, 2]) / (cross * cross)
-    v1 = (x * x * cov[1, 0] + 2.0 * x * y * cov[1, 1] + y * y * cov[1, 2]) / (cross * cross)
+    v0 = (x * x * cov[0, AA] + 2.0 * x * y * cov[0, AB] + y * y * cov[0, BB]) / (cross * cross)
+    v1 = (x * x * cov[1, AA] + 2.0 * x * y * cov[1, AB] + y * y * cov[1, BB]) / (cross * cross)
     for k in range(2):
         ends[k, 1 - k, 0], ends[k, 1 - k, 1] = x, y
         ends_cov[k, 1 - k, 0, 0] = b1 * b1 * v0 + b0 * b0 * v1

@@ -7,8 +7,8 @@ from typing import Any
 from slam.config import OwnMethod
 from slam.lines.segments import Segments
 from slam.matching.match import Match
-from slam.named_code import call, expect, expect_parts
-from slam.own_array import expect_array, expect_numbers
+from slam.named_code import call
+from slam.own_checks import expect, expect_array, expect_numbers, expect_parts
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 

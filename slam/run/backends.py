@@ -7,7 +7,8 @@ from difflib import get_close_matches
 from typing import Any, Final, cast
 
 from slam.errors import ScenarioError
-from slam.named_code import PLACE, call, expect_parts, find_code, import_by_name
+from slam.named_code import PLACE, call, find_code, import_by_name
+from slam.own_checks import expect_parts
 from slam.robot import Restartable, Robot
 from slam.run.own_robot import OwnRobot, RestartableOwnRobot
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any, Self
 
 from slam.errors import RobotError
-from slam.named_code import call, expect, expect_parts, find_code
+from slam.named_code import call, find_code
 from slam.odometry import Odometry, Twist2D
+from slam.own_checks import expect, expect_parts
 from slam.pose import Pose2D
 from slam.robot import Observation, Restartable, Robot
 from slam.scan import LaserScan

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from slam.config import Section
-from slam.lidars import LidarModel, lidar_model
+from slam.lidars import LIDARS, LidarModel, LidarName
 from slam.scenario.quantity import Within
 from slam.scenario.values import Place, Positive, Small
 
@@ -31,7 +31,7 @@ class Mount(Place):
 class LidarConfig(Section):
     """The lidar on the robot."""
 
-    model: Literal["table1", "urg04lx"] = "urg04lx"
+    model: LidarName = "urg04lx"
     """Which sensor: the paper's of its Table 1, or Hokuyo's."""
     mount: Mount = Mount(x=0.16)
     """Where it sits on the base."""
@@ -54,7 +54,7 @@ class LidarConfig(Section):
     @property
     def description(self) -> LidarModel:
         """The sensor of that name."""
-        return lidar_model(self.model)
+        return LIDARS[self.model]
 
     @property
     def time_increment(self) -> float:

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from pydantic import ValidationError
 
-from slam.config.own import ALLOWED
+from slam.config.section import ALLOWED
 from slam.scenario.cautions import cautions
 from slam.scenario.generators.build import built
 from slam.scenario.obstruction import obstruction

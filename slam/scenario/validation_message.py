@@ -10,7 +10,7 @@ from pydantic_core import ErrorDetails
 
 from slam.config import OwnMethod
 from slam.config.section import OWN
-from slam.config.whole import mode_of
+from slam.modes import mode_with
 from slam.scenario.expected import expected, is_fixed_list, without_bounds
 from slam.scenario.random_value import KINDS
 from slam.scenario.yaml_file import Location
@@ -82,9 +82,9 @@ def _belongs_elsewhere(names: list[str], place: _Place) -> str:
     """Say what must be chosen so that the section has this key."""
     *outer, part, _ = map(str, place.path)
     needed = f"{'.'.join([*outer, part])}.{_chooser_of(place.others)}={' or '.join(names)}"
-    if (mode := mode_of(part, names[0])) is None:
+    if (mode := mode_with(part, names[0])) is None:
         return f"only with {needed}"
-    return f"{'paper' if mode == 'paper' else 'hopslam'} mode only: add --set slam.mode={mode} (it needs {needed})"
+    return f"{mode} mode only: add --set slam.mode={mode} (it needs {needed})"
 
 
 def _meant_random(value: dict[str, Any]) -> str:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
 from slam.config import Section
+from slam.modes import ModeName
 from slam.scenario.random_value import KINDS, is_random
 from slam.scenario.validation_message import message_of
-
-Mode = Literal["hopslam", "paper", "dead_reckoning"]
-"""What estimates the pose: this project's method, the paper's, or wheel odometry alone."""
 
 
 def _range(given: Any) -> Any:
@@ -61,7 +59,7 @@ class SweepConfig(Section):
     """Shipped ones by name, others by path, relative to the sweep's file."""
     logs: Annotated[tuple[str, ...], AfterValidator(_different)] = ()
     """Recorded logs, by path."""
-    modes: Annotated[tuple[Mode, ...], AfterValidator(_different)] = ()
+    modes: Annotated[tuple[ModeName, ...], AfterValidator(_different)] = ()
     """Of the method; none: that of each scenario. Where a scenario is of another mode, its section ``slam`` gives way
     to the defaults of this one, or to that of ``paper_corridor`` (a log: ``paper_replay``) where it is the paper's."""
     seeds: Seeds = (0,)

@@ -12,7 +12,7 @@ from typing import IO, Any, Final
 
 from slam.errors import InputError, StorageError
 from slam.files.whole_files import write_whole
-from slam.optional import optional
+from slam.named_code import import_optional
 
 _DRAFT: Final = ".draft-"
 
@@ -129,7 +129,7 @@ def _onto_the_disk(path: Path) -> None:
 
 
 def _open(url: str) -> tuple[Any, str]:
-    fsspec = optional("fsspec", "sweep")
+    fsspec = import_optional("fsspec", "sweep")
     try:
         fs, root = fsspec.core.url_to_fs(url)
     except (ValueError, ImportError) as error:

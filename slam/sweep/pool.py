@@ -25,7 +25,7 @@ ONE_THREAD: Final = dict.fromkeys(
 class Pool:
     """``size`` workers, which stay warm from job to job; each has one job at a time.
 
-    ``allowed`` is the code that the user allows: see slam/config/own.py.
+    ``allowed`` is the code that the user allows: see slam/config/section.py.
     """
 
     def __init__(self, size: int, runs: str, keep: Keep, allowed: Sequence[str] = ()) -> None:

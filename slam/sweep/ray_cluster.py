@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from slam.errors import ClusterError, InputError
-from slam.optional import optional
+from slam.named_code import import_optional
 from slam.run.results.keep import Keep
 from slam.sweep.code_bundle import CodeBundle
 from slam.sweep.executor import Finished, Lost
@@ -48,7 +48,7 @@ class RayCluster:
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # its new default, and it would warn
         if address == LOCAL:
             os.environ["RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"] = "0"  # what makes Ray stay on the loopback, on Linux too
-        self._ray = optional("ray", "cluster")
+        self._ray = import_optional("ray", "cluster")
         self._runs, self._keep, self._allowed = runs, keep, list(allowed)
         self._shipment = None if address == LOCAL else CodeBundle(files)
         self._pending: dict[Any, Job] = {}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import IO, Any, Final
 
-from slam.optional import optional
+from slam.named_code import import_optional
 from slam.sweep.row import Row
 
 BATCH: Final = 200
@@ -18,7 +18,7 @@ def write_table(path: Path, old: IO[bytes] | None, ids: set[str], batches: Calla
 
     A column is of the widest type that its rows have; what a row does not have is null.
     """
-    pq, before = optional("pyarrow.parquet", "sweep"), _open(old)
+    pq, before = import_optional("pyarrow.parquet", "sweep"), _open(old)
     schema = _schema(before, batches())
     with pq.ParquetWriter(path, schema, compression="zstd") as writer:
         for table in _gathered(_old_tables(before, ids, schema)):
@@ -34,12 +34,12 @@ def read_rows(file: IO[bytes], columns: list[str] | None = None) -> Iterator[Row
 
 
 def _open(file: IO[bytes] | None) -> Any:
-    return None if file is None else optional("pyarrow.parquet", "sweep").ParquetFile(file)
+    return None if file is None else import_optional("pyarrow.parquet", "sweep").ParquetFile(file)
 
 
 def _table(rows: list[Row]) -> Any:
     """Columns whose values are of several kinds become text."""
-    pa = optional("pyarrow", "sweep")
+    pa = import_optional("pyarrow", "sweep")
     names = dict.fromkeys(name for row in rows for name in row)
     return pa.table({name: _column(pa, [row.get(name) for row in rows]) for name in names})
 
@@ -59,7 +59,7 @@ def _text(value: Any) -> str | None:
 
 
 def _schema(before: Any, batches: Iterable[list[Row]]) -> Any:
-    pa = optional("pyarrow", "sweep")
+    pa = import_optional("pyarrow", "sweep")
     schema = pa.schema([]) if before is None else before.schema_arrow
     for rows in batches:
         schema = _unified(pa, schema, _table(rows).schema)
@@ -83,7 +83,7 @@ def _wider(pa: Any, name: str, types: list[Any]) -> Any:
 
 
 def _conformed(table: Any, schema: Any) -> Any:
-    pa = optional("pyarrow", "sweep")
+    pa = import_optional("pyarrow", "sweep")
     columns = [
         table[field.name].cast(field.type) if field.name in table.column_names else pa.nulls(len(table), field.type)
         for field in schema
@@ -92,7 +92,7 @@ def _conformed(table: Any, schema: Any) -> Any:
 
 
 def _old_tables(before: Any, ids: set[str], schema: Any) -> Iterator[Any]:
-    pa, compute = optional("pyarrow", "sweep"), optional("pyarrow.compute", "sweep")
+    pa, compute = import_optional("pyarrow", "sweep"), import_optional("pyarrow.compute", "sweep")
     if before is None:
         return
     newer = pa.array(sorted(ids), pa.string())
@@ -103,7 +103,7 @@ def _old_tables(before: Any, ids: set[str], schema: Any) -> Iterator[Any]:
 
 def _gathered(tables: Iterable[Any]) -> Iterator[Any]:
     """Small tables put together until there is a batch of rows."""
-    pa = optional("pyarrow", "sweep")
+    pa = import_optional("pyarrow", "sweep")
     waiting: list[Any] = []
     for table in tables:
         waiting.append(table)

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.optional import optional
+from slam.named_code import import_optional
 from slam.pose import FloatArray
 
 _CELL: Final = 0.01
@@ -33,7 +33,7 @@ class HoughLines:
 
 def hough_lines(points: FloatArray, share: float = 0.5) -> HoughLines:
     """The lines through points (N, 2), metres, that have ``share`` of the most votes; half of them is the usual."""
-    transform = optional("skimage.transform", "bench")
+    transform = import_optional("skimage.transform", "bench")
     reach = np.abs(points).max(initial=_CELL)
     cells = np.floor((points + reach) / _CELL).astype(np.int64)
     picture = np.zeros(cells.max(axis=0, initial=0)[::-1] + 1, np.uint8)

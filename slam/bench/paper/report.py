@@ -11,7 +11,7 @@ from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 from slam.files.whole_files import write_whole
-from slam.optional import optional
+from slam.named_code import import_optional
 
 QUICK_POINTS: Final = 380
 QUICK_TRIALS: Final = 20
@@ -33,7 +33,7 @@ def reproduce(out: Path, quick: bool, console: Terminal) -> PaperReport:
     Quick: with fewer points and trials, as the report then says. InputError when ``out`` cannot be written or
     scikit-image is missing.
     """
-    optional("skimage.transform", "bench")  # before minutes of work
+    import_optional("skimage.transform", "bench")  # before minutes of work
     _make(out)
     count, trials = (QUICK_POINTS, QUICK_TRIALS) if quick else (table_2.POINTS, TRIALS)
     with console.progress() as bar:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from slam.files.whole_files import whole_file
-from slam.optional import optional
+from slam.named_code import import_optional
 from slam.run.results.run_record import RunRecord
 
 
 def write(record: RunRecord, out: Path) -> None:
     """Drawing units are metres, map frame. InputError where ezdxf is not installed."""
-    drawing = optional("ezdxf", "export").new("R2010", units=6)  # metres
+    drawing = import_optional("ezdxf", "export").new("R2010", units=6)  # metres
     drawing.layers.add("WALLS", color=7)
     drawing.layers.add("TRAJECTORY", color=3)
     space = drawing.modelspace()

@@ -8,13 +8,12 @@ from typing import Any, Final
 import numpy as np
 
 from slam.errors import InputError
+from slam.modes import MODES
 from slam.pose import FloatArray
 from slam.scenario.validation_message import hint
 from slam.sweep.row import Row
 from slam.sweep.store import SweepStore
 
-_MODES: Final = ("hopslam", "paper", "dead_reckoning")
-"""In this order they are shown; the first one there is what the others are compared with."""
 _FALLBACKS: Final = ("ate_rmse_m", "wall.slam_ms_median")
 """What is looked at where nothing is asked for: the first of which there is a value."""
 
@@ -106,7 +105,7 @@ def by_name(groups: list[Group]) -> dict[str, list[Group]]:
 
 
 def _order(group: Group) -> tuple[Any, ...]:
-    place = _MODES.index(group.mode) if group.mode in _MODES else len(_MODES)
+    place = [*MODES, group.mode].index(group.mode)
     return group.name, place, [(isinstance(value, str), value) for value in group.grid.values()]
 
 

@@ -13,11 +13,12 @@ from matplotlib.figure import Figure
 from slam.files.figure_file import save_figure
 from slam.files.palette import PAPER
 from slam.files.whole_files import whole_file
+from slam.modes import MODES
 from slam.pose import FloatArray
 from slam.sweep.report.groups import Group, by_name
 
-_MODES: Final = ("hopslam", "dead_reckoning", "paper")
-"""Each has the look of this place, so that the first two have the colours that they have elsewhere."""
+_CURVES: Final[list[str]] = sorted(MODES, key=lambda mode: mode == "paper")
+"""Each mode has the look of its place here: SLAM and dead reckoning come first, and have their usual colours."""
 _MARKERS: Final = "osD^vPX"
 _WIDE: Final = 20.0
 """With the largest value so many times the smallest, the scale is logarithmic."""
@@ -81,8 +82,8 @@ def _panels(titles: Any, y_label: str) -> tuple[Figure, Sequence[Axes]]:
 def _looks(groups: list[Group]) -> list[tuple[str, str]]:
     """Colour and line style of each case: those of its mode, where the modes tell the cases apart."""
     modes = [group.mode for group in groups]
-    if len(set(modes)) == len(modes) and set(modes) <= set(_MODES):
-        return [PAPER.curve(_MODES.index(mode)) for mode in modes]
+    if len(set(modes)) == len(modes) and set(modes) <= set(_CURVES):
+        return [PAPER.curve(_CURVES.index(mode)) for mode in modes]
     return [PAPER.curve(index) for index in range(len(groups))]
 
 

@@ -1,7 +1,8 @@
-"""Numbers that code of the user's own returns, checked before anything computes with them."""
+"""Checks of what a user's own code returns, made before anything computes with it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isfinite
 from numbers import Real
 from typing import Any
@@ -9,8 +10,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.errors import InputError
-from slam.named_code import kind_of
+from slam.errors import HopslamError, InputError
+
+
+def expect(place: str, value: Any, kind: type, raises: type[HopslamError] = InputError) -> None:
+    """Require a value of this kind; ``raises``, which names the place and what it returned, where it is another."""
+    if not isinstance(value, kind):
+        raise raises(f"{place} returned {type_name(value)}, not {kind.__name__}; see docs/extend.md")
+
+
+def expect_parts(place: str, value: Any, names: Sequence[str], kind: str) -> None:
+    """Require the attributes that a ``kind`` has; InputError names those that the value lacks."""
+    if missing := [name for name in names if not hasattr(value, name)]:
+        raise InputError(f"{place} is no {kind}: {type_name(value)} has no {', '.join(missing)}; see docs/extend.md")
+
+
+def type_name(value: Any) -> str:
+    """Name the type of a value, in a user's words."""
+    return "None" if value is None else type(value).__name__
 
 
 def expect_array(what: str, value: Any, shape: tuple[int | None, ...], kind: type[float] = float) -> NDArray[Any]:
@@ -19,7 +36,7 @@ def expect_array(what: str, value: Any, shape: tuple[int | None, ...], kind: typ
     InputError, which begins with ``what``, where the shape or the kind is another, or a number is not finite.
     """
     if not isinstance(value, np.ndarray) or not _fits(value.shape, shape):
-        found = f"of shape {value.shape}" if isinstance(value, np.ndarray) else f"of type {kind_of(value)}"
+        found = f"of shape {value.shape}" if isinstance(value, np.ndarray) else f"of type {type_name(value)}"
         wanted = str(shape).replace("None", "K")
         raise InputError(f"{what} is {found}, not an array of shape {wanted}; see docs/extend.md")
     if value.size and value.dtype.kind not in ("iu" if kind is int else "iuf"):

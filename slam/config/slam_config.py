@@ -2,39 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, Literal, Self
+from typing import Any, Self
 
 from pydantic import Field, model_validator
 
-from slam.config.lines import ChiSquareConfig, LineConfig
+from slam.config.lines import NOISE_ESTIMATED_IN_SLAM, ChiSquareConfig, LineConfig
 from slam.config.localization import LocalizationConfig
 from slam.config.mapping import MapConfig, SurfelMapConfig
 from slam.config.matching import LeastSquaresConfig, MatchConfig
-from slam.config.own import OwnMethod
-from slam.config.section import Section
-
-_MODES: Final = {
-    "hopslam": {"lines": "chi_square", "map": "surfels", "matching": "least_squares"},
-    "dead_reckoning": {"lines": "chi_square", "map": "surfels", "matching": "least_squares"},  # none of them is used
-    "paper": {"lines": "paper", "map": "points", "matching": "force_field"},
-}
-"""The methods of the three parts, where they are not named."""
-_FINE_LINES: Final = {"min_points": 5, "min_length": 0.10, "shared_error": 0.02}
-"""Lines for matching: details that are too small to be sure of are worth having when the map can confirm them."""
+from slam.config.section import OwnMethod, Section
+from slam.modes import MODES, ModeName
 
 
 class SlamConfig(Section):
     """The whole method, Fig. 14: by default this project's own; ``mode: paper`` makes it the paper's, and ``mode:
     dead_reckoning`` none at all: wheel odometry alone, to compare with."""
 
-    mode: Literal["hopslam", "paper", "dead_reckoning"] = "hopslam"
-    """Which methods the three parts below have where they name none."""
-    lines: LineConfig = ChiSquareConfig.model_validate(_FINE_LINES)
-    """How lines are found in a scan."""
+    mode: ModeName = "hopslam"
+    """Choice of methods for those of the three parts below that name none."""
+    lines: LineConfig = ChiSquareConfig.model_validate(NOISE_ESTIMATED_IN_SLAM._asdict())
+    """Extraction of lines from a scan."""
     map: MapConfig = SurfelMapConfig()
-    """What is kept of the scans."""
+    """The map that is kept of the scans."""
     matching: MatchConfig = LeastSquaresConfig()
-    """How a scan finds its place in the map."""
+    """Matching of a scan to the map."""
     localization: LocalizationConfig = LocalizationConfig()
     deskew: bool = True
     """Undo the motion of the robot while the beams were taken, where they carry time; off in paper mode."""
@@ -44,22 +35,17 @@ class SlamConfig(Section):
     """Extract, match and map only after this much motion since the last time, metres; odometry fills in between. At 0
     every scan is used."""
     update_angle: float = Field(0.2, gt=0)
-    """... or after this much turning, radians."""
+    """Extract, match and map also after this much turning, radians, where ``update_distance`` is above 0."""
 
     @model_validator(mode="before")
     @classmethod
     def _methods_of_the_mode(cls, given: Any) -> Any:
-        if not isinstance(given, dict) or str(given.get("mode", "hopslam")) not in _MODES:
+        if not isinstance(given, dict) or (name := str(given.get("mode", "hopslam"))) not in MODES:
             return given
-        paper = {"deskew": False} if given.get("mode") == "paper" else {}
-        return (
-            paper
-            | given
-            | {
-                part: _filled_in(part, given.get(part, {}), method)
-                for part, method in _MODES[given.get("mode", "hopslam")].items()
-            }
-        )
+        mode = MODES[name]
+        methods = {"lines": mode.lines, "map": mode.map, "matching": mode.matching}
+        parts = {part: _filled_in(part, given.get(part, {}), method) for part, method in methods.items()}
+        return {**mode.settings, **given, **parts}
 
     @model_validator(mode="after")
     def _steps_need_odometry(self) -> Self:
@@ -79,15 +65,11 @@ class SlamConfig(Section):
         return self
 
 
-def mode_of(part: str, method: str) -> str | None:
-    """The first mode whose ``lines``, ``map`` or ``matching`` has this method; None for any other part."""
-    return next((mode for mode, methods in _MODES.items() if methods.get(part) == method), None)
-
-
 def _filled_in(part: str, section: Any, method: str) -> Any:
-    """The section with the method of the mode, and the defaults that lines have inside the whole method."""
+    """Add the method of the mode to a section, and the preset that lines have inside the whole method."""
     if not isinstance(section, dict):
         return section
     section = {"method": method} | section
-    fine = part == "lines" and section["method"] == "chi_square" and not section.get("sensor")
-    return (_FINE_LINES | section) if fine else section
+    if part == "lines" and section["method"] == "chi_square" and not section.get("sensor"):
+        return NOISE_ESTIMATED_IN_SLAM._asdict() | section
+    return section

@@ -44,7 +44,7 @@ class LineLocalizer:
         self._search = GlobalSearch(surfel_map)
         self._hypotheses = [] if T_map_base is None else [self._hypothesis(T_map_base, self._tracking)]
         self.sure = T_map_base is not None
-        """Whether it knows where the robot is."""
+        """True while the place of the robot is known."""
         self._T_odom_base: Pose2D | None = None
         self._moved = np.inf  # since the last evidence, metres and radians together; the first scan is evidence
         self._evidence_at: Pose2D | None = None  # T_map_base of the best hypothesis then: all there is without odometry
@@ -121,7 +121,7 @@ class LineLocalizer:
                 self._hypotheses.append(hypothesis)
 
     def _decided(self) -> bool:
-        """Whether the scans have decided for the first hypothesis."""
+        """True where the scans have decided for the first hypothesis."""
         config, (best, *others) = self.config.localization, self._hypotheses
         leads = not others or best.evidence - others[0].evidence >= config.sure_by
         return leads and best.mean_agreement >= config.sure_above and self._evidence_count >= config.sure_after

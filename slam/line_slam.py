@@ -23,7 +23,7 @@ class Estimate:
     stamp: float
     T_map_base: Pose2D
     segments: Segments | None = None
-    """In the sensor frame; None when the scan was not used and the pose is odometry since the last one that was."""
+    """Segments in the sensor frame; None where the scan was not used and the pose is odometry since one that was."""
     match: Match = NO_MATCH
     map_points: int = 0
     """Size of the map after this scan: points in paper mode, surfels in this project's own."""
@@ -34,7 +34,7 @@ class Estimate:
 
     @property
     def mapped(self) -> bool:
-        """Whether the scan was matched and offered to the map."""
+        """True where the scan was matched and offered to the map."""
         return self.segments is not None
 
     @property
@@ -49,7 +49,7 @@ class Estimate:
 
     @property
     def lost(self) -> bool:
-        """Whether the last scans did not fit the map."""
+        """True where the last scans did not fit the map."""
         return self.match.lost
 
 

@@ -19,7 +19,7 @@ class LocalizeThenMap:
         self.T_base_laser, self._config, self._saved = T_base_laser, config, saved
         self._localizer = LineLocalizer(config, T_base_laser, saved.mapper.map)
         self.slam: LineSlam | None = None
-        """What maps, once the place is known."""
+        """The mapping method, once the place is known."""
 
     @property
     def T_map_base(self) -> Pose2D:

@@ -22,10 +22,10 @@ class Observation:
     odometry: Odometry
     T_map_base: Pose2D | None = None
     collided: bool = False
-    """Whether the robot touched anything but the floor since the last observation; a simulated one does not count
+    """True where the robot touched anything but the floor since the last observation; a simulated one does not count
     furniture that it can push, a real one cannot tell."""
     stalled: bool = False
-    """Whether the base says that a wheel cannot turn as it should."""
+    """True where the base says that a wheel cannot turn as it should."""
     bumpers: tuple[bool, ...] = ()
     """Which bumper segments are pressed, the front ones from left to right, then the rear ones; () without bumpers."""
     sonar: tuple[float, ...] = ()

@@ -88,7 +88,7 @@ def _join(cluster: FloatArray, theta: float, metres: float, squares: float) -> N
 
 @compiled
 def _merge(clusters: FloatArray, grown: int) -> None:
-    """Where the mean of this cluster came near to another's, the lighter goes into the heavier."""
+    """Merge clusters whose means came near to that of this one, the lighter into the heavier."""
     for k in range(len(clusters)):
         apart = abs(turn_between(clusters[k, DIRECTION], clusters[grown, DIRECTION]))
         if k != grown and clusters[k, METRES] > 0.0 and apart < JOIN_ANGLE:
@@ -113,6 +113,6 @@ def _main(clusters: FloatArray, total: float) -> FloatArray:
 
 @compiled
 def turn_between(a: float, b: float) -> float:
-    """From direction ``a`` to ``b`` modulo a quarter turn, in [-pi / 4, pi / 4)."""
+    """The turn from direction ``a`` to ``b`` modulo a quarter turn, in [-pi / 4, pi / 4)."""
     quarters = (b - a) / QUARTER
     return float((quarters - np.floor(quarters + 0.5)) * QUARTER)

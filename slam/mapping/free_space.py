@@ -17,7 +17,7 @@ NEAREST = 0.1  # metres: nothing nearer to the sensor is asked for
 
 
 class FreeBeams(NamedTuple):
-    """How far the beams of a scan were certainly free."""
+    """Beams of a scan, each with the range over which it was certainly free."""
 
     ranges: FloatArray
     """(N,), metres: 0 for an error or a reading that is too near."""
@@ -26,7 +26,7 @@ class FreeBeams(NamedTuple):
 
 
 def free_beams(scan: LaserScan, no_echo_reach: float) -> FreeBeams:
-    """Those of a scan, whose beams without an echo are believed to have been free for ``no_echo_reach`` metres."""
+    """Free ranges of a scan; a beam without an echo is believed to have been free for ``no_echo_reach`` metres."""
     ranges = _free_ranges(scan.ranges, scan.range_min, scan.range_max, no_echo_reach)
     return FreeBeams(ranges, scan.angle_min, scan.angle_increment)
 
@@ -71,7 +71,7 @@ def carve(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: 
 
 @compiled
 def count_seen_through(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> int:
-    """How many surfels that were seen twice or more the beams passed, as in ``carve``, which would count a miss."""
+    """Count the surfels, seen twice or more, that the beams passed, as in ``carve``, which would count a miss."""
     count = 0
     low_row, high_row, low_column, high_column = _cells_around(grid, pose, reach)
     for row in range(low_row, high_row):
@@ -87,7 +87,7 @@ def count_seen_through(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: fl
 
 @compiled
 def _cells_around(grid: Grid, pose: FloatArray, reach: float) -> tuple[int, int, int, int]:
-    """Of the cells within ``reach``: the first row and the one after the last, and so with the columns."""
+    """The first row of the cells within ``reach`` and the one after the last, and so with the columns."""
     rows, columns = grid.head.shape
     low_row = int(np.floor((pose[1] - reach) / grid.cell)) - grid.corner[0]
     high_row = int(np.floor((pose[1] + reach) / grid.cell)) - grid.corner[0] + 1
@@ -98,7 +98,7 @@ def _cells_around(grid: Grid, pose: FloatArray, reach: float) -> tuple[int, int,
 
 @compiled
 def _seen_through(s: FloatArray, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> bool:
-    """Whether the beam towards the surfel and both its neighbours went farther."""
+    """True where the beam towards the surfel and both its neighbours went farther."""
     ranges = beams.ranges
     dx, dy = s[X] - pose[0], s[Y] - pose[1]
     distance = np.sqrt(dx * dx + dy * dy)

@@ -16,7 +16,7 @@ NEW_TILE_SHARE: Final = 0.15
 """Share of the variance of a match that a new tile adds: its map is made by many scans, whose errors average out."""
 
 Tiles = dict[tuple[int, int], tuple[Pose2D, FloatArray]]
-"""By column and row: the pose at which each was first entered, and the covariance (3, 3) that the map had there."""
+"""Tiles by column and row: the pose at which each was entered first, and the covariance (3, 3) of the map there."""
 
 
 class MapUncertainty:

@@ -1,4 +1,4 @@
-"""What a scan saw goes into the grid of surfels, compiled."""
+"""Puts facets of a scan into the grid of surfels, compiled."""
 
 from __future__ import annotations
 
@@ -87,8 +87,11 @@ def _take_row(grid: Grid) -> int:
 
 @compiled
 def _count_noise(grid: Grid, first: int, seen: int, nx: float, ny: float, max_hits: float) -> None:
-    """Of the surfels of a cell, those not yet sure that should have been seen with ``seen`` fade: what is hit less than
-    one time in ten that its neighbour is hit is noise. It would pile up along every wall for as long as one drives."""
+    """Let fade the surfels of a cell that are not yet sure and should have been seen with ``seen``.
+
+    One that is hit less than one time in ten that its neighbour is hit is noise. It would pile up along every wall for
+    as long as one drives.
+    """
     k = first
     while k >= 0:
         s = grid.surfels[k]

@@ -113,7 +113,7 @@ def _line(sums: FloatArray, nx: float, ny: float) -> tuple[float, float, float, 
 
 @compiled
 def _continues(sums: FloatArray, seed: FloatArray, at: FloatArray, s: FloatArray, cell: float) -> bool:
-    """Whether the surfel ``s`` continues the wall at its surfel ``at``."""
+    """True where the surfel ``s`` continues the wall at its surfel ``at``."""
     nx, ny, mx, my = _line(sums, seed[NX], seed[NY])
     if s[NX] * nx + s[NY] * ny < WALL_COSINE:
         return False

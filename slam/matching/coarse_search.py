@@ -1,4 +1,4 @@
-"""Where a scan could be, by trying every pose of a window: correlative search, compiled.
+"""Correlative search, compiled: every pose of a window is tried for a scan.
 
 The map near the scan is drawn into nine pictures, one for each of eight directions that a wall may face and one for
 clusters, so that a facet finds support only on what faces its way. For every heading the pictures, each shifted by a

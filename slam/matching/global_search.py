@@ -1,4 +1,4 @@
-"""Where in the whole map a scan could be, from nothing: every place and every heading, compiled.
+"""Search of the whole map for a scan, from nothing, compiled: every place and every heading is tried.
 
 The pictures of the map are those of coarse_search.py. Each is also pooled, so that a pixel holds the greatest grey
 value of a block: with these, a heading and a block of places get an upper bound of their score at once, and only the
@@ -30,7 +30,7 @@ MIN_DISTANCE, MIN_ANGLE = 0.4, 0.2
 REACH: Final = 15.0
 """Pieces of the scan farther than this take no part, metres."""
 MAX_FACETS: Final = 300
-"""Of a scan, that take part: grey values of more do not fit into 16 bits."""
+"""Facets of a scan that take part: grey values of more do not fit into 16 bits."""
 PICTURE, ROWS, COLUMNS = range(3)
 """Columns of shifts (F, 3): in which picture a facet looks for its wall, and how many pixels from the laser."""
 
@@ -139,7 +139,7 @@ def _open(
 
 @compiled
 def _distinct(rows: FloatArray, most: int) -> FloatArray:
-    """Of places (N, 4), the best first, those that lie near none before them; ``most`` at most."""
+    """Those of the places (N, 4), the best first, that lie near none before them; ``most`` at most."""
     chosen, count = np.empty((most, 4)), 0
     for k in range(len(rows)):
         alone = count < most

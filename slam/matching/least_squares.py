@@ -57,7 +57,7 @@ def solve(
     facets: FloatArray, start: FloatArray, prior: FloatArray, prior_information: FloatArray, grid: Grid,
     settings: SolverSettings,
 ) -> Fit:  # fmt: skip
-    """From ``start`` (3,) the pose of the sensor that fits best, given the prior (3,) and its information (3, 3)."""
+    """Find the pose of the sensor that fits best from ``start`` (3,), given a prior (3,) and its information (3, 3)."""
     pose, H, g = start.copy(), np.zeros((3, 3)), np.zeros(3)
     scale = np.array([1.0, 1.0, settings.lever])
     L = prior_information / np.outer(scale, scale)
@@ -88,7 +88,7 @@ def solve(
 
 @compiled
 def _surely_constrained(A: FloatArray, weak: float) -> bool:
-    """Whether no direction can be weak, told without eigenvalues: the least of three is at least 4 det / trace^2."""
+    """True where no direction can be weak, told without eigenvalues: the least of three is at least 4 det / trace^2."""
     trace = A[0, 0] + A[1, 1] + A[2, 2]
     return bool(4.0 * _determinant(A) > max(weak * trace, MIN_INFORMATION) * trace * trace)
 
@@ -105,7 +105,7 @@ def _constrained(A: FloatArray, weak: float) -> FloatArray:
 
 @compiled
 def _determinant(A: FloatArray) -> float:
-    """Of a symmetric (3, 3)."""
+    """Determinant of a symmetric (3, 3)."""
     minor_0, minor_1 = A[1, 1] * A[2, 2] - A[1, 2] * A[1, 2], A[0, 1] * A[2, 2] - A[1, 2] * A[0, 2]
     minor_2 = A[0, 1] * A[1, 2] - A[1, 1] * A[0, 2]
     return float(A[0, 0] * minor_0 - A[0, 1] * minor_1 + A[0, 2] * minor_2)

@@ -72,6 +72,6 @@ class PoseHypothesis:
         self.mean_agreement = memory * self.mean_agreement + (1.0 - memory) * agreement
 
     def same_place(self, other: PoseHypothesis) -> bool:
-        """Whether the two are so near to each other that they are one."""
+        """True where the two are so near to each other that they are one."""
         a, b = self.T_map_base, other.T_map_base
         return a.distance(b) < SAME_DISTANCE and abs(a.between(b).theta) < SAME_ANGLE

@@ -18,7 +18,7 @@ ROUNDS = 3  # of reweighting the mean
 
 
 class WallHeading:
-    """What the directions of a building say of the heading of the present scan, and what the scan says of them."""
+    """Heading of the present scan by the main directions of a building, to which the scan adds its own walls."""
 
     def __init__(self, directions: Directions, enabled: bool = True) -> None:
         self.directions, self._enabled = directions, enabled
@@ -94,7 +94,7 @@ def turn_to_main(walls: FloatArray, main: FloatArray, heading: float, widest: fl
 
 @compiled
 def _has_rival(walls: FloatArray, main: FloatArray, heading: float, widest: float, turn: float, enough: float) -> bool:
-    """Whether at another heading of the window enough metres agree."""
+    """True where at another heading of the window enough metres agree."""
     for m in range(len(walls)):
         for k in range(len(main)):
             off = turn_between(walls[m, THETA] + heading, main[k, THETA])
@@ -137,7 +137,7 @@ def _mean(walls: FloatArray, main: FloatArray, heading: float, turn: float) -> t
 
 @compiled
 def _nearest(direction: float, main: FloatArray) -> tuple[float, float]:
-    """From a direction to the nearest main one, and the variance of that."""
+    """The turn from a direction to the nearest main one, and the variance of that."""
     least, variance = np.inf, 0.0
     for k in range(len(main)):
         off = turn_between(direction, main[k, THETA])

@@ -59,7 +59,7 @@ class SavedGrid(Section):
 
 
 def _problem(surfel: SurfelRow, place: tuple[int, int] | None, cell: float) -> str:
-    """What is wrong with a surfel in the list of a cell, or in that of the free places (None); or nothing."""
+    """The fault of a surfel in the list of a cell, or in that of the free places (None); empty where there is none."""
     x, y, nx, ny, information, hits, misses, _ = surfel
     if place is None:
         return "is free but has hits" if hits != 0.0 else ""
@@ -95,7 +95,7 @@ class SavedDirections(Section):
 
 
 class SavedRobot(Section):
-    """Where the robot was at the end."""
+    """The robot at the end of the run."""
 
     T_map_base: PoseRow
     T_odom_base: PoseRow | None
@@ -136,7 +136,7 @@ class MapDocument(Section):
 
 
 def check_covariance(rows: CovarianceRows) -> None:
-    """ValueError for what is no covariance matrix."""
+    """Raise ValueError for a matrix that is no covariance."""
     matrix = np.array(rows)
     scale = max(float(np.abs(matrix).max()), 1e-300)
     if np.abs(matrix - matrix.T).max() > 1e-6 * scale or np.linalg.eigvalsh(matrix).min() < -1e-6 * scale:

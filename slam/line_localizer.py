@@ -38,7 +38,8 @@ class LineLocalizer:
         self, config: SlamConfig, T_base_laser: Pose2D, surfel_map: SurfelMap, T_map_base: Pose2D | None = None
     ) -> None:
         assert isinstance(config.matching, LeastSquaresConfig)
-        self.config, self.T_base_laser, self._map = config, T_base_laser, surfel_map
+        self.config, self.T_base_laser = config, T_base_laser
+        self.points = self.lines = surfel_map
         self._tracking = config.matching
         self._without_search = config.matching.model_copy(update={"search": NO_SEARCH})
         self._search = GlobalSearch(surfel_map)
@@ -54,16 +55,6 @@ class LineLocalizer:
     def T_map_base(self) -> Pose2D:
         """Pose of the best hypothesis; the origin where there is none yet."""
         return self._hypotheses[0].T_map_base if self._hypotheses else Pose2D()
-
-    @property
-    def points(self) -> SurfelMap:
-        """The map as points."""
-        return self._map
-
-    @property
-    def lines(self) -> SurfelMap:
-        """The map as line segments."""
-        return self._map
 
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
         """Take the next scan and the odometry at its stamp; return the pose estimate."""
@@ -82,7 +73,7 @@ class LineLocalizer:
             self._take_evidence(scan, segments)
             self._evidence_at = self.T_map_base
         match, total_time = self._match(), perf_counter() - began
-        return Estimate(scan.stamp, self.T_map_base, segments, match, len(self._map), extraction_time, total_time)
+        return Estimate(scan.stamp, self.T_map_base, segments, match, len(self.points), extraction_time, total_time)
 
     def _match(self) -> Match:
         """The match of the best hypothesis; its covariance is against the map."""
@@ -149,7 +140,7 @@ class LineLocalizer:
         self._hypotheses.sort(key=_most_evidence_first)
 
     def _hypothesis(self, T_map_base: Pose2D, matching: LeastSquaresConfig) -> PoseHypothesis:
-        return PoseHypothesis(self._map, matching, self.T_base_laser, T_map_base, self.config.odometry)
+        return PoseHypothesis(self.points, matching, self.T_base_laser, T_map_base, self.config.odometry)
 
 
 def _most_evidence_first(hypothesis: PoseHypothesis) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from slam.config import SlamConfig
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import Estimate, LineSlam
-from slam.mapping.surfel_map import SurfelMap
 from slam.odometry import Odometry
 from slam.pose import Pose2D
 from slam.saved_slam import SavedSlam, relocate
@@ -17,6 +16,7 @@ class LocalizeThenMap:
 
     def __init__(self, config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> None:
         self.T_base_laser, self._config, self._saved = T_base_laser, config, saved
+        self.points = self.lines = saved.mapper.map
         self._localizer = LineLocalizer(config, T_base_laser, saved.mapper.map)
         self.slam: LineSlam | None = None
         """The mapping method, once the place is known."""
@@ -25,16 +25,6 @@ class LocalizeThenMap:
     def T_map_base(self) -> Pose2D:
         """The last estimate."""
         return (self.slam or self._localizer).T_map_base
-
-    @property
-    def points(self) -> SurfelMap:
-        """The map as points."""
-        return self._saved.mapper.map
-
-    @property
-    def lines(self) -> SurfelMap:
-        """The map as line segments."""
-        return self._saved.mapper.map
 
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
         """Take the next scan and the odometry at its stamp; return the pose estimate."""

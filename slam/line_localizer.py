@@ -1,4 +1,4 @@
-"""Where the robot is in a map that is known and stays as it is: found from nothing, tracked, and found again."""
+"""Localisation in a known map that stays as it is: the robot is found from nothing, tracked, and found again."""
 
 from __future__ import annotations
 
@@ -14,19 +14,20 @@ from slam.lines.extraction import extract_segments
 from slam.lines.facets import facets_of
 from slam.lines.segments import Segments
 from slam.mapping.surfel_map import SurfelMap
+from slam.matching.coarse_search import PLACE_X
 from slam.matching.global_search import GlobalSearch
-from slam.matching.hypothesis import Hypothesis, near
 from slam.matching.match import NO_MATCH, Match
+from slam.matching.pose_hypothesis import PoseHypothesis
 from slam.odometry import Odometry
 from slam.pose import Pose2D
 from slam.scan import LaserScan
 
 NO_SEARCH = SearchConfig(below=0.0, distance=1e6, angle=1e6)
-"""For hypotheses: there are enough of them."""
+"""The coarse search switched off: many hypotheses take its place until the robot is sure."""
 
 
 class LineLocalizer:
-    """Stands where LineSlam stands, and leaves the map alone.
+    """Takes the place of LineSlam, and leaves the map alone.
 
     It follows many hypotheses at once, found by a search over the whole map, until the scans have spoken for one. Then
     it is sure, and tracks. When the scans speak against it, it is lost and searches again, keeping the hypotheses that
@@ -37,32 +38,23 @@ class LineLocalizer:
         self, config: SlamConfig, T_base_laser: Pose2D, surfel_map: SurfelMap, T_map_base: Pose2D | None = None
     ) -> None:
         assert isinstance(config.matching, LeastSquaresConfig)
-        self.config, self.T_base_laser, self._map = config, T_base_laser, surfel_map
+        self.config, self.T_base_laser = config, T_base_laser
+        self.points = self.lines = surfel_map
         self._tracking = config.matching
-        self._guessing = config.matching.model_copy(update={"search": NO_SEARCH})
+        self._without_search = config.matching.model_copy(update={"search": NO_SEARCH})
         self._search = GlobalSearch(surfel_map)
-        self._hypotheses = [] if T_map_base is None else [self._tracker(T_map_base)]
+        self._hypotheses = [] if T_map_base is None else [self._hypothesis(T_map_base, self._tracking)]
         self.sure = T_map_base is not None
-        """Whether it knows where the robot is."""
-        self._last_odometry: Pose2D | None = None
+        """True while the place of the robot is known."""
+        self._T_odom_base: Pose2D | None = None
         self._moved = np.inf  # since the last evidence, metres and radians together; the first scan is evidence
-        self._weighed_at: Pose2D | None = None  # T_map_base of the best hypothesis then: all there is without odometry
-        self._taken = self._searched_at = 0  # pieces of evidence since one search, and since the last
+        self._evidence_at: Pose2D | None = None  # T_map_base of the best hypothesis then: all there is without odometry
+        self._evidence_count = 0  # pieces of evidence since the last search
 
     @property
     def T_map_base(self) -> Pose2D:
-        """Of the best hypothesis; the origin where there is none yet."""
+        """Pose of the best hypothesis; the origin where there is none yet."""
         return self._hypotheses[0].T_map_base if self._hypotheses else Pose2D()
-
-    @property
-    def points(self) -> SurfelMap:
-        """The map as points."""
-        return self._map
-
-    @property
-    def lines(self) -> SurfelMap:
-        """The map as line segments."""
-        return self._map
 
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
         """Take the next scan and the odometry at its stamp; return the pose estimate."""
@@ -71,88 +63,88 @@ class LineLocalizer:
         if self.config.deskew:
             scan = deskewed(scan, odometry.twist, self.T_base_laser)
         segments = extract_segments(scan, self.config.lines)
-        extracted = perf_counter()
+        extraction_time = perf_counter() - began
         for hypothesis in self._hypotheses:
             hypothesis.follow(scan, segments, motion)
-        if not self.config.odometry and self._weighed_at is not None:
-            self._moved = _size(self._weighed_at.between(self.T_map_base))
+        if not self.config.odometry and self._evidence_at is not None:
+            self._moved = _size(self._evidence_at.between(self.T_map_base))
         if self._moved >= self.config.localization.step:
             self._moved = 0.0
-            self._weigh(scan, segments)
-            self._weighed_at = self.T_map_base
-        times = extracted - began, perf_counter() - began
-        return Estimate(scan.stamp, self.T_map_base, segments, self._match(), len(self._map), *times)
+            self._take_evidence(scan, segments)
+            self._evidence_at = self.T_map_base
+        match, total_time = self._match(), perf_counter() - began
+        return Estimate(scan.stamp, self.T_map_base, segments, match, len(self.points), extraction_time, total_time)
 
     def _match(self) -> Match:
-        """That of the best hypothesis; its covariance is against the map."""
+        """The match of the best hypothesis; its covariance is against the map."""
         if not self._hypotheses:
             return replace(NO_MATCH, lost=True)
         best = self._hypotheses[0]
         return replace(best.match, covariance=best.covariance, lost=not self.sure)
 
     def _motion(self, odometry: Odometry) -> Pose2D:
-        last, self._last_odometry = self._last_odometry, odometry.T_odom_base
+        last, self._T_odom_base = self._T_odom_base, odometry.T_odom_base
         motion = Pose2D() if last is None or not self.config.odometry else last.between(odometry.T_odom_base)
         self._moved += _size(motion)
         return motion
 
-    def _weigh(self, scan: LaserScan, segments: Segments) -> None:
-        """Let the scan speak for and against the hypotheses; search where none is good."""
+    def _take_evidence(self, scan: LaserScan, segments: Segments) -> None:
+        """Take the scan as evidence for and against the hypotheses; search where none is good."""
         config = self.config.localization
-        self._taken, self._searched_at = self._taken + 1, self._searched_at + 1
+        self._evidence_count += 1
         for hypothesis in self._hypotheses:
-            hypothesis.learn(hypothesis.agreement(scan, config), config.memory)
-        self._sift()
-        good = bool(self._hypotheses) and self._hypotheses[0].average >= config.doubt_below
-        self.sure = good and (self.sure or self._won())
-        if not self._hypotheses or (not good and self._searched_at >= config.search_every):
-            self._find(scan, segments)
+            hypothesis.add_agreement(hypothesis.agreement(scan, config), config.memory)
+        self._prune()
+        good = bool(self._hypotheses) and self._hypotheses[0].mean_agreement >= config.doubt_below
+        self.sure = good and (self.sure or self._decided())
+        if not self._hypotheses or (not good and self._evidence_count >= config.search_every):
+            self._search_map(scan, segments)
         elif self.sure and len(self._hypotheses) == 1:
-            self._hypotheses[0].track(self._tracking)
+            self._hypotheses[0].reconfigure(self._tracking)
 
-    def _sift(self) -> None:
-        """The best first; those that have come together, and those far behind, go."""
-        best_first = sorted(self._hypotheses, key=lambda hypothesis: -hypothesis.evidence)
+    def _prune(self) -> None:
+        """Sort the best first; drop those that have come together, and those far behind."""
+        best_first = sorted(self._hypotheses, key=_most_evidence_first)
         self._hypotheses = []
         for hypothesis in best_first:
             behind = best_first[0].evidence - hypothesis.evidence
-            if behind < self.config.localization.dropped_by and not any(map(hypothesis.same_as, self._hypotheses)):
+            if behind < self.config.localization.dropped_by and not any(map(hypothesis.same_place, self._hypotheses)):
                 self._hypotheses.append(hypothesis)
 
-    def _won(self) -> bool:
-        """Whether the scans have decided for the first hypothesis."""
+    def _decided(self) -> bool:
+        """True where the scans have decided for the first hypothesis."""
         config, (best, *others) = self.config.localization, self._hypotheses
         leads = not others or best.evidence - others[0].evidence >= config.sure_by
-        return leads and best.average >= config.sure_above and self._taken >= config.sure_after
+        return leads and best.mean_agreement >= config.sure_above and self._evidence_count >= config.sure_after
 
-    def _find(self, scan: LaserScan, segments: Segments) -> None:
-        """More hypotheses, from the whole map; those that are followed already stay, beside the best."""
+    def _search_map(self, scan: LaserScan, segments: Segments) -> None:
+        """Add hypotheses from the whole map; those that are followed already stay, beside the best."""
         config = self.config.localization
-        self._taken = self._searched_at = 0
+        self._evidence_count = 0
         facets = facets_of(scan, segments, self._tracking.facet_length)
         T_laser_base = self.T_base_laser.inverse()
-        found: list[Hypothesis] = []
-        for _, x, y, theta in self._search.places(facets, config.places):
-            guess = self._guess(Pose2D(float(x), float(y), float(theta)) @ T_laser_base)
-            guess.follow(scan, segments, Pose2D())
-            guess.average = guess.evidence = guess.agreement(scan, config)
-            found.append(guess)
-        found.sort(key=lambda guess: -guess.evidence)
+        found: list[PoseHypothesis] = []
+        for place in self._search.places(facets, config.places):
+            hypothesis = self._hypothesis(Pose2D.from_array(place[PLACE_X:]) @ T_laser_base, self._without_search)
+            hypothesis.follow(scan, segments, Pose2D())
+            hypothesis.mean_agreement = hypothesis.evidence = hypothesis.agreement(scan, config)
+            found.append(hypothesis)
+        found.sort(key=_most_evidence_first)
         highest = found[0].evidence if found else 0.0
         for hypothesis in self._hypotheses:
             hypothesis.evidence = highest
-        for guess in found:
-            if len(self._hypotheses) < config.hypotheses and not any(
-                near(guess.T_map_base, other.T_map_base) for other in self._hypotheses
-            ):
-                self._hypotheses.append(guess)
-        self._hypotheses.sort(key=lambda hypothesis: -hypothesis.evidence)
+        for hypothesis in found:
+            room = len(self._hypotheses) < config.hypotheses
+            if room and not any(map(hypothesis.same_place, self._hypotheses)):
+                self._hypotheses.append(hypothesis)
+        self._hypotheses.sort(key=_most_evidence_first)
 
-    def _guess(self, T_map_base: Pose2D) -> Hypothesis:
-        return Hypothesis(self._map, self._guessing, self.T_base_laser, T_map_base, self.config.odometry)
+    def _hypothesis(self, T_map_base: Pose2D, matching: LeastSquaresConfig) -> PoseHypothesis:
+        return PoseHypothesis(self.points, matching, self.T_base_laser, T_map_base, self.config.odometry)
 
-    def _tracker(self, T_map_base: Pose2D) -> Hypothesis:
-        return Hypothesis(self._map, self._tracking, self.T_base_laser, T_map_base, self.config.odometry)
+
+def _most_evidence_first(hypothesis: PoseHypothesis) -> float:
+    return -hypothesis.evidence
 
 
 def _size(motion: Pose2D) -> float:

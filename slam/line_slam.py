@@ -18,15 +18,15 @@ from slam.scan import LaserScan
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
-    """Where the robot is after one scan, and how that was found."""
+    """The pose after one scan, and how it was found."""
 
     stamp: float
     T_map_base: Pose2D
     segments: Segments | None = None
-    """In the sensor frame; None when the scan was not used and the pose is odometry since the last one that was."""
+    """Segments in the sensor frame; None where the scan was not used and the pose is odometry since one that was."""
     match: Match = NO_MATCH
     map_points: int = 0
-    """In the map after this scan: points in paper mode, surfels in this project's own."""
+    """Size of the map after this scan: points in paper mode, surfels in this project's own."""
     extraction_time: float = 0.0
     """Seconds of wall time for the extraction of the segments ..."""
     total_time: float = 0.0
@@ -34,12 +34,12 @@ class Estimate:
 
     @property
     def mapped(self) -> bool:
-        """Whether the scan was matched and offered to the map."""
+        """True where the scan was matched and offered to the map."""
         return self.segments is not None
 
     @property
     def covariance(self) -> FloatArray | None:
-        """Of x, y, theta of ``T_map_base`` in the map frame, (3, 3), against the truth; None in paper mode."""
+        """Covariance (3, 3) of x, y, theta of ``T_map_base``, map frame, against the truth; None in paper mode."""
         return self.match.covariance
 
     @property
@@ -49,7 +49,7 @@ class Estimate:
 
     @property
     def lost(self) -> bool:
-        """Whether the last scans did not fit the map."""
+        """True where the last scans did not fit the map."""
         return self.match.lost
 
 
@@ -61,8 +61,8 @@ class LineSlam:
         self.T_base_laser = T_base_laser
         self.T_map_base = T_map_base or Pose2D()  # the anchor: at the first scan the estimate is the truth (section 4)
         self.mapper = make_mapper(config, T_base_laser, seed)
-        self.last_odometry: Pose2D | None = None  # T_odom_base with the last scan
-        self.last_mapped: Pose2D | None = None  # T_map_base with the last scan that was matched
+        self.T_odom_base: Pose2D | None = None  # with the last scan
+        self.T_map_mapped: Pose2D | None = None  # T_map_base with the last scan that was matched
 
     @property
     def points(self) -> Points:
@@ -84,24 +84,24 @@ class LineSlam:
         if self.config.deskew:
             scan = deskewed(scan, odometry.twist, self.T_base_laser)
         segments = extract_segments(scan, self.config.lines)  # eqs. (1)-(12), Proc. 1-8
-        extracted = perf_counter()
+        extraction_time = perf_counter() - began
         match = self.mapper.locate(scan, segments, prior)  # eqs. (20)-(37)
         T_map_laser = prior @ self.T_base_laser @ match.T_prior_laser  # eq. (19)
         self.mapper.add(scan, segments, T_map_laser)  # eqs. (15)-(18)
-        self.T_map_base = self.last_mapped = T_map_laser @ self.T_base_laser.inverse()
-        times = extracted - began, perf_counter() - began
-        return Estimate(scan.stamp, self.T_map_base, segments, match, len(self.points), *times)
+        self.T_map_base = self.T_map_mapped = T_map_laser @ self.T_base_laser.inverse()
+        total_time = perf_counter() - began
+        return Estimate(scan.stamp, self.T_map_base, segments, match, len(self.points), extraction_time, total_time)
 
     def _predict(self, odometry: Odometry) -> Pose2D:
-        """Where the base is before the scan is looked at: moved as the wheels say, or where it was, as in eq. (20)."""
-        last, self.last_odometry = self.last_odometry, odometry.T_odom_base
+        """The base before the scan is looked at: moved as the wheels say, or where it was, as in eq. (20)."""
+        last, self.T_odom_base = self.T_odom_base, odometry.T_odom_base
         if last is None or not self.config.odometry:
             return self.T_map_base
         return self.T_map_base @ last.between(odometry.T_odom_base)
 
     def _moved_enough(self, prior: Pose2D) -> bool:
-        """Enough for a scan to be used; the paper uses every one, as update_distance = 0 does."""
-        if self.last_mapped is None:
+        """Tell if the base has moved enough for a scan to be used; the paper uses each, as update_distance = 0 does."""
+        if self.T_map_mapped is None:
             return True
-        motion = self.last_mapped.between(prior)
+        motion = self.T_map_mapped.between(prior)
         return motion.distance(Pose2D()) >= self.config.update_distance or abs(motion.theta) >= self.config.update_angle

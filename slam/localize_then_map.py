@@ -5,7 +5,6 @@ from __future__ import annotations
 from slam.config import SlamConfig
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import Estimate, LineSlam
-from slam.mapping.surfel_map import SurfelMap
 from slam.odometry import Odometry
 from slam.pose import Pose2D
 from slam.saved_slam import SavedSlam, relocate
@@ -17,24 +16,15 @@ class LocalizeThenMap:
 
     def __init__(self, config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> None:
         self.T_base_laser, self._config, self._saved = T_base_laser, config, saved
-        self._localizer = LineLocalizer(config, T_base_laser, saved.memory.map)
+        self.points = self.lines = saved.mapper.map
+        self._localizer = LineLocalizer(config, T_base_laser, saved.mapper.map)
         self.slam: LineSlam | None = None
-        """What maps, once the place is known."""
+        """The mapping method, once the place is known."""
 
     @property
     def T_map_base(self) -> Pose2D:
         """The last estimate."""
         return (self.slam or self._localizer).T_map_base
-
-    @property
-    def points(self) -> SurfelMap:
-        """The map as points."""
-        return self._saved.memory.map
-
-    @property
-    def lines(self) -> SurfelMap:
-        """The map as line segments."""
-        return self._saved.memory.map
 
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
         """Take the next scan and the odometry at its stamp; return the pose estimate."""
@@ -43,5 +33,5 @@ class LocalizeThenMap:
         estimate = self._localizer.update(scan, odometry)
         if self._localizer.sure:
             self.slam = relocate(self._config, self.T_base_laser, self._saved, estimate.T_map_base)
-            self.slam.last_odometry = odometry.T_odom_base
+            self.slam.T_odom_base = odometry.T_odom_base
         return estimate

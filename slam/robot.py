@@ -1,4 +1,4 @@
-"""The seam: what the method, the gym env, the runner and the viewer know of a robot."""
+"""The Robot protocol: a robot as the method, the learning environment, the runner and the viewer know it."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class Observation:
     odometry: Odometry
     T_map_base: Pose2D | None = None
     collided: bool = False
-    """Whether the robot touched anything but the floor since the last observation; a simulated one does not count
+    """True where the robot touched anything but the floor since the last observation; a simulated one does not count
     furniture that it can push, a real one cannot tell."""
     stalled: bool = False
-    """Whether the base says that a wheel cannot turn as it should."""
+    """True where the base says that a wheel cannot turn as it should."""
     bumpers: tuple[bool, ...] = ()
     """Which bumper segments are pressed, the front ones from left to right, then the rear ones; () without bumpers."""
     sonar: tuple[float, ...] = ()

@@ -1,4 +1,4 @@
-"""The method put aside, to go on later where it stopped or from another place in the same map."""
+"""The method saved: resumed later where it stopped, or relocated to another place in the same map."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ import numpy as np
 from slam.config import LeastSquaresConfig, SlamConfig
 from slam.line_slam import LineSlam
 from slam.matching.surfel_mapper import SurfelMapper
-from slam.matching.surfel_memory import SurfelMemory
+from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import Pose2D
 
-SET_DOWN = np.diag([0.05**2, 0.05**2, 0.05**2])
-"""How well a robot is set down where it is said to be: covariance of x, y, theta, metres and radians."""
+RELOCATION_COVARIANCE = np.diag([0.05**2, 0.05**2, 0.05**2])
+"""Covariance of x, y, theta, metres and radians, of the pose to which a robot is relocated."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SavedSlam:
-    """What LineSlam knows with this project's matcher and map; the arrays are shared with it."""
+    """The state of LineSlam with this project's matcher and map; the arrays are shared with it."""
 
-    memory: SurfelMemory
+    mapper: SurfelMapperState
     T_map_base: Pose2D
     """The last estimate ..."""
     T_odom_base: Pose2D | None
@@ -30,27 +30,27 @@ class SavedSlam:
 
 
 def save(slam: LineSlam) -> SavedSlam | None:
-    """What ``resume`` needs; None where the map is not this project's own, and is not saved."""
+    """Save the state for ``resume`` and ``relocate``; None where the map is not this project's own."""
     if not isinstance(slam.mapper, SurfelMapper):
         return None
-    return SavedSlam(slam.mapper.memory, slam.T_map_base, slam.last_odometry, slam.last_mapped)
+    return SavedSlam(slam.mapper.state, slam.T_map_base, slam.T_odom_base, slam.T_map_mapped)
 
 
 def resume(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> LineSlam:
-    """The method as if it had never stopped: the next scan and its odometry continue the same run."""
+    """Continue as if the method had never stopped, with the next scan and odometry of the same run."""
     slam = LineSlam(config, T_base_laser, saved.T_map_base)
-    slam.mapper = _mapper(config, T_base_laser, saved.memory)
-    slam.last_odometry, slam.last_mapped = saved.T_odom_base, saved.T_map_mapped
+    slam.mapper = _mapper(config, T_base_laser, saved.mapper)
+    slam.T_odom_base, slam.T_map_mapped = saved.T_odom_base, saved.T_map_mapped
     return slam
 
 
 def relocate(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam, T_map_base: Pose2D) -> LineSlam:
-    """The method in the saved map with a robot that begins anew there, its odometry too."""
+    """Continue in the saved map with a robot that begins anew at ``T_map_base``, and its odometry with it."""
     slam = LineSlam(config, T_base_laser, T_map_base)
-    slam.mapper = _mapper(config, T_base_laser, saved.memory.standing(T_map_base, SET_DOWN))
+    slam.mapper = _mapper(config, T_base_laser, saved.mapper.relocated(T_map_base, RELOCATION_COVARIANCE))
     return slam
 
 
-def _mapper(config: SlamConfig, T_base_laser: Pose2D, memory: SurfelMemory) -> SurfelMapper:
+def _mapper(config: SlamConfig, T_base_laser: Pose2D, state: SurfelMapperState) -> SurfelMapper:
     assert isinstance(config.matching, LeastSquaresConfig)
-    return SurfelMapper(memory, config.matching, T_base_laser, config.odometry)
+    return SurfelMapper(state, config.matching, T_base_laser, config.odometry)

@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from slam.config import SlamConfig
 from slam.line_slam import LineSlam
-from slam.mapping.directions import MOST, Directions
-from slam.matching.compass import Compass
-from slam.matching.main_heading import turn_to_main
+from slam.mapping.directions import MAX_CLUSTERS, Directions
+from slam.matching.wall_heading import WallHeading, turn_to_main
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
@@ -27,7 +26,7 @@ EXACT = radians(0.3) ** 2  # the least variance of a direction
 def learnt(theta: FloatArray, length: float = 5.0, variance: float = 0.0) -> Directions:
     directions = Directions()
     for one in theta:
-        directions.learn(np.array([one]), np.array([variance]), np.array([length]))
+        directions.add(np.array([[one, variance, length]]))
     return directions
 
 
@@ -103,9 +102,9 @@ def test_a_mean_stands_still_once_much_was_seen_while_the_heading_drifts() -> No
     directions = learnt(np.zeros(250))
     drifting = np.linspace(0.0, radians(1.5), 2000)
     for one in drifting:
-        directions.learn(np.array([one]), np.zeros(1), np.array([5.0]))
+        directions.add(np.array([[one, 0.0, 5.0]]))
     assert apart(directions.main[0, 0], 0.0) < 1e-12
-    assert directions.clusters.shape == (MOST, 3)
+    assert directions.clusters.shape == (MAX_CLUSTERS, 3)
 
 
 def test_the_heading_of_three_walls() -> None:
@@ -126,9 +125,9 @@ def test_walls_that_do_not_tell(walls: FloatArray, main: FloatArray) -> None:
     assert turn_to_main(walls, main, 0.0, radians(8.0)) == (0.0, np.inf)
 
 
-def test_a_compass_without_directions_leaves_the_prior_to_the_last_bit() -> None:
+def test_without_directions_the_walls_leave_the_prior_to_the_last_bit() -> None:
     prior, information = np.array([1.0, 2.0, 0.3]), np.diag([1e4, 1e4, 1e3])
-    better, surer = Compass(Directions()).steer(prior, information, 0.3, 0.1)
+    better, surer = WallHeading(Directions()).refine_prior(prior, information, 0.3, 0.1)
     assert better is prior
     assert surer is information
 

@@ -10,7 +10,13 @@ from hypothesis import strategies as st
 from slam.config import ForceFieldConfig, HoppingConfig
 from slam.lines.hopping import segments_by_hopping
 from slam.lines.segments import Segments
-from slam.matching.force_field import _correction, _lines, match_points_to_segments
+from slam.matching.force_field import (
+    _constants,
+    _correction,
+    _lines,
+    _weighted_correction,
+    match_points_to_segments,
+)
 from slam.matching.match import NO_MATCH
 from slam.pose import FloatArray, Pose2D
 
@@ -59,7 +65,7 @@ def test_the_compiled_forces_are_the_printed_ones(seed: int, kappa: float) -> No
     segments = segments_by_hopping(room(Pose2D(), 0.01, seed), HoppingConfig())
     w = room(Pose2D(0.03, -0.02, 0.02), 0.01, seed + 1)[::5]
     x, y = np.ascontiguousarray(w.T)
-    fx, fy, M = _correction(x, y, _lines(segments), False, config.gamma_f, kappa, config.epsilon, config.gamma_M)
+    fx, fy, M = _correction(x, y, _lines(segments), _constants(config))
     f_printed, M_printed = printed_correction(w, segments, config)
     np.testing.assert_allclose([fx, fy], f_printed, rtol=1e-9, atol=1e-15)
     assert M == pytest.approx(M_printed, rel=1e-9, abs=1e-15)
@@ -80,7 +86,7 @@ def test_the_weighted_average_divides_by_the_weights(seed: int, kappa: float) ->
     pairs = len(segments) * len(w) / config.gamma_f
     f_printed, M_printed = printed_correction(w, segments, config)
     x, y = np.ascontiguousarray(w.T)
-    fx, fy, M = _correction(x, y, lines, True, config.gamma_f, kappa, config.epsilon, config.gamma_M)
+    fx, fy, M = _weighted_correction(x, y, lines, _constants(config))
     np.testing.assert_allclose([fx, fy], f_printed * pairs / weight, rtol=1e-9, atol=1e-15)
     assert M == pytest.approx(M_printed * pairs / inertia, rel=1e-9, abs=1e-15)
 
@@ -153,11 +159,8 @@ def test_with_the_printed_gains_the_update_is_plain_descent() -> None:
 def test_the_force_peaks_where_it_should() -> None:
     """Fig. 10: the force of one segment on one point, largest at |lambda| = (epsilon / 2)^(1/3)."""
     wall = segments_by_hopping(np.column_stack([np.linspace(-1, 1, 60), np.full(60, 1.0)]), HoppingConfig())
-    offsets = np.linspace(0.001, 0.2, 400)
-    forces = [
-        hypot(*_correction(np.zeros(1), np.array([1.0 - d]), _lines(wall), False, 1.0, 3.0, 1e-4, 0.0)[:2])
-        for d in offsets
-    ]
+    offsets, constants = np.linspace(0.001, 0.2, 400), _constants(ForceFieldConfig())
+    forces = [hypot(*_correction(np.zeros(1), np.array([1.0 - d]), _lines(wall), constants)[:2]) for d in offsets]
     assert offsets[int(np.argmax(forces))] == pytest.approx((1e-4 / 2) ** (1 / 3), abs=0.001)
 
 

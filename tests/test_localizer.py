@@ -64,19 +64,19 @@ def test_it_finds_itself_anywhere_and_leaves_the_map(
     saved: SavedSlam, look: Look, x: float, y: float, theta: float
 ) -> None:
     path = loop(Pose2D(x, y, theta), 15)
-    before = saved.memory.map.surfels.copy()
-    localizer = LineLocalizer(SlamConfig(), MOUNT, saved.memory.map)
+    before = saved.mapper.map.surfels.copy()
+    localizer = LineLocalizer(SlamConfig(), MOUNT, saved.mapper.map)
     drive(look, localizer, path, Pose2D())
     assert localizer.sure
     assert localizer.T_map_base.distance(path[-1]) < 0.03
     assert abs(localizer.T_map_base.between(path[-1]).theta) < np.radians(1.0)
-    assert np.array_equal(saved.memory.map.surfels, before)
+    assert np.array_equal(saved.mapper.map.surfels, before)
 
 
 def test_without_odometry_it_finds_itself_by_the_scans_alone(saved: SavedSlam, look: Look) -> None:
     path, localizer = (
         loop(Pose2D(1.0, 0.5, 2.0), 30),
-        LineLocalizer(SlamConfig(odometry=False), MOUNT, saved.memory.map),
+        LineLocalizer(SlamConfig(odometry=False), MOUNT, saved.mapper.map),
     )
     for k, pose in enumerate(path):
         localizer.update(look(pose, k), Odometry(0.1 * k, Pose2D()))
@@ -85,7 +85,7 @@ def test_without_odometry_it_finds_itself_by_the_scans_alone(saved: SavedSlam, l
 
 
 def test_moved_without_being_told_it_is_lost_and_finds_itself_again(saved: SavedSlam, look: Look) -> None:
-    localizer = LineLocalizer(SlamConfig(), MOUNT, saved.memory.map, Pose2D())
+    localizer = LineLocalizer(SlamConfig(), MOUNT, saved.mapper.map, Pose2D())
     wheels = drive(look, localizer, loop(Pose2D(), 10), Pose2D())
     assert localizer.sure
     path, lost = loop(Pose2D(2.5, 0.8, 2.0), 40), False
@@ -99,7 +99,7 @@ def test_moved_without_being_told_it_is_lost_and_finds_itself_again(saved: Saved
 
 def test_in_another_building_it_is_never_sure(saved: SavedSlam, scan_of: Callable[..., LaserScan]) -> None:
     hall = np.array([[-1, -1.3], [1.2, -1.0], [1.6, 1.4], [0.3, 2.0], [-1.4, 1.1], [-1, -1.3]], float)
-    localizer = LineLocalizer(SlamConfig(), MOUNT, saved.memory.map)
+    localizer = LineLocalizer(SlamConfig(), MOUNT, saved.mapper.map)
     for k, pose in enumerate(loop(Pose2D(0.0, -0.3, 0.0), 30)):
         assert localizer.update(scan_of(hall, pose @ MOUNT, k), Odometry(0.1 * k, pose)).lost
 
@@ -126,8 +126,7 @@ def test_bounds_are_never_below_any_score_of_their_block() -> None:
     pictures = random.integers(0, 64, (9, 60, 60), np.uint8)
     facets = np.zeros((5, 7))
     facets[:, :2] = random.uniform(-1, 1, (5, 2))
-    first = np.array([20, 20])
-    bounds = _bounds(facets, first, 4, 4, 6, _pooled(pictures))
+    bounds = _bounds(facets, 20, (6, 4, 4), _pooled(pictures))
     for a in range(6):
         places = Pose2D(theta=a * np.pi / 3).transform(facets[:, :2]) / 0.1
         shifts = np.floor(places + 0.5).astype(int)

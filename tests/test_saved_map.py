@@ -123,7 +123,7 @@ def test_a_map_from_before_there_were_directions_is_read(half: tuple[LineSlam, P
     document = json.loads(path.read_text())
     assert document.pop("directions")["total"] > 0.0
     path.write_text(json.dumps(document))
-    assert read_map(path, SlamConfig()).memory.directions.total == 0.0
+    assert read_map(path, SlamConfig()).mapper.directions.total == 0.0
 
 
 def test_what_is_no_map_is_refused(half: tuple[LineSlam, Path], tmp_path: Path) -> None:

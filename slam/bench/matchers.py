@@ -19,12 +19,12 @@ from slam.config import (
 )
 from slam.lines.extraction import extract_segments
 from slam.lines.facets import facets_of
-from slam.mapping.drift import Drift
+from slam.mapping.map_uncertainty import MapUncertainty
 from slam.mapping.point_map import PointMap
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.force_field import match_points_to_segments
 from slam.matching.surfel_mapper import SurfelMapper
-from slam.matching.surfel_memory import SurfelMemory
+from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.named_code import import_optional
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
@@ -62,9 +62,9 @@ class OurMatcher:
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
         """Extraction, facets, match."""
-        memory = SurfelMemory(self._map, Drift(), start, None, START_COVARIANCE)
+        state = SurfelMapperState(self._map, MapUncertainty(), start, None, START_COVARIANCE)
         segments = extract_segments(scan, self._config.lines)
-        match = SurfelMapper(memory, self._matching, Pose2D()).locate(scan, segments, start)
+        match = SurfelMapper(state, self._matching, Pose2D()).locate(scan, segments, start)
         return start @ match.T_prior_laser
 
 

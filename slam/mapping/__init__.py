@@ -1,1 +1,1 @@
-"""Scans and poses to a map: the points of section 4.1, and the line segments seen from each pose."""
+"""Maps made of scans and poses: the points and lines of section 4.1, and the surfels of this project."""

@@ -5,19 +5,15 @@ It grows with the area that was seen and not with time: a cell has one surfel fo
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 
 from slam.config import SurfelMapConfig
-from slam.lines.segments import IntArray
-from slam.mapping.surfel_updates import HITS, NX, NY, Grid, carve, free_ranges, put, room
+from slam.mapping.free_space import carve, free_beams
+from slam.mapping.surfel_grid import ALIVE, HITS, NX, NY, TAKEN, Grid, empty_grid, room_needed, with_room
+from slam.mapping.surfel_updates import put
 from slam.mapping.wall_segments import wall_segments
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
-
-MARGIN: Final = 64
-"""Cells by which the grid is made larger than what it must cover."""
 
 
 class SurfelMap:
@@ -25,23 +21,16 @@ class SurfelMap:
 
     def __init__(self, config: SurfelMapConfig, grid: Grid | None = None) -> None:
         self.config = config
-        self.grid = grid or Grid(
-            head=np.full((2 * MARGIN, 2 * MARGIN), -1, np.int32),
-            next=np.full(1024, -1, np.int32),
-            surfels=np.zeros((1024, 7)),
-            corner=np.array([-MARGIN, -MARGIN]),
-            cell=config.cell,
-            used=np.array([0, -1, 0]),
-        )
+        self.grid = grid or empty_grid(config.cell)
 
     def __len__(self) -> int:
         """Number of surfels."""
-        return int(self.grid.used[2])
+        return int(self.grid.counts[ALIVE])
 
     @property
     def surfels(self) -> FloatArray:
-        """All there are, as in surfel_updates.py, shape (S, 7), map frame."""
-        taken = self.grid.surfels[: self.grid.used[0]]
+        """All that are alive, with the columns of surfel_grid.py, shape (S, 7), map frame."""
+        taken = self.grid.surfels[: self.grid.counts[TAKEN]]
         return taken[taken[:, HITS] > 0.0]
 
     @property
@@ -53,7 +42,7 @@ class SurfelMap:
     def ends(self) -> FloatArray:
         """Start and end of every wall, shape (M, 2, 2): [wall, start or end, x or y]; metres, map frame."""
         surfels = self.surfels
-        return wall_segments(surfels[(surfels[:, NX] != 0.0) | (surfels[:, NY] != 0.0)], self.config.cell).ends
+        return wall_segments(surfels[(surfels[:, NX] != 0.0) | (surfels[:, NY] != 0.0)], self.config.cell)
 
     @property
     def nbytes(self) -> int:
@@ -64,26 +53,7 @@ class SurfelMap:
         """Put the facets (F, 7) of a scan into the map, and let fade what its beams went through."""
         config, pose = self.config, T_map_laser.as_array()
         if len(facets):
-            self._cover(*room(facets, pose, self.grid.cell))
+            self.grid = with_room(self.grid, *room_needed(facets, pose, config.cell))
             put(self.grid, facets, pose, config.gate, float(config.max_hits), config.pose_sigma)
-        free = free_ranges(scan.ranges, scan.range_min, scan.range_max, config.no_echo_reach)
-        carve(
-            self.grid, free, scan.angle_min, scan.angle_increment, pose, config.carve_reach, config.free_margin,
-            config.miss_ratio,
-        )  # fmt: skip
-
-    def _cover(self, low: IntArray, high: IntArray, most: int) -> None:
-        """Make room for so many surfels in the cells from ``low`` to ``high``, rows and columns (2,)."""
-        grid, shape = self.grid, np.array(self.grid.head.shape)
-        if (low < grid.corner).any() or (high >= grid.corner + shape).any():
-            corner = np.minimum(grid.corner, low - MARGIN)
-            head = np.full(np.maximum(grid.corner + shape, high + MARGIN) - corner, -1, np.int32)
-            row, column = grid.corner - corner
-            head[row : row + shape[0], column : column + shape[1]] = grid.head
-            grid = grid._replace(head=head, corner=corner)
-        if grid.used[0] + most > len(grid.surfels):
-            size = 2 * len(grid.surfels) + most
-            surfels, following = np.zeros((size, 7)), np.full(size, -1, np.int32)
-            surfels[: len(grid.surfels)], following[: len(grid.next)] = grid.surfels, grid.next
-            grid = grid._replace(surfels=surfels, next=following)
-        self.grid = grid
+        beams = free_beams(scan, config.no_echo_reach)
+        carve(self.grid, beams, pose, config.carve_reach, config.free_margin, config.miss_ratio)

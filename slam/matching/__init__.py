@@ -1,1 +1,1 @@
-"""Segments of the present scan and points of the map to a pose: section 4.2."""
+"""Matchers of a scan to the map: the force field of section 4.2, and least squares on surfels."""

@@ -1,4 +1,4 @@
-"""Where a scan could be, by trying every pose of a window: correlative search, compiled.
+"""Correlative search, compiled: every pose of a window is tried for a scan.
 
 The map near the scan is drawn into nine pictures, one for each of eight directions that a wall may face and one for
 clusters, so that a facet finds support only on what faces its way. For every heading the pictures, each shifted by a
@@ -11,12 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.compiled import compiled
-from slam.mapping.surfel_updates import Grid
+from slam.lines.facets import NX, NY, X, Y
+from slam.mapping.surfel_grid import Grid
 from slam.pose import FloatArray
 
+SCORE, PLACE_X, PLACE_Y, HEADING = range(4)
+"""Columns of the places (N, 4) that a search finds."""
 SIDES = 8
 CLUSTERS = 8  # the number of their picture
-FULL = 63.0  # grey value on a wall: 1000 facets fit into 16 bits
+FULL_GREY = 63.0  # grey value on a wall: 1000 facets fit into 16 bits
 PIXEL = 0.10  # metres
 BLUR = 0.15  # metres: farther than this from a wall it is as good as nowhere
 TURN = 0.02  # radians from one heading to the next
@@ -27,7 +30,7 @@ def best_of_window(
     facets: FloatArray, prior: FloatArray, information: FloatArray, half_width: float, half_angle: float, reach: float,
     grid: Grid,
 ) -> FloatArray:  # fmt: skip
-    """The best place for every heading: rows of score, x, y, theta; the score counts facets on walls.
+    """The best place for every heading, (A, 4); the score counts facets on walls.
 
     ``information`` (3, 3) is the prior's, already weighed: half the squared Mahalanobis distance is taken off.
     """
@@ -42,15 +45,16 @@ def best_of_window(
     for a in range(-m, m + 1):
         theta = prior[2] + a * TURN
         _add_up(facets, prior[0] - x0, prior[1] - y0, theta, reach, pictures, scores)
-        best[a + m, 0] = -np.inf
+        best[a + m, SCORE] = -np.inf
         for i in range(2 * n + 1):
             for j in range(2 * n + 1):
                 dx, dy = (j - n) * PIXEL, (i - n) * PIXEL
                 cost = dx * (xx * dx + 2.0 * xy * dy + xt * a) + dy * (yy * dy + yt * a) + tt * a * a
-                score = scores[i, j] / FULL - cost if scores[i, j] > 0 else -np.inf
-                if score > best[a + m, 0]:
-                    best[a + m, 0], best[a + m, 1], best[a + m, 2] = score, prior[0] + dx, prior[1] + dy
-        best[a + m, 3] = theta
+                score = scores[i, j] / FULL_GREY - cost if scores[i, j] > 0 else -np.inf
+                if score > best[a + m, SCORE]:
+                    best[a + m, SCORE] = score
+                    best[a + m, PLACE_X], best[a + m, PLACE_Y] = prior[0] + dx, prior[1] + dy
+        best[a + m, HEADING] = theta
     return best
 
 
@@ -74,18 +78,18 @@ def draw(grid: Grid, x0: float, y0: float, size: int) -> NDArray[np.uint8]:
 def _draw_one(pictures: NDArray[np.uint8], s: FloatArray, x0: float, y0: float, half: float) -> None:
     """Draw a surfel into the pictures of the two sides next to its normal."""
     size = pictures.shape[1]
-    wall = s[2] != 0.0 or s[3] != 0.0
+    wall = s[NX] != 0.0 or s[NY] != 0.0
     first = second = CLUSTERS
     if wall:
-        first = int(np.floor(np.arctan2(s[3], s[2]) * SIDES / (2.0 * np.pi))) % SIDES
+        first = int(np.floor(np.arctan2(s[NY], s[NX]) * SIDES / (2.0 * np.pi))) % SIDES
         second = (first + 1) % SIDES
-    i0, j0, span = int((s[1] - y0) / PIXEL), int((s[0] - x0) / PIXEL), int((half + BLUR) / PIXEL) + 1
+    i0, j0, span = int((s[Y] - y0) / PIXEL), int((s[X] - x0) / PIXEL), int((half + BLUR) / PIXEL) + 1
     for i in range(max(i0 - span, 0), min(i0 + span + 1, size)):
         for j in range(max(j0 - span, 0), min(j0 + span + 1, size)):
-            dx, dy = x0 + (j + 0.5) * PIXEL - s[0], y0 + (i + 0.5) * PIXEL - s[1]
-            across = abs(dx * s[2] + dy * s[3]) if wall else np.sqrt(dx * dx + dy * dy)
-            if across < BLUR and (not wall or abs(dx * s[3] - dy * s[2]) < half + 0.5 * PIXEL):
-                grey = np.uint8(FULL * (1.0 - (across / BLUR) ** 2))
+            dx, dy = x0 + (j + 0.5) * PIXEL - s[X], y0 + (i + 0.5) * PIXEL - s[Y]
+            across = abs(dx * s[NX] + dy * s[NY]) if wall else np.sqrt(dx * dx + dy * dy)
+            if across < BLUR and (not wall or abs(dx * s[NY] - dy * s[NX]) < half + 0.5 * PIXEL):
+                grey = np.uint8(FULL_GREY * (1.0 - (across / BLUR) ** 2))
                 pictures[first, i, j] = max(pictures[first, i, j], grey)
                 pictures[second, i, j] = max(pictures[second, i, j], grey)
 
@@ -109,7 +113,7 @@ def _add_up(
     n = len(scores) // 2
     scores[:] = 0
     for f in range(len(facets)):
-        fx, fy, fnx, fny = facets[f, 0], facets[f, 1], facets[f, 2], facets[f, 3]
+        fx, fy, fnx, fny = facets[f, X], facets[f, Y], facets[f, NX], facets[f, NY]
         if fx * fx + fy * fy >= reach * reach:
             continue
         side = picture_of(fnx, fny, c, s)

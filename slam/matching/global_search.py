@@ -1,4 +1,4 @@
-"""Where in the whole map a scan could be, from nothing: every place and every heading, compiled.
+"""Search of the whole map for a scan, from nothing, compiled: every place and every heading is tried.
 
 The pictures of the map are those of coarse_search.py. Each is also pooled, so that a pixel holds the greatest grey
 value of a block: with these, a heading and a block of places get an upper bound of their score at once, and only the
@@ -14,21 +14,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.compiled import compiled, wrapped
+from slam.lines.facets import NX, NY, X, Y
+from slam.lines.segments import IntArray
 from slam.mapping.surfel_map import SurfelMap
-from slam.matching.coarse_search import FULL, PIXEL, draw, picture_of
+from slam.matching.coarse_search import FULL_GREY, HEADING, PIXEL, PLACE_X, PLACE_Y, SCORE, draw, picture_of
 from slam.pose import FloatArray
 
 BLOCK = 4  # pixels along a side of a block
 HEADINGS: Final = 160
 """Headings tried: 0.04 rad apart."""
-OPENED: Final = 4000
-"""Blocks that are looked into."""
-APART: Final = 0.4, 0.2
+MAX_BLOCKS: Final = 4000
+"""Blocks that are looked into, those of the highest bounds."""
+MIN_DISTANCE, MIN_ANGLE = 0.4, 0.2
 """Two places are different when they are so far apart: metres and radians."""
-FARTHEST: Final = 15.0
+REACH: Final = 15.0
 """Pieces of the scan farther than this take no part, metres."""
-MOST_FACETS: Final = 300
-"""Of a scan, that take part: grey values of more do not fit into 16 bits."""
+MAX_FACETS: Final = 300
+"""Facets of a scan that take part: grey values of more do not fit into 16 bits."""
+PICTURE, ROWS, COLUMNS = range(3)
+"""Columns of shifts (F, 3): in which picture a facet looks for its wall, and how many pixels from the laser."""
 
 Pictures = NDArray[np.uint8]
 
@@ -39,27 +43,27 @@ class GlobalSearch:
     def __init__(self, surfel_map: SurfelMap) -> None:
         centres = surfel_map.points
         low, high = (centres.min(axis=0), centres.max(axis=0)) if len(centres) else (np.zeros(2), np.zeros(2))
-        self._low = low - FARTHEST - 1.0
-        self._blocks = np.ceil((high - low) / (BLOCK * PIXEL)).astype(np.int64) + 1
-        size = int(np.ceil((high - low).max() / PIXEL)) + 2 * int((FARTHEST + 1.0) / PIXEL) + 2 * BLOCK
-        self._first = np.array([round((FARTHEST + 1.0) / PIXEL)] * 2, np.int64)  # of the pixels where the laser may be
+        self._low = low - REACH - 1.0
+        columns, rows = (np.ceil((high - low) / (BLOCK * PIXEL)).astype(np.int64) + 1).tolist()
+        self._shape = HEADINGS, rows, columns  # of the headings and blocks of places that are tried
+        size = int(np.ceil((high - low).max() / PIXEL)) + 2 * int((REACH + 1.0) / PIXEL) + 2 * BLOCK
+        self._first = round((REACH + 1.0) / PIXEL)  # row and column of pixels where the laser may be
         self._pictures = draw(surfel_map.grid, float(self._low[0]), float(self._low[1]), size)
         self._pooled = _pooled(self._pictures)
 
     def places(self, facets: FloatArray, most: int) -> FloatArray:
-        """Up to ``most`` poses of the laser, (N, 4): share of the facets (F, 7) that lie on walls, x, y, theta; the
-        best first, and no two of them nearer than APART."""
-        near = np.ascontiguousarray(facets[np.hypot(facets[:, 0], facets[:, 1]) < FARTHEST])
-        near = near[:: len(near) // MOST_FACETS + 1]
+        """Up to ``most`` poses of the laser, (N, 4); the score is the share of the facets (F, 7) that lie on walls. The
+        best come first, and no two are the same place."""
+        near = np.ascontiguousarray(facets[np.hypot(facets[:, X], facets[:, Y]) < REACH])
+        near = near[:: len(near) // MAX_FACETS + 1]
         if not len(near):
             return np.empty((0, 4))
-        bounds = _bounds(near, self._first, self._blocks[0], self._blocks[1], HEADINGS, self._pooled)
-        flat = bounds.ravel()
-        opened = np.argpartition(-flat.astype(np.int32), min(OPENED, flat.size - 1))[:OPENED]
-        rows = _open(near, self._first, np.array(bounds.shape), np.sort(opened), self._pictures)
-        rows[:, 0] /= FULL * len(near)
-        rows[:, 1:3] = self._low + (rows[:, 1:3] + 0.5) * PIXEL
-        return _apart(rows[np.argsort(-rows[:, 0], kind="stable")], most, *APART)
+        bounds = _bounds(near, self._first, self._shape, self._pooled).ravel()
+        opened = np.argpartition(-bounds.astype(np.int32), min(MAX_BLOCKS, bounds.size - 1))[:MAX_BLOCKS]
+        found = _open(near, self._first, self._shape, np.sort(opened), self._pictures)
+        found[:, SCORE] /= FULL_GREY * len(near)
+        found[:, [PLACE_X, PLACE_Y]] = self._low + (found[:, [PLACE_X, PLACE_Y]] + 0.5) * PIXEL
+        return _distinct(found[np.argsort(-found[:, SCORE], kind="stable")], most)
 
 
 @compiled
@@ -85,65 +89,64 @@ def _pooled(pictures: Pictures) -> Pictures:
 def _shift(facet: FloatArray, theta: float) -> tuple[int, int, int]:
     """Picture, and rows and columns from the laser, of a facet when the laser heads there."""
     c, s = np.cos(theta), np.sin(theta)
-    di = int(np.floor((s * facet[0] + c * facet[1]) / PIXEL + 0.5))
-    dj = int(np.floor((c * facet[0] - s * facet[1]) / PIXEL + 0.5))
-    return picture_of(facet[2], facet[3], c, s), di, dj
+    di = int(np.floor((s * facet[X] + c * facet[Y]) / PIXEL + 0.5))
+    dj = int(np.floor((c * facet[X] - s * facet[Y]) / PIXEL + 0.5))
+    return picture_of(facet[NX], facet[NY], c, s), di, dj
 
 
 @compiled
-def _bounds(
-    facets: FloatArray, first: NDArray[np.int64], columns: int, rows: int, headings: int, pooled: Pictures
-) -> NDArray[np.uint16]:
-    """Upper bound of the score for every heading and block of places: (headings, rows, columns)."""
-    bounds = np.zeros((headings, rows, columns), np.uint16)
+def _bounds(facets: FloatArray, first: int, shape: tuple[int, int, int], pooled: Pictures) -> NDArray[np.uint16]:
+    """Upper bound of the score for every heading and block of places, of this shape: headings, rows, columns."""
+    headings, rows, columns = shape
+    bounds = np.zeros(shape, np.uint16)
     for a in range(headings):
         for f in range(len(facets)):
             side, di, dj = _shift(facets[f], a * 2.0 * np.pi / headings)
             for i in range(rows):
-                line = pooled[side, first[1] + i * BLOCK + di]
+                line = pooled[side, first + i * BLOCK + di]
                 for j in range(columns):
-                    bounds[a, i, j] += line[first[0] + j * BLOCK + dj]
+                    bounds[a, i, j] += line[first + j * BLOCK + dj]
     return bounds
 
 
 @compiled
 def _open(
-    facets: FloatArray, first: NDArray[np.int64], shape: NDArray[np.int64], blocks: NDArray[np.int64],
-    pictures: Pictures,
-) -> FloatArray:  # fmt: skip
-    """The best place of each of these blocks (B,): rows of score, column, row, heading (radians)."""
+    facets: FloatArray, first: int, shape: tuple[int, int, int], blocks: IntArray, pictures: Pictures
+) -> FloatArray:
+    """The best place of each of these blocks (B,), which are numbered as in ``_bounds``: (B, 4), x and y in pixels."""
+    headings, rows, columns = shape
     found = np.zeros((len(blocks), 4))
     shifts = np.empty((len(facets), 3), np.int64)
     last = -1
     for b in range(len(blocks)):
-        a, place = blocks[b] // (shape[1] * shape[2]), blocks[b] % (shape[1] * shape[2])
-        i0, j0 = first[1] + place // shape[2] * BLOCK, first[0] + place % shape[2] * BLOCK
-        theta = a * 2.0 * np.pi / shape[0]
+        a, place = blocks[b] // (rows * columns), blocks[b] % (rows * columns)
+        i0, j0 = first + place // columns * BLOCK, first + place % columns * BLOCK
+        theta = a * 2.0 * np.pi / headings
         if a != last:
             last = a
             for f in range(len(facets)):
-                shifts[f, 0], shifts[f, 1], shifts[f, 2] = _shift(facets[f], theta)
-        found[b, 0] = -1.0
+                shifts[f, PICTURE], shifts[f, ROWS], shifts[f, COLUMNS] = _shift(facets[f], theta)
+        found[b, SCORE] = -1.0
         for i in range(i0, i0 + BLOCK):
             for j in range(j0, j0 + BLOCK):
                 score = 0.0
                 for f in range(len(facets)):
-                    score += pictures[shifts[f, 0], i + shifts[f, 1], j + shifts[f, 2]]
-                if score > found[b, 0]:
-                    found[b, 0], found[b, 1], found[b, 2], found[b, 3] = score, j, i, theta
+                    score += pictures[shifts[f, PICTURE], i + shifts[f, ROWS], j + shifts[f, COLUMNS]]
+                if score > found[b, SCORE]:
+                    found[b, SCORE], found[b, PLACE_X], found[b, PLACE_Y], found[b, HEADING] = score, j, i, theta
     return found
 
 
 @compiled
-def _apart(rows: FloatArray, most: int, distance: float, angle: float) -> FloatArray:
-    """Of rows (N, 4), the best first, those that lie near none before them; ``most`` at most."""
+def _distinct(rows: FloatArray, most: int) -> FloatArray:
+    """Those of the places (N, 4), the best first, that lie near none before them; ``most`` at most."""
     chosen, count = np.empty((most, 4)), 0
     for k in range(len(rows)):
         alone = count < most
         for other in range(count):
-            turn = wrapped(rows[k, 3] - chosen[other, 3])
-            near = np.hypot(rows[k, 1] - chosen[other, 1], rows[k, 2] - chosen[other, 2]) < distance
-            alone = alone and not (near and abs(turn) < angle)
+            turn = wrapped(rows[k, HEADING] - chosen[other, HEADING])
+            dx, dy = rows[k, PLACE_X] - chosen[other, PLACE_X], rows[k, PLACE_Y] - chosen[other, PLACE_Y]
+            alone = alone and not (np.hypot(dx, dy) < MIN_DISTANCE and abs(turn) < MIN_ANGLE)
         if alone:
             chosen[count] = rows[k]
             count += 1

@@ -1,4 +1,4 @@
-"""What LineSlam asks of a matcher and its map; those of the settings by name."""
+"""The Mapper protocol, a matcher with its map as LineSlam uses it; and the mapper that the settings name."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from slam.matching.match import Match
 from slam.matching.own_mapper import OwnMapper
 from slam.matching.paper_mapper import PaperMapper
 from slam.matching.surfel_mapper import SurfelMapper
-from slam.matching.surfel_memory import SurfelMemory
+from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
 
 class Points(Protocol):
-    """What of the map is shown as points."""
+    """The part of the map that is shown as points."""
 
     @property
     def points(self) -> FloatArray:
@@ -27,7 +27,7 @@ class Points(Protocol):
 
 
 class Lines(Protocol):
-    """What of the map is shown as lines."""
+    """The part of the map that is shown as lines."""
 
     @property
     def ends(self) -> FloatArray:
@@ -60,4 +60,4 @@ def make_mapper(config: SlamConfig, T_base_laser: Pose2D, seed: int) -> Mapper:
         return PaperMapper(config.map, config.matching, T_base_laser, seed)
     assert isinstance(config.matching, LeastSquaresConfig)
     assert isinstance(config.map, SurfelMapConfig)
-    return SurfelMapper(SurfelMemory.empty(config.map), config.matching, T_base_laser, config.odometry)
+    return SurfelMapper(SurfelMapperState.empty(config.map), config.matching, T_base_laser, config.odometry)

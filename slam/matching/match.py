@@ -1,4 +1,4 @@
-"""What comes out of matching a scan to the map, whatever the method."""
+"""The result of matching a scan to the map, whatever the method."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ class Match:
     iterations: int
     converged: bool
     points: int
-    """What took part: map points N* of the paper's matcher, pieces of the scan of the project's own."""
+    """Number that took part: map points N* of the paper's matcher, pieces of the scan of the project's own."""
     inliers: float = 0.0
-    """How many of them agree with the map, each by its weight."""
+    """Those of them that agree with the map, each by its weight."""
     covariance: FloatArray | None = None
-    """Of the base's x, y, theta in the map frame, (3, 3); m^2, m rad and rad^2; None where the method gives none."""
+    """Covariance (3, 3) of the base's x, y, theta in the map; m^2, m rad, rad^2; None where the method gives none."""
     unconstrained: FloatArray | None = None
     """Unit directions (K, 3) of x, y and lever times theta, map frame, in which the scan said nothing and the prior
     stands; None where the method does not tell."""
     searched: bool = False
-    """Whether the coarse search was asked."""
+    """True where the coarse search was used."""
     lost: bool = False
-    """Whether the last scans did not fit the map."""
+    """True where the last scans did not fit the map."""
 
 
 NO_MATCH = Match(Pose2D(), iterations=0, converged=False, points=0)

@@ -1,4 +1,4 @@
-"""A matcher of the user's own with its map, checked at every call."""
+"""A matcher of the user's own with its map, both checked at every call."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from typing import Any
 from slam.config import OwnMethod
 from slam.lines.segments import Segments
 from slam.matching.match import Match
-from slam.matching.own_map import OwnLines, OwnPoints
 from slam.named_code import call
 from slam.own_checks import expect, expect_array, expect_numbers, expect_parts
-from slam.pose import Pose2D
+from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
 
@@ -50,6 +49,35 @@ class OwnMapper:
 
     def _call(self, name: str, *arguments: Any) -> Any:
         return call(f"{self._place}.{name}", getattr(self._mapper, name), *arguments)
+
+
+class OwnPoints:
+    """The part of the map that is shown as points; InputError where it cannot be."""
+
+    def __init__(self, place: str, part: Any) -> None:
+        expect_parts(place, part, ("points", "__len__"), "set of points")
+        self._place, self._part = place, part
+
+    @property
+    def points(self) -> FloatArray:
+        """Shape (N, 2), metres, map frame."""
+        return expect_array(f"{self._place}.points", self._part.points, (None, 2))
+
+    def __len__(self) -> int:
+        return len(self._part)
+
+
+class OwnLines:
+    """The part of the map that is shown as lines; InputError where it cannot be."""
+
+    def __init__(self, place: str, part: Any) -> None:
+        expect_parts(place, part, ("ends",), "set of lines")
+        self._place, self._part = place, part
+
+    @property
+    def ends(self) -> FloatArray:
+        """Shape (M, 2, 2): [line, start or end, x or y]; metres, map frame."""
+        return expect_array(f"{self._place}.ends", self._part.ends, (None, 2, 2))
 
 
 def _check_numbers(what: str, match: Match) -> None:

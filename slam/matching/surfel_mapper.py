@@ -2,89 +2,75 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import sqrt
-from typing import NamedTuple
 
 import numpy as np
 
 from slam.config import LeastSquaresConfig
 from slam.lines.facets import facets_of
 from slam.lines.segments import Segments
-from slam.matching.coarse_search import best_of_window
-from slam.matching.compass import Compass
-from slam.matching.least_squares import Settings, fuse, solve
+from slam.matching.coarse_search import HEADING, PLACE_X, SCORE, best_of_window
+from slam.matching.least_squares import Fit, SolverSettings, fuse, solve
 from slam.matching.match import Match
-from slam.matching.surfel_memory import SurfelMemory
+from slam.matching.surfel_mapper_state import SurfelMapperState
+from slam.matching.wall_heading import WallHeading
 from slam.motion_model import motion_covariance, propagate
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import LaserScan
 
-APART = 0.05  # radians between two headings of the search that are followed up ...
-FOLLOWED = 5  # ... so many at most
-LEAST_SEARCH = 0.3, 0.1  # metres and radians: the smallest window
-STEERED = np.radians(2.0), np.radians(8.0)  # how far walls may turn a prior: beside its own three deviations, at most
-STEERED_FOUND = np.radians(4.0)  # ... and a pose that was found by search
-
-
-class _Fit(NamedTuple):
-    """What ``solve`` returns."""
-
-    pose: FloatArray
-    information: FloatArray
-    projector: FloatArray
-    inliers: float
-    iterations: int
-    converged: bool
+MAX_CANDIDATES = 5  # poses of the search that are followed up ...
+CANDIDATE_SPACING = 0.05  # ... whose headings are so far apart, radians
+MIN_WINDOW, MIN_WINDOW_ANGLE = 0.3, 0.1  # metres and radians to each side: the smallest window of the search
+WALL_TURN = np.radians(2.0)  # how far walls may turn a prior, beside its own three standard deviations ...
+MAX_WALL_TURN = np.radians(8.0)  # ... and at most
+WALL_TURN_FOUND = np.radians(4.0)  # how far they may turn a pose that was found by search
 
 
 class SurfelMapper:
     """Robust least squares on the facets of a scan and the surfels of the map."""
 
     def __init__(
-        self, memory: SurfelMemory, config: LeastSquaresConfig, T_base_laser: Pose2D, odometry: bool = True
+        self, state: SurfelMapperState, config: LeastSquaresConfig, T_base_laser: Pose2D, odometry: bool = True
     ) -> None:
-        self.points = self.lines = self.map = memory.map
+        self.state = state
+        self.points = self.lines = self.map = state.map
         self.config, self.T_base_laser, self._odometry = config, T_base_laser, odometry
-        self._settings = Settings(**{name: getattr(config, name) for name in Settings._fields})
-        self._drift, self._growth, self._misfits = memory.drift, memory.growth, memory.misfits
-        self._last, self._added = memory.T_map_base, memory.T_map_added
-        self._covariance = memory.covariance  # of the base at _last, against the map
+        self._settings = SolverSettings(*(getattr(config, name) for name in SolverSettings._fields))
         self._facets = np.empty((0, 7))
-        self._compass = Compass(memory.directions, config.directions == "auto")
+        self._walls = WallHeading(state.directions, config.directions == "auto")
 
     @property
-    def memory(self) -> SurfelMemory:
-        """What a mapper is made from that goes on where this one stands; the map and its drift are shared."""
-        return SurfelMemory(
-            self.map, self._drift, self._last, self._added, self._covariance, self._growth, self._misfits,
-            self._compass.directions,
-        )  # fmt: skip
+    def _lost(self) -> bool:
+        return self.state.bad_matches >= self.config.lost_after
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
         """The pose of the sensor after the scan, given the pose of the base that odometry predicts."""
         self._facets = facets_of(scan, segments, self.config.facet_length)
-        self._compass.read(segments)
-        if self._last is None:
-            self._last = prior
-            return Match(Pose2D(), 0, False, 0, covariance=self._drift.covariance(prior, self._covariance))
-        T_map_laser, motion = prior @ self.T_base_laser, self._motion_covariance(self._last, prior)
-        at_prior = propagate(self._covariance, self._last, prior) + self._growth * motion
+        self._walls.observe(segments)
+        state, last = self.state, self.state.T_map_base
+        if last is None:
+            self.state = replace(state, T_map_base=prior)
+            return Match(Pose2D(), 0, False, 0, covariance=state.uncertainty.enter(prior, state.covariance))
+        T_map_laser, motion = prior @ self.T_base_laser, self._motion_covariance(last, prior)
+        at_prior = propagate(state.covariance, last, prior) + state.odometry_inflation * motion
         predicted = propagate(at_prior, prior, T_map_laser)
-        fit, searched = self._fit(T_map_laser, predicted, self._last.between(prior))
+        fit, searched = self._fit(T_map_laser, predicted, last.between(prior))
         found = Pose2D.from_array(fit.pose)
-        unconstrained = self._learn(fit, T_map_laser.as_array(), predicted, propagate(motion, prior, T_map_laser))
-        self._last = found @ self.T_base_laser.inverse()
-        self._covariance = propagate(self._covariance, found, self._last)
+        T_map_base = found @ self.T_base_laser.inverse()
+        fused, unconstrained = self._fuse(fit, T_map_laser, predicted, propagate(motion, prior, T_map_laser))
+        covariance = propagate(fused, found, T_map_base)
+        self.state = replace(self.state, T_map_base=T_map_base, covariance=covariance)
         return Match(
             T_map_laser.between(found),
             fit.iterations,
             fit.converged,
             len(self._facets),
             fit.inliers,
-            self._drift.covariance(self._last, self._covariance),
+            state.uncertainty.enter(T_map_base, covariance),
             unconstrained,
             searched,
-            self._misfits >= self.config.lost_after,
+            self._lost,
         )
 
     def add(self, scan: LaserScan, segments: Segments, T_map_laser: Pose2D) -> None:
@@ -92,83 +78,93 @@ class SurfelMapper:
 
         While lost nothing is added: what is put in the wrong place would stay there.
         """
-        if self._misfits >= self.config.lost_after:
+        if self._lost:
             return
-        config, added = self.map.config, self._added
+        config, added = self.map.config, self.state.T_map_added
         if added is None or (
             added.distance(T_map_laser) >= config.update_distance
             or abs(wrap_angle(T_map_laser.theta - added.theta)) >= config.update_angle
         ):
-            self._added = T_map_laser
+            self.state = replace(self.state, T_map_added=T_map_laser)
             self.map.add(self._facets, scan, T_map_laser)
-            self._compass.learn(T_map_laser.theta)
+            self._walls.add_walls(T_map_laser.theta)
 
     def _motion_covariance(self, last: Pose2D, prior: Pose2D) -> FloatArray:
         if self._odometry:
             return motion_covariance(last.between(prior), last.theta, self.config.motion)
         return np.diag(np.full(3, self.config.motion.without_odometry**2))
 
-    def _fit(self, prior: Pose2D, covariance: FloatArray, motion: Pose2D) -> tuple[_Fit, bool]:
-        """From the prior; where that is in doubt, from the best poses of a window too. And whether it was.
+    def _fit(self, prior: Pose2D, covariance: FloatArray, motion: Pose2D) -> tuple[Fit, bool]:
+        """Fit from the prior; where that is in doubt, from the best poses of a window too. Returns the best fit, and
+        whether the window was searched.
 
-        The compass tells where scans are far apart: where they overlap, the map holds the heading better than the
-        building's directions, which err alike in every scan.
+        The heading of the walls is asked where scans are far apart: where they overlap, the map holds the heading
+        better than the building's directions, which err alike in every scan.
         """
         x0, information = prior.as_array(), np.asarray(np.linalg.inv(covariance), np.float64)
         search = self.config.search
         far = motion.distance(Pose2D()) > search.distance or abs(motion.theta) > search.angle
-        steer = self._compass.steer if far else _unsteered
-        widest = min(STEERED[0] + 3.0 * sqrt(covariance[2, 2]), STEERED[1])
-        likely, sure = steer(x0, information, prior.theta, widest)
-        fit = _Fit(*solve(self._facets, likely, likely, sure, self.map.grid, self._settings))
+        refine = self._walls.refine_prior if far else _unrefined
+        widest = min(WALL_TURN + 3.0 * sqrt(covariance[2, 2]), MAX_WALL_TURN)
+        refined, refined_information = refine(x0, information, prior.theta, widest)
+        fit = solve(self._facets, refined, refined, refined_information, self.map.grid, self._settings)
         if not far and fit.inliers >= search.below * len(self._facets):
             return fit, False
-        weighed: FloatArray = search.prior_weight * information
-        best, gain = self._score(fit, x0, weighed), search.gain
-        for start in self._candidates(x0, covariance, weighed):
-            settings = self._settings._replace(first_kernel=4.0 * self._settings.kernel)
-            likely, sure = steer(x0, weighed, float(start[2]), STEERED_FOUND)
-            other = _Fit(*solve(self._facets, start, likely, sure, self.map.grid, settings))
-            score = self._score(other, x0, weighed)
+        weighted: FloatArray = search.prior_weight * information
+        best, gain = _score(fit, x0, weighted), search.gain
+        settings = self._settings._replace(first_kernel=4.0 * self._settings.kernel)
+        for start in self._candidates(x0, covariance, weighted):
+            refined, refined_information = refine(x0, weighted, float(start[2]), WALL_TURN_FOUND)
+            other = solve(self._facets, start, refined, refined_information, self.map.grid, settings)
+            score = _score(other, x0, weighted)
             if score > best + gain:
                 fit, best, gain = other, score, 0.0
         return fit, True
 
-    def _candidates(self, prior: FloatArray, covariance: FloatArray, weighed: FloatArray) -> list[FloatArray]:
-        """The best poses of the window, of headings well apart."""
+    def _candidates(self, prior: FloatArray, covariance: FloatArray, information: FloatArray) -> list[FloatArray]:
+        """The best poses (3,) of the window, of headings well apart."""
         search = self.config.search
-        width = min(search.window, max(LEAST_SEARCH[0], 3.0 * sqrt(max(covariance[0, 0], covariance[1, 1]))))
-        angle = min(search.window_angle, max(LEAST_SEARCH[1], 3.0 * sqrt(covariance[2, 2])))
-        rows = best_of_window(self._facets, prior, weighed, width, angle, search.reach, self.map.grid)
+        width = min(search.window, max(MIN_WINDOW, 3.0 * sqrt(max(covariance[0, 0], covariance[1, 1]))))
+        angle = min(search.window_angle, max(MIN_WINDOW_ANGLE, 3.0 * sqrt(covariance[2, 2])))
+        places = best_of_window(self._facets, prior, information, width, angle, search.reach, self.map.grid)
         chosen: list[FloatArray] = []
-        for row in rows[np.argsort(-rows[:, 0], kind="stable")]:
-            if np.isfinite(row[0]) and all(abs(row[3] - other[2]) >= APART for other in chosen):
-                chosen.append(row[1:].copy())
-                if len(chosen) == FOLLOWED:
+        for place in places[np.argsort(-places[:, SCORE], kind="stable")]:
+            apart = all(abs(place[HEADING] - other[2]) >= CANDIDATE_SPACING for other in chosen)
+            if np.isfinite(place[SCORE]) and apart:
+                chosen.append(place[PLACE_X:].copy())
+                if len(chosen) == MAX_CANDIDATES:
                     break
         return chosen
 
-    @staticmethod
-    def _score(fit: _Fit, prior: FloatArray, weighed: FloatArray) -> float:
-        offset = _offset(fit.pose, prior)
-        return fit.inliers - 0.5 * float(offset @ weighed @ offset)
-
-    def _learn(self, fit: _Fit, prior: FloatArray, predicted: FloatArray, motion: FloatArray) -> FloatArray:
-        """Keep the covariance of the sensor's pose, trust odometry less where scans contradict it, count misfits;
-        returns the unconstrained directions."""
-        config, offset = self.config, _offset(fit.pose, prior)
-        self._covariance, surprise, unconstrained = fuse(
-            predicted, motion, offset, fit.information, fit.projector, config.lever, config.correlation
-        )
+    def _fuse(
+        self, fit: Fit, prior: Pose2D, predicted: FloatArray, motion: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Covariance (3, 3) of the sensor's pose, and the unconstrained directions (K, 3); odometry is inflated where
+        scans contradict it, and bad matches are counted."""
+        config, state = self.config, self.state
+        covariance, innovation_squared, unconstrained = fuse(
+            predicted, motion, _offset(fit.pose, prior.as_array()), fit.information, fit.projector, config.lever,
+            config.correlation,
+        )  # fmt: skip
         most, memory = config.motion.most_growth, config.motion.memory
-        growth = memory * self._growth + (1.0 - memory) * min(surprise, 2.0 * most)
-        self._growth = min(max(growth, 1.0), most)
-        self._misfits = self._misfits + 1 if fit.inliers < config.lost_below * len(self._facets) else 0
-        return unconstrained
+        inflation = memory * state.odometry_inflation + (1.0 - memory) * min(innovation_squared, 2.0 * most)
+        bad = fit.inliers < config.lost_below * len(self._facets)
+        self.state = replace(
+            state,
+            odometry_inflation=min(max(inflation, 1.0), most),
+            bad_matches=state.bad_matches + 1 if bad else 0,
+        )
+        return covariance, unconstrained
 
 
-def _unsteered(prior: FloatArray, information: FloatArray, *_: float) -> tuple[FloatArray, FloatArray]:
+def _unrefined(prior: FloatArray, information: FloatArray, *_: float) -> tuple[FloatArray, FloatArray]:
     return prior, information
+
+
+def _score(fit: Fit, prior: FloatArray, information: FloatArray) -> float:
+    """Weight of the facets that agree, less half the squared Mahalanobis distance from the prior."""
+    offset = _offset(fit.pose, prior)
+    return fit.inliers - 0.5 * float(offset @ information @ offset)
 
 
 def _offset(pose: FloatArray, prior: FloatArray) -> FloatArray:

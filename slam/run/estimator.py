@@ -1,4 +1,4 @@
-"""What a run asks of whoever estimates the pose: LineSlam, LineLocalizer, LineContinuation, DeadReckoning are such."""
+"""The Estimator protocol, by which a run knows whatever estimates the pose; dead reckoning; the one of the settings."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ from slam.config import SlamConfig
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import Estimate, LineSlam
 from slam.localize_then_map import LocalizeThenMap
+from slam.mapping.line_map import LineMap
+from slam.mapping.point_map import PointMap
 from slam.matching.mapper import Lines, Points
 from slam.odometry import Odometry
 from slam.pose import Pose2D
-from slam.run.dead_reckoning import DeadReckoning
 from slam.saved_slam import SavedSlam, save
 from slam.scan import LaserScan
 
 
 class Estimator(Protocol):
-    """Takes scans and odometry, and says where the robot is."""
+    """Estimates the pose of the robot from scans and odometry."""
 
     T_base_laser: Pose2D
 
@@ -33,6 +34,23 @@ class Estimator(Protocol):
         ...
 
 
+class DeadReckoning:
+    """Wheel odometry alone, with which the others are compared: no scan is looked at, and no map made."""
+
+    def __init__(self, T_base_laser: Pose2D, T_map_base: Pose2D) -> None:
+        self.T_base_laser = T_base_laser
+        self.T_map_base = T_map_base
+        self.points, self.lines = PointMap(), LineMap()
+        self._last: Pose2D | None = None  # T_odom_base with the last scan
+
+    def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
+        """Move as the wheels did since the last scan."""
+        if self._last is not None:
+            self.T_map_base = self.T_map_base @ self._last.between(odometry.T_odom_base)
+        self._last = odometry.T_odom_base
+        return Estimate(scan.stamp, self.T_map_base)
+
+
 def make_estimator(config: SlamConfig, T_base_laser: Pose2D, T_map_base: Pose2D, seed: int) -> Estimator:
     """The method of these settings, with the robot's base at its start."""
     if config.mode == "dead_reckoning":
@@ -41,7 +59,7 @@ def make_estimator(config: SlamConfig, T_base_laser: Pose2D, T_map_base: Pose2D,
 
 
 def map_made_by(estimator: Estimator) -> SavedSlam | None:
-    """What is worth saving after a run: None where the map was not changed, or is the paper's."""
+    """The map to save after a run; None where it was not changed, or is the paper's."""
     slam = estimator.slam if isinstance(estimator, LocalizeThenMap) else estimator
     return save(slam) if isinstance(slam, LineSlam) else None
 

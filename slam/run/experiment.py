@@ -20,8 +20,7 @@ from slam.files.atomic_files import write_atomic
 from slam.files.maps.file import write_map
 from slam.line_slam import LineSlam
 from slam.pose import FloatArray, Pose2D
-from slam.run.dead_reckoning import DeadReckoning
-from slam.run.estimator import Estimator, map_made_by
+from slam.run.estimator import DeadReckoning, Estimator, map_made_by
 from slam.run.loop import Ending, run_loop
 from slam.run.pilots import Pilot
 from slam.run.results.metrics import measure

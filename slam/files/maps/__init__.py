@@ -1,1 +1,1 @@
-"""Maps that are saved, and continued or localised in."""
+"""Saved maps, to be continued or localised in."""

@@ -18,34 +18,32 @@ from slam.errors import InputError
 from slam.files.atomic_files import write_atomic
 from slam.files.maps.schema import VERSION, MapDocument, SavedGrid
 from slam.mapping.directions import Directions
-from slam.mapping.drift import Drift
+from slam.mapping.map_uncertainty import MapUncertainty
+from slam.mapping.surfel_grid import ALIVE, COLUMNS, FREE, HITS, TAKEN, Grid
 from slam.mapping.surfel_map import SurfelMap
-from slam.mapping.surfel_updates import HITS, Grid
-from slam.matching.surfel_memory import SurfelMemory
+from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import FloatArray, Pose2D
 from slam.saved_slam import SavedSlam
 from slam.scenario.validation_message import message_of
 
-COLUMNS = 7  # of a surfel, without the link to the next
-
 
 def write_map(path: Path, saved: SavedSlam) -> None:
     """Write the file at once or not at all."""
-    memory, directions = saved.memory, saved.memory.directions
+    state, directions = saved.mapper, saved.mapper.directions
     robot = {
         "T_map_base": _row(saved.T_map_base),
         "T_odom_base": _row(saved.T_odom_base),
         "T_map_mapped": _row(saved.T_map_mapped),
-        "T_map_matched": _row(memory.T_map_base),
-        "T_map_added": _row(memory.T_map_added),
-        "covariance": memory.covariance.tolist(),
-        "growth": memory.growth,
-        "misfits": memory.misfits,
-        "tile": memory.drift.here,
+        "T_map_matched": _row(state.T_map_base),
+        "T_map_added": _row(state.T_map_added),
+        "covariance": state.covariance.tolist(),
+        "growth": state.odometry_inflation,
+        "misfits": state.bad_matches,
+        "tile": state.uncertainty.here,
     }
     tiles = [
         {"tile": tile, "entered": _row(pose), "covariance": covariance.tolist()}
-        for tile, (pose, covariance) in memory.drift.tiles.items()
+        for tile, (pose, covariance) in state.uncertainty.tiles.items()
     ]
     parts = {
         "format": json.dumps("hopslam map"),
@@ -53,7 +51,7 @@ def write_map(path: Path, saved: SavedSlam) -> None:
         "robot": json.dumps(robot),
         "tiles": _lines(tiles),
         "directions": json.dumps({"total": directions.total, "clusters": directions.clusters.tolist()}),
-        "grid": _grid_text(memory.map.grid),
+        "grid": _grid_text(state.map.grid),
     }
     write_atomic(path, "{\n" + ",\n".join(f'"{key}": {text}' for key, text in parts.items()) + "\n}\n")
 
@@ -73,9 +71,9 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
         raise InputError(f"{path}: grid.cell: the map {cells}; add --set slam.map.cell={document.grid.cell:g}")
     robot = document.robot
     tiles = {saved.tile: (Pose2D(*saved.entered), np.array(saved.covariance)) for saved in document.tiles}
-    memory = SurfelMemory(
+    state = SurfelMapperState(
         SurfelMap(config.map, _grid(document.grid)),
-        Drift(tiles, robot.tile),
+        MapUncertainty(tiles, robot.tile),
         _pose(robot.T_map_matched),
         _pose(robot.T_map_added),
         np.array(robot.covariance),
@@ -83,7 +81,7 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
         robot.misfits,
         Directions(np.array(document.directions.clusters).reshape(-1, 3), document.directions.total),
     )
-    return SavedSlam(memory, Pose2D(*robot.T_map_base), _pose(robot.T_odom_base), _pose(robot.T_map_mapped))
+    return SavedSlam(state, Pose2D(*robot.T_map_base), _pose(robot.T_odom_base), _pose(robot.T_map_mapped))
 
 
 def _parse(path: Path) -> MapDocument:
@@ -106,18 +104,18 @@ def _validation_message(errors: ValidationError) -> str:
 
 
 def _grid_text(grid: Grid) -> str:
-    used = int(grid.used[0])
+    taken = int(grid.counts[TAKEN])
     rows, columns = np.nonzero(grid.head >= 0)
     cells = np.column_stack([rows + grid.corner[0], columns + grid.corner[1], grid.head[rows, columns]]).tolist()
     surfels = [
         [*surfel, following]
-        for surfel, following in zip(grid.surfels[:used].tolist(), grid.next[:used].tolist(), strict=True)
+        for surfel, following in zip(grid.surfels[:taken].tolist(), grid.next[:taken].tolist(), strict=True)
     ]
     parts: dict[str, str] = {
         "cell": json.dumps(grid.cell),
         "corner": json.dumps(grid.corner.tolist()),
         "shape": json.dumps(grid.head.shape),
-        "free": json.dumps(int(grid.used[1])),
+        "free": json.dumps(int(grid.counts[FREE])),
         "cells": _lines(cells),
         "surfels": _lines(surfels),
     }
@@ -137,6 +135,8 @@ def _grid(saved: SavedGrid) -> Grid:
     corner = np.array(saved.corner, np.int64)
     cells = np.array(saved.cells, np.int64).reshape(-1, 3)
     head[cells[:, 0] - corner[0], cells[:, 1] - corner[1]] = cells[:, 2]
+    counts = np.empty(3, np.int64)
+    counts[TAKEN], counts[FREE], counts[ALIVE] = count, saved.free, (table[:, HITS] > 0.0).sum()
     surfels: FloatArray = np.ascontiguousarray(table[:, :COLUMNS])
     return Grid(
         head=head,
@@ -144,7 +144,7 @@ def _grid(saved: SavedGrid) -> Grid:
         surfels=surfels,
         corner=corner,
         cell=saved.cell,
-        used=np.array([count, saved.free, int((surfels[:, HITS] > 0.0).sum())]),
+        counts=counts,
     )
 
 

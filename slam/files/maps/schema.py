@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from slam.config import Section
-from slam.mapping.directions import MOST, QUARTER
+from slam.mapping.directions import MAX_CLUSTERS, QUARTER
 
 VERSION = 1
 MOST_CELLS = 50_000_000
-"""Of the grid: 200 MB."""
+"""The largest grid: 200 MB."""
 PoseRow = tuple[float, float, float]
 CovarianceRows = tuple[PoseRow, PoseRow, PoseRow]
 SurfelRow = tuple[float, float, float, float, float, float, float, Annotated[int, Field(ge=-1)]]
@@ -23,7 +23,7 @@ Size = Annotated[int, Field(gt=0)]
 
 
 class SavedGrid(Section):
-    """Of the map: surfels in lists, one list for each cell, and one of the places that are free."""
+    """The grid of the map: surfels in lists, one list for each cell, and one of the places that are free."""
 
     cell: Annotated[float, Field(gt=0)]
     corner: tuple[int, int]
@@ -59,7 +59,7 @@ class SavedGrid(Section):
 
 
 def _problem(surfel: SurfelRow, place: tuple[int, int] | None, cell: float) -> str:
-    """What is wrong with a surfel in the list of a cell, or in that of the free places (None); or nothing."""
+    """The fault of a surfel in the list of a cell, or in that of the free places (None); empty where there is none."""
     x, y, nx, ny, information, hits, misses, _ = surfel
     if place is None:
         return "is free but has hits" if hits != 0.0 else ""
@@ -73,7 +73,7 @@ def _problem(surfel: SurfelRow, place: tuple[int, int] | None, cell: float) -> s
 
 
 class SavedTile(Section):
-    """How wrong the map may be in one tile: see slam/mapping/drift.py."""
+    """The uncertainty of the map in one tile: see slam/mapping/map_uncertainty.py."""
 
     tile: tuple[int, int]
     entered: PoseRow
@@ -86,16 +86,16 @@ class SavedTile(Section):
 
 
 class SavedDirections(Section):
-    """Of the walls: see slam/mapping/directions.py. None, in a map from before there were any."""
+    """Directions of walls: see slam/mapping/directions.py. None, in a map from before there were any."""
 
     total: Metres = 0.0
     clusters: Annotated[
-        tuple[tuple[Annotated[float, Field(ge=0, le=QUARTER)], Metres, float], ...], Field(max_length=MOST)
+        tuple[tuple[Annotated[float, Field(ge=0, le=QUARTER)], Metres, float], ...], Field(max_length=MAX_CLUSTERS)
     ] = ()
 
 
 class SavedRobot(Section):
-    """Where the robot was at the end."""
+    """The robot at the end of the run."""
 
     T_map_base: PoseRow
     T_odom_base: PoseRow | None
@@ -104,7 +104,9 @@ class SavedRobot(Section):
     T_map_added: PoseRow | None
     covariance: CovarianceRows
     growth: Annotated[float, Field(ge=1)]
+    """SurfelMapperState.odometry_inflation."""
     misfits: Annotated[int, Field(ge=0)]
+    """SurfelMapperState.bad_matches."""
     tile: tuple[int, int] | None
 
     @model_validator(mode="after")
@@ -134,7 +136,7 @@ class MapDocument(Section):
 
 
 def check_covariance(rows: CovarianceRows) -> None:
-    """ValueError for what is no covariance matrix."""
+    """Raise ValueError for a matrix that is no covariance."""
     matrix = np.array(rows)
     scale = max(float(np.abs(matrix).max()), 1e-300)
     if np.abs(matrix - matrix.T).max() > 1e-6 * scale or np.linalg.eigvalsh(matrix).min() < -1e-6 * scale:

@@ -92,7 +92,7 @@ class RunRecord:
     @property
     def walls(self) -> FloatArray:
         """The map of lines: start and end of each, (M, 2, 2), metres, map frame. Without a saved map, every segment."""
-        return self.segments[1] if self.saved_map is None else self.saved_map.memory.map.ends
+        return self.segments[1] if self.saved_map is None else self.saved_map.mapper.map.ends
 
     def _features(self) -> list[dict[str, Any]]:
         path = self.folder / "lines.geojson"

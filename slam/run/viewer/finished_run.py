@@ -59,7 +59,7 @@ def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:
     from slam.run.viewer.chunks import map_chunks
 
     saved = record.saved_map
-    points = np.empty((0, 2)) if saved is None else saved.memory.map.points
+    points = np.empty((0, 2)) if saved is None else saved.mapper.map.points
     broadcast.send(list(map_chunks(0, float(record.traces.stamps[0]), points, record.walls)))
     lost = False
     for frame in frames_of(record):

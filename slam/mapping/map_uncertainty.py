@@ -1,4 +1,4 @@
-"""How wrong the map may be, place by place: what a pose can inherit from the part of the map that it was matched to."""
+"""The uncertainty of the map, place by place: a pose inherits that of the part of the map that it was matched to."""
 
 from __future__ import annotations
 
@@ -12,15 +12,14 @@ from slam.pose import FloatArray, Pose2D
 
 TILE: Final = 2.0
 """Metres: the map within one such square moves as one piece."""
-GROWTH: Final = 0.15
+NEW_TILE_SHARE: Final = 0.15
 """Share of the variance of a match that a new tile adds: its map is made by many scans, whose errors average out."""
 
-
 Tiles = dict[tuple[int, int], tuple[Pose2D, FloatArray]]
-"""By column and row: the pose at which each was first entered, and the covariance (3, 3) that the map had there."""
+"""Tiles by column and row: the pose at which each was entered first, and the covariance (3, 3) of the map there."""
 
 
-class Drift:
+class MapUncertainty:
     """The covariance that the map had where and when each of its tiles was first entered.
 
     A scan tells where the robot is in the map; the map itself was made from poses, each matched to what was there
@@ -32,17 +31,18 @@ class Drift:
         self.tiles: Tiles = dict(tiles or {})
         self.here = here
 
-    def nearest(self, pose: Pose2D) -> tuple[int, int] | None:
+    def nearest_tile(self, pose: Pose2D) -> tuple[int, int] | None:
         """The tile that was entered nearest to a pose; None where there is none."""
         return min(self.tiles, key=lambda tile: self.tiles[tile][0].distance(pose), default=None)
 
-    def covariance(self, pose: Pose2D, of_match: FloatArray) -> FloatArray:
-        """Of x, y, theta (3, 3) in the frame of the first pose, for a pose whose match has the covariance ``of_match``;
-        enters the tile."""
+    def enter(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
+        """Enter the tile of a pose, and return the covariance (3, 3) of its x, y, theta in the frame of the first pose;
+        ``match_covariance`` (3, 3) is that against the map."""
         tile = floor(pose.x / TILE), floor(pose.y / TILE)
         if tile not in self.tiles:
             entered, covariance = self.tiles[self.here] if self.here else (Pose2D(), np.zeros((3, 3)))
-            self.tiles[tile] = pose, propagate(covariance, entered, pose) + (GROWTH * of_match if self.tiles else 0.0)
+            added = NEW_TILE_SHARE * match_covariance if self.tiles else 0.0
+            self.tiles[tile] = pose, propagate(covariance, entered, pose) + added
         self.here = tile
         entered, covariance = self.tiles[tile]
-        return propagate(covariance, entered, pose) + of_match
+        return propagate(covariance, entered, pose) + match_covariance

@@ -1,0 +1,115 @@
+"""Surfels that beams went through, compiled: counted, and taken out of the grid when that was too often."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.compiled import compiled
+from slam.mapping.surfel_grid import ALIVE, FREE, HITS, MISSES, NX, NY, Grid, X, Y
+from slam.pose import FloatArray
+from slam.scan import LaserScan
+
+EDGE_ON_COSINE = 0.35  # of incidence, below which it is not asked whether a beam went through a surfel
+FORGIVEN_MISSES = 2.0  # misses that a surfel may have more than its hits allow
+NEAREST = 0.1  # metres: nothing nearer to the sensor is asked for
+
+
+class FreeBeams(NamedTuple):
+    """Beams of a scan, each with the range over which it was certainly free."""
+
+    ranges: FloatArray
+    """(N,), metres: 0 for an error or a reading that is too near."""
+    angle_min: float
+    angle_increment: float
+
+
+def free_beams(scan: LaserScan, no_echo_reach: float) -> FreeBeams:
+    """Free ranges of a scan; a beam without an echo is believed to have been free for ``no_echo_reach`` metres."""
+    ranges = _free_ranges(scan.ranges, scan.range_min, scan.range_max, no_echo_reach)
+    return FreeBeams(ranges, scan.angle_min, scan.angle_increment)
+
+
+@compiled
+def _free_ranges(ranges: FloatArray, range_min: float, range_max: float, no_echo_reach: float) -> FloatArray:
+    free = np.zeros(len(ranges))
+    for j in range(len(ranges)):
+        if range_min <= ranges[j] <= range_max:
+            free[j] = ranges[j]
+        if ranges[j] == np.inf:
+            free[j] = min(no_echo_reach, range_max)
+    return free
+
+
+@compiled
+def carve(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: float, miss_ratio: float) -> None:
+    """Count a miss for every surfel within ``reach`` that the beams from ``pose`` (3,) passed by more than ``margin``
+    metres, and remove those missed too often."""
+    low_row, high_row, low_column, high_column = _cells_around(grid, pose, reach)
+    for row in range(low_row, high_row):
+        for column in range(low_column, high_column):
+            before, k = -1, grid.head[row, column]
+            while k >= 0:
+                after = grid.next[k]
+                s = grid.surfels[k]
+                if _seen_through(s, beams, pose, reach, margin):
+                    s[MISSES] += 1.0
+                if s[MISSES] > FORGIVEN_MISSES + miss_ratio * s[HITS]:
+                    s[HITS] = 0.0
+                    if before < 0:
+                        grid.head[row, column] = after
+                    else:
+                        grid.next[before] = after
+                    grid.next[k] = grid.counts[FREE]
+                    grid.counts[FREE] = k
+                    grid.counts[ALIVE] -= 1
+                else:
+                    before = k
+                k = after
+
+
+@compiled
+def count_seen_through(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> int:
+    """Count the surfels, seen twice or more, that the beams passed, as in ``carve``, which would count a miss."""
+    count = 0
+    low_row, high_row, low_column, high_column = _cells_around(grid, pose, reach)
+    for row in range(low_row, high_row):
+        for column in range(low_column, high_column):
+            k = grid.head[row, column]
+            while k >= 0:
+                s = grid.surfels[k]
+                if s[HITS] >= 2.0 and _seen_through(s, beams, pose, reach, margin):
+                    count += 1
+                k = grid.next[k]
+    return count
+
+
+@compiled
+def _cells_around(grid: Grid, pose: FloatArray, reach: float) -> tuple[int, int, int, int]:
+    """The first row of the cells within ``reach`` and the one after the last, and so with the columns."""
+    rows, columns = grid.head.shape
+    low_row = int(np.floor((pose[1] - reach) / grid.cell)) - grid.corner[0]
+    high_row = int(np.floor((pose[1] + reach) / grid.cell)) - grid.corner[0] + 1
+    low_column = int(np.floor((pose[0] - reach) / grid.cell)) - grid.corner[1]
+    high_column = int(np.floor((pose[0] + reach) / grid.cell)) - grid.corner[1] + 1
+    return max(low_row, 0), min(high_row, rows), max(low_column, 0), min(high_column, columns)
+
+
+@compiled
+def _seen_through(s: FloatArray, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> bool:
+    """True where the beam towards the surfel and both its neighbours went farther."""
+    ranges = beams.ranges
+    dx, dy = s[X] - pose[0], s[Y] - pose[1]
+    distance = np.sqrt(dx * dx + dy * dy)
+    if not NEAREST < distance < reach:
+        return False
+    wall = s[NX] != 0.0 or s[NY] != 0.0
+    if wall and abs(dx * s[NX] + dy * s[NY]) < EDGE_ON_COSINE * distance:
+        return False
+    bearing = np.arctan2(dy, dx) - pose[2] - beams.angle_min
+    bearing -= 2.0 * np.pi * np.floor(bearing / (2.0 * np.pi))
+    j = int(bearing / beams.angle_increment + 0.5)
+    if not 1 <= j < len(ranges) - 1:
+        return False
+    return bool(min(ranges[j - 1], ranges[j], ranges[j + 1]) > distance + margin)

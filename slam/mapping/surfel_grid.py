@@ -1,0 +1,86 @@
+"""The grid of surfels as plain arrays, for compiled functions, and room in it for more."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.compiled import compiled
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray
+
+X, Y, NX, NY, INFORMATION, HITS, MISSES = range(7)
+"""Columns of surfels (S, 7): centre (m, map frame), unit normal away from where it was seen (0, 0 for a cluster of
+points), information along the normal (m^-2), how often it was hit, and missed since. The first four are those of facets
+too."""
+COLUMNS: Final = 7
+TAKEN, FREE, ALIVE = range(3)
+"""Places in ``Grid.counts``."""
+MARGIN: Final = 64
+"""Cells by which the grid is made larger than what it must cover."""
+
+
+class Grid(NamedTuple):
+    """Surfels in linked lists, one for each cell."""
+
+    head: NDArray[np.int32]
+    """(rows, columns): the first surfel of each cell, -1 for none."""
+    next: NDArray[np.int32]
+    """(S,): the next surfel of the same cell, or of the free list, -1 for none."""
+    surfels: FloatArray
+    corner: IntArray
+    """(2,): row and column of the map frame in which ``head[0, 0]`` lies."""
+    cell: float
+    """Metres."""
+    counts: IntArray
+    """(3,): how many rows of ``surfels`` were ever taken, the first of the free list or -1, and how many are alive."""
+
+
+def empty_grid(cell: float) -> Grid:
+    """A grid around the origin without a surfel; ``cell`` in metres."""
+    return Grid(
+        head=np.full((2 * MARGIN, 2 * MARGIN), -1, np.int32),
+        next=np.full(1024, -1, np.int32),
+        surfels=np.zeros((1024, COLUMNS)),
+        corner=np.array([-MARGIN, -MARGIN]),
+        cell=cell,
+        counts=np.array([0, -1, 0]),
+    )
+
+
+def with_room(grid: Grid, low: IntArray, high: IntArray, more: int) -> Grid:
+    """The grid, enlarged where it must be for ``more`` surfels in the cells from ``low`` to ``high``, rows and columns
+    (2,)."""
+    shape = np.array(grid.head.shape)
+    if (low < grid.corner).any() or (high >= grid.corner + shape).any():
+        corner = np.minimum(grid.corner, low - MARGIN)
+        head = np.full(np.maximum(grid.corner + shape, high + MARGIN) - corner, -1, np.int32)
+        row, column = grid.corner - corner
+        head[row : row + shape[0], column : column + shape[1]] = grid.head
+        grid = grid._replace(head=head, corner=corner)
+    if grid.counts[TAKEN] + more > len(grid.surfels):
+        size = 2 * len(grid.surfels) + more
+        surfels, following = np.zeros((size, COLUMNS)), np.full(size, -1, np.int32)
+        surfels[: len(grid.surfels)], following[: len(grid.next)] = grid.surfels, grid.next
+        grid = grid._replace(surfels=surfels, next=following)
+    return grid
+
+
+@compiled
+def room_needed(facets: FloatArray, pose: FloatArray, cell: float) -> tuple[IntArray, IntArray, int]:
+    """The least and the greatest row and column (2,) that facets (F, 7) seen from ``pose`` (3,) touch, and how many
+    surfels they and the walls between them make at most."""
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    way = last_x = last_y = 0.0
+    for f in range(len(facets)):
+        x, y = pose[0] + c * facets[f, X] - s * facets[f, Y], pose[1] + s * facets[f, X] + c * facets[f, Y]
+        low[0], low[1] = min(low[0], y), min(low[1], x)
+        high[0], high[1] = max(high[0], y), max(high[1], x)
+        if f > 0:
+            way += abs(x - last_x) + abs(y - last_y)
+        last_x, last_y = x, y
+    most = int(way * 2.0 / cell) + 2 * len(facets)
+    return np.floor(low / cell).astype(np.int64), np.floor(high / cell).astype(np.int64), most

@@ -1,0 +1,99 @@
+"""Pairs of facets and surfels, and the normal equations of their residuals, compiled: see least_squares.py."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slam.compiled import compiled
+from slam.lines.facets import NX, NY, VARIANCE, X, Y
+from slam.mapping.surfel_grid import INFORMATION, Grid
+from slam.pose import FloatArray
+
+PAIR_COSINE = 0.85  # between the normals of a facet and of its surfel, at least
+ALONG_WEIGHT = 0.1  # what a square metre along the wall counts in choosing a surfel, against one across
+CLUSTER_SIGMA = 0.03  # metres: what a cluster shows of itself differs from place to place
+
+
+@compiled
+def fill_normal_equations(
+    facets: FloatArray, pose: FloatArray, grid: Grid, gate: float, floor: float, kernel: float, wide: bool,
+    H: FloatArray, g: FloatArray,
+) -> float:  # fmt: skip
+    """Fill H (3, 3) and g (3,) for x, y, theta; returns the sum of the robust weights, which is at most 1 a facet.
+
+    A facet is paired with a surfel nearer than ``gate``, metres, up to a whole cell away where the search is ``wide``.
+    """
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    H[:] = 0.0
+    g[:] = 0.0
+    inliers = 0.0
+    for f in range(len(facets)):
+        fx, fy, fnx, fny = facets[f, X], facets[f, Y], facets[f, NX], facets[f, NY]
+        lx, ly = c * fx - s * fy, s * fx + c * fy
+        nx, ny = c * fnx - s * fny, s * fnx + c * fny
+        x, y = pose[0] + lx, pose[1] + ly
+        k = _nearest(x, y, nx, ny, grid, gate, wide)
+        if k < 0:
+            continue
+        surfel = grid.surfels[k]
+        dx, dy = x - surfel[X], y - surfel[Y]
+        v = facets[f, VARIANCE] + floor**2 + 1.0 / surfel[INFORMATION]
+        if nx != 0.0 or ny != 0.0:
+            inliers += _add_residual(surfel[NX], surfel[NY], dx, dy, lx, ly, v, kernel, H, g)
+        else:
+            v += CLUSTER_SIGMA**2
+            t = (dx * dx + dy * dy) / (kernel * kernel + v)
+            inliers += 1.0 / (1.0 + t) ** 2
+            v *= (1.0 + t) ** 2
+            _add_residual(1.0, 0.0, dx, 0.0, lx, ly, v, np.inf, H, g)
+            _add_residual(0.0, 1.0, 0.0, dy, lx, ly, v, np.inf, H, g)
+    H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
+    return inliers
+
+
+@compiled
+def _add_residual(
+    nx: float, ny: float, dx: float, dy: float, lx: float, ly: float, v: float, kernel: float, H: FloatArray,
+    g: FloatArray,
+) -> float:  # fmt: skip
+    """Add one residual along a normal, at the lever (lx, ly) from the sensor; returns its robust weight."""
+    r, jt = dx * nx + dy * ny, lx * ny - ly * nx
+    robust = 1.0 / (1.0 + r * r / (kernel * kernel + v)) ** 2
+    w = robust / v
+    H[0, 0] += w * nx * nx
+    H[0, 1] += w * nx * ny
+    H[1, 1] += w * ny * ny
+    H[0, 2] += w * nx * jt
+    H[1, 2] += w * ny * jt
+    H[2, 2] += w * jt * jt
+    g[0] -= w * r * nx
+    g[1] -= w * r * ny
+    g[2] -= w * r * jt
+    return robust
+
+
+@compiled
+def _nearest(x: float, y: float, nx: float, ny: float, grid: Grid, gate: float, wide: bool) -> int:
+    """The surfel for a facet, -1 for none: among the four nearest cells, or in the nine around where it is wide."""
+    u, v = x / grid.cell, y / grid.cell
+    row, column = int(np.floor(v)), int(np.floor(u))
+    low_row = row - 1 if wide or v - row < 0.5 else row
+    low_column = column - 1 if wide or u - column < 0.5 else column
+    span = 3 if wide else 2
+    low_row, low_column = low_row - grid.corner[0], low_column - grid.corner[1]
+    rows, columns = grid.head.shape
+    wall = nx != 0.0 or ny != 0.0
+    best, least = -1, np.inf
+    for i in range(max(low_row, 0), min(low_row + span, rows)):
+        for j in range(max(low_column, 0), min(low_column + span, columns)):
+            k = grid.head[i, j]
+            while k >= 0:
+                s = grid.surfels[k]
+                if wall == (s[NX] != 0.0 or s[NY] != 0.0):
+                    dx, dy = x - s[X], y - s[Y]
+                    across = abs(dx * s[NX] + dy * s[NY]) if wall else np.sqrt(dx * dx + dy * dy)
+                    cost = across * across + ALONG_WEIGHT * (dx * dx + dy * dy)
+                    if across < gate and cost < least and (not wall or nx * s[NX] + ny * s[NY] > PAIR_COSINE):
+                        best, least = k, cost
+                k = grid.next[k]
+    return best

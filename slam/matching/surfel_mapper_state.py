@@ -1,0 +1,48 @@
+"""The state of this project's matcher and map: what is saved, and continued from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+
+from slam.config import SurfelMapConfig
+from slam.mapping.directions import Directions
+from slam.mapping.map_uncertainty import MapUncertainty
+from slam.mapping.surfel_map import SurfelMap
+from slam.pose import FloatArray, Pose2D
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfelMapperState:
+    """All that SurfelMapper knows apart from its settings. Map, uncertainty and directions are shared with it, and
+    change as it goes on."""
+
+    map: SurfelMap
+    uncertainty: MapUncertainty
+    T_map_base: Pose2D | None
+    """After the last match; None before the first scan."""
+    T_map_added: Pose2D | None
+    """Pose of the laser when a scan went into the map last."""
+    covariance: FloatArray
+    """Covariance (3, 3) of ``T_map_base`` against the map; m^2, m rad and rad^2."""
+    odometry_inflation: float = 1.0
+    """Factor on the variances of odometry, which grows where scans contradict it."""
+    bad_matches: int = 0
+    """Scans in a row that did not fit the map."""
+    directions: Directions = field(default_factory=Directions)
+    """Directions of the building's walls."""
+
+    @classmethod
+    def empty(cls, config: SurfelMapConfig) -> Self:
+        """The state before the first scan."""
+        return cls(SurfelMap(config), MapUncertainty(), None, None, np.zeros((3, 3)))
+
+    def relocated(self, T_map_base: Pose2D, covariance: FloatArray) -> Self:
+        """The same map with a robot that begins anew at this pose, which is known with this covariance (3, 3)."""
+        uncertainty = MapUncertainty(self.uncertainty.tiles, self.uncertainty.nearest_tile(T_map_base))
+        return replace(
+            self, uncertainty=uncertainty, T_map_base=T_map_base, T_map_added=None, covariance=covariance,
+            odometry_inflation=1.0, bad_matches=0,
+        )  # fmt: skip

@@ -1,0 +1,146 @@
+"""The heading that the long walls of a scan tell, where the building has main directions: one that does not drift."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from slam.compiled import compiled
+from slam.lines.segments import Segments
+from slam.mapping.directions import LENGTH, THETA, VARIANCE, Directions, turn_between
+from slam.pose import FloatArray, wrap_angle
+
+MIN_LENGTH = 1.0  # metres: shorter segments say too little of a direction ...
+MAX_SIGMA = np.radians(1.0)  # ... and so do those less sure of theirs, one standard deviation
+AGREE = np.radians(2.0)  # a wall lies in a direction when it is nearer to it than this
+MAJORITY = 0.6  # of the long walls of a scan, by length, that must lie in one
+RIVAL = 0.8  # no other heading may have this share of what the best one has
+ROUNDS = 3  # of reweighting the mean
+
+
+class WallHeading:
+    """Heading of the present scan by the main directions of a building, to which the scan adds its own walls."""
+
+    def __init__(self, directions: Directions, enabled: bool = True) -> None:
+        self.directions, self._enabled = directions, enabled
+        self._walls = np.empty((0, 3))
+
+    def observe(self, segments: Segments) -> None:
+        """Take the segments of the present scan, sensor frame."""
+        if self._enabled:
+            self._walls = long_walls(segments)
+
+    def refine_prior(
+        self, prior: FloatArray, information: FloatArray, heading: float, widest: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """A prior (3,) of the sensor and its information (3, 3), made better by the main direction that the walls have
+        when the sensor turns from ``heading`` by no more than ``widest``, radians; the same where they have none."""
+        main = self.directions.main
+        if not len(self._walls) or not len(main):
+            return prior, information
+        turn, variance = turn_to_main(self._walls, main, heading, widest)
+        if not np.isfinite(variance):
+            return prior, information
+        better = information.copy()
+        better[2, 2] += 1.0 / variance
+        innovation = np.array([0.0, 0.0, wrap_angle(heading + turn - float(prior[2])) / variance])
+        return prior + np.linalg.solve(better, innovation), better
+
+    def add_walls(self, heading: float) -> None:
+        """Add the walls of the present scan, which goes into the map with this heading of the sensor, to the
+        directions."""
+        if len(self._walls):
+            self.directions.add(self._walls + np.array([heading, 0.0, 0.0]))
+
+
+def long_walls(segments: Segments) -> FloatArray:
+    """The segments that are long and sure enough, as walls (M, 3), sensor frame."""
+    if segments.covariance is None:
+        return np.empty((0, 3))
+    return _long_walls(segments.theta, segments.start, segments.end, segments.covariance)
+
+
+@compiled
+def _long_walls(theta: FloatArray, start: FloatArray, end: FloatArray, covariance: FloatArray) -> FloatArray:
+    walls, count = np.empty((len(theta), 3)), 0
+    for m in range(len(theta)):
+        length = np.hypot(end[m, 0] - start[m, 0], end[m, 1] - start[m, 1])
+        variance = covariance[m, 1, 1]
+        if length >= MIN_LENGTH and variance <= MAX_SIGMA * MAX_SIGMA:
+            walls[count, THETA], walls[count, VARIANCE], walls[count, LENGTH] = theta[m], variance, length
+            count += 1
+    return walls[:count]
+
+
+@compiled
+def turn_to_main(walls: FloatArray, main: FloatArray, heading: float, widest: float) -> tuple[float, float]:
+    """The turn of the sensor's heading, at most ``widest``, that lays the walls (M, 3) into the main directions (K, 2),
+    and its variance; rad and rad^2.
+
+    The variance is infinite where the walls do not tell: too few of them agree, or they agree as well at another
+    heading.
+    """
+    best = turn = length = 0.0
+    for m in range(len(walls)):
+        length += walls[m, LENGTH]
+        for k in range(len(main)):
+            off = turn_between(walls[m, THETA] + heading, main[k, THETA])
+            agreeing = _agreeing(walls, main, heading + off) if abs(off) <= widest else 0.0
+            if agreeing > best:
+                best, turn = agreeing, off
+    if best == 0.0 or best < MAJORITY * length or _has_rival(walls, main, heading, widest, turn, RIVAL * best):
+        return 0.0, np.inf
+    return _mean(walls, main, heading, turn)
+
+
+@compiled
+def _has_rival(walls: FloatArray, main: FloatArray, heading: float, widest: float, turn: float, enough: float) -> bool:
+    """True where at another heading of the window enough metres agree."""
+    for m in range(len(walls)):
+        for k in range(len(main)):
+            off = turn_between(walls[m, THETA] + heading, main[k, THETA])
+            elsewhere = abs(off) <= widest and abs(off - turn) > 2.0 * AGREE
+            if elsewhere and _agreeing(walls, main, heading + off) > enough:
+                return True
+    return False
+
+
+@compiled
+def _agreeing(walls: FloatArray, main: FloatArray, heading: float) -> float:
+    """Metres of wall in main directions at this heading, less where they lie less well."""
+    metres = 0.0
+    for m in range(len(walls)):
+        off, _ = _nearest(walls[m, THETA] + heading, main)
+        metres += walls[m, LENGTH] * max(0.0, 1.0 - (off / AGREE) ** 2)
+    return metres
+
+
+@compiled
+def _mean(walls: FloatArray, main: FloatArray, heading: float, turn: float) -> tuple[float, float]:
+    """The turn, as the robust mean (Tukey) of what the walls ask for, and its variance.
+
+    Walls of one building may all be off by the same, so that many of them are no surer than one.
+    """
+    variance = np.inf
+    for _ in range(ROUNDS):
+        weights = asked = spread = 0.0
+        for m in range(len(walls)):
+            off, own = _nearest(walls[m, THETA] + heading + turn, main)
+            v = walls[m, VARIANCE] + own
+            w = walls[m, LENGTH] / v * max(0.0, 1.0 - (off / AGREE) ** 2) ** 2
+            weights += w
+            asked += w * off
+            spread += w * v
+        turn += asked / weights
+        variance = spread / weights
+    return turn, variance
+
+
+@compiled
+def _nearest(direction: float, main: FloatArray) -> tuple[float, float]:
+    """The turn from a direction to the nearest main one, and the variance of that."""
+    least, variance = np.inf, 0.0
+    for k in range(len(main)):
+        off = turn_between(direction, main[k, THETA])
+        if abs(off) < abs(least):
+            least, variance = off, main[k, VARIANCE]
+    return least, variance

@@ -32,7 +32,7 @@ def command(*words: str) -> list[str]:
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[dict[str, str]]:
     """Where the devices of a running ``hopslam emulate`` are."""
-    words = command("emulate", "corridor", "--link-dir", str(tmp_path / "bench"), "--fault", "robot:stall@60+1")
+    words = command("emulate", "corridor", "--link-dir", str(tmp_path / "robot"), "--fault", "robot:stall@60+1")
     words += ["--truth", str(tmp_path / "truth.tum")]
     environment = os.environ | {"PYTHONPATH": "."}
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment) as program:
@@ -40,7 +40,7 @@ def bench(tmp_path: Path) -> Iterator[dict[str, str]]:
         yield json.loads(program.stdout.readline())
         program.send_signal(signal.SIGINT)
         assert program.wait(20) == 0
-    assert not list((tmp_path / "bench").iterdir())
+    assert not list((tmp_path / "robot").iterdir())
 
 
 def test_a_run_on_emulated_devices(bench: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

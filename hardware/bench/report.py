@@ -33,7 +33,7 @@ _QUIET: Final = ("lidar.noise=none", "robot.odometry.travel_noise=0")
 _GOAL: Final = (10.0, 0.0)
 """Where the policy in the environment drives to: x, y in the map frame, metres."""
 _WATCHDOGS: Final = (2.0, 0.4)
-"""Seconds: as delivered, and as docs/bench.md says to set it."""
+"""Seconds: as delivered, and as docs/hardware.md says to set it."""
 
 
 def load_table(seconds: float, console: Terminal) -> ResultTable:

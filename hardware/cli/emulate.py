@@ -39,16 +39,16 @@ def emulate(
 
     [bold]Examples[/bold]
 
-    hopslam emulate corridor --link-dir /tmp/bench
+    hopslam emulate corridor --link-dir /tmp/robot
 
     hopslam emulate crowded_corridor --truth truth.tum --set lidar.noise=realistic --set robot.sonar=true
 
-    hopslam emulate office_loop --link-dir /tmp/bench --rerun serve
+    hopslam emulate office_loop --link-dir /tmp/robot --rerun serve
 
     hopslam emulate corridor --tcp --fault lidar:unplug@10+5 --fault robot:e-stop@20+3
 
-    hopslam run corridor --backend hardware --yes --set hardware.robot_port=/tmp/bench/p3dx --set
-    hardware.lidar_port=/tmp/bench/urg04lx
+    hopslam run corridor --backend hardware --yes --set hardware.robot_port=/tmp/robot/p3dx --set
+    hardware.lidar_port=/tmp/robot/urg04lx
     """
     from contextlib import ExitStack
 

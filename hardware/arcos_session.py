@@ -1,4 +1,4 @@
-"""Talking to an ARCOS robot: finding it on the line, opening it, asking for its settings, closing it."""
+"""The dialogue with an ARCOS robot: finds it on the line, opens it, asks for its settings, closes it."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Final
 
+from hardware import DecodeError
 from hardware.arcos.commands import BAUDS, Command, CommandId
 from hardware.arcos.config_packet import AUTOBAUD_SWITCH, CONFIG_PACKET, ArcosConfig
-from hardware.arcos.identity import SYNC2, Identity
+from hardware.arcos.model import SYNC2, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import is_sip, is_standing
-from hardware.decode_error import DecodeError
 from hardware.serial_port import PortLost, SerialPort
 from slam.errors import RobotError
 
@@ -28,7 +28,7 @@ _SILENCE: Final = 0.03
 _SENT: Final = 0.05
 """Seconds after which a command has left, which a change of the bit rate would spoil: 9 bytes are 10 ms at 9600."""
 _BRAKING: Final = 2.5
-"""Seconds within which a robot that was told to stop stands."""
+"""Seconds within which a robot stands that was told to stop."""
 _BITS_PER_BYTE: Final = 10
 """8N1."""
 _TRIES: Final = 4
@@ -37,7 +37,7 @@ _ROUNDS: Final = 3
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """A packet's data, and when its first byte began to come, seconds of ``time.monotonic``."""
+    """A packet's data, and the time when its first byte began to come, seconds of ``time.monotonic``."""
 
     data: bytes
     stamp: float
@@ -52,14 +52,14 @@ class ArcosLine:
         self._decoder = PacketDecoder()
         self._began = 0.0
         self.left_open: Arrival | None = None
-        """The last report of a robot that was found open, standing again: it has counted its way all the time."""
+        """Last report of a robot that was found open, standing again; it has counted its travel all the time."""
 
     def send(self, command: Command) -> None:
         """Write one command."""
         self.port.write(encode_packet(command.encode()))
 
     def receive(self, timeout: float) -> list[Arrival]:
-        """The packets that are whole now; none when nothing comes within ``timeout`` seconds."""
+        """Return the packets that are whole now; none when nothing comes within ``timeout`` seconds."""
         pending = self._decoder.pending
         data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
         now = time.monotonic()
@@ -72,11 +72,11 @@ class ArcosLine:
         return arrivals
 
     def _seconds_on_the_wire(self, data: bytes) -> float:
-        """What is read at once has come byte by byte."""
+        """Return the time that bytes read at once took to come one by one."""
         return len(data) * _BITS_PER_BYTE / self.port.baud if self.port.has_baud else 0.0
 
     def wait_for(self, wanted: Callable[[bytes], bool], timeout: float = _ANSWER) -> bytes | None:
-        """The first such packet that comes in time; others are dropped."""
+        """Return the first wanted packet that comes in time; others are dropped."""
         if self._closing.is_set():
             raise PortLost(f"{self.port.url}: given up")
         until = time.monotonic() + timeout
@@ -94,7 +94,7 @@ class ArcosLine:
         self._decoder = PacketDecoder()
 
 
-def connect(line: ArcosLine) -> Identity:
+def connect_robot(line: ArcosLine) -> Identity:
     """Find the robot's bit rate, close it if a dead client left it open, and open it; RobotError when none answers."""
     bauds = _BAUD_SEARCH if line.port.has_baud else (line.port.baud,)
     for _ in range(_ROUNDS):
@@ -112,7 +112,7 @@ def connect(line: ArcosLine) -> Identity:
 
 
 def read_config(line: ArcosLine) -> ArcosConfig:
-    """The settings in the robot's FLASH; RobotError when it does not say them."""
+    """Return the settings in the robot's FLASH; RobotError when it does not say them."""
     for _ in range(_TRIES):
         line.send(Command(CommandId.CONFIG, 1))
         packet = line.wait_for(lambda data: data[0] == CONFIG_PACKET, 2.0 * _ANSWER)
@@ -123,7 +123,7 @@ def read_config(line: ArcosLine) -> ArcosConfig:
 
 
 def speed_up(line: ArcosLine, config: ArcosConfig) -> None:
-    """Go to a bit rate that has room for every report, where the robot lets us; back again when it fails."""
+    """Change to a bit rate that has room for every report, where the robot allows it; back again when it fails."""
     slow = line.port.baud
     if config.autobaud != AUTOBAUD_SWITCH or not line.port.has_baud or slow >= _FAST_BAUD:
         return
@@ -135,7 +135,7 @@ def speed_up(line: ArcosLine, config: ArcosConfig) -> None:
         line.port.baud = slow
 
 
-def disconnect(line: ArcosLine) -> None:
+def disconnect_robot(line: ArcosLine) -> None:
     """Stop the robot, take the power from its motors, and close it."""
     line.send(Command(CommandId.STOP))
     line.send(Command(CommandId.ENABLE, 0))
@@ -143,13 +143,13 @@ def disconnect(line: ArcosLine) -> None:
 
 
 class _Closed(Enum):
-    """What came of a robot that was open."""
+    """The outcome for a robot that was found open."""
 
     JUST_NOW = auto()
 
 
 def _synchronise(line: ArcosLine) -> Identity | _Closed | None:
-    """SYNC0, SYNC1 and SYNC2, each echoed; None when the robot does not answer at this bit rate.
+    """Send SYNC0, SYNC1 and SYNC2, each echoed; None when the robot does not answer at this bit rate.
 
     STOP comes first: for a robot that was left open SYNC0 is PULSE, upon which it may take up its last velocity.
     """

@@ -13,17 +13,16 @@ from contextlib import suppress
 
 import numpy as np
 
+from hardware import DecodeError
 from hardware.arcos.commands import Command, CommandId
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.encoder_packet import WheelTravel
-from hardware.arcos.identity import Identity
+from hardware.arcos.model import P3DX, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import Sip
-from hardware.arcos.units import P3DX
-from hardware.decode_error import DecodeError
 from hardware.scip.commands import Measure
 from hardware.scip.frames import CommandDecoder, FrameDecoder
-from hardware.scip.information import Parameters, State, VersionInfo, old_fan
+from hardware.scip.information import Parameters, State, VersionInfo, scip1_fan
 from hardware.scip.reply import Reply, decode_old_reply, find_reply
 from hardware.scip.scan_data import ScanData, decode_scan, encode_scan
 
@@ -95,7 +94,7 @@ def try_scip(lines: tuple[bytes, ...]) -> None:
             VersionInfo.decode,
             Parameters.decode,
             State.decode,
-            lambda r: old_fan(VersionInfo.decode(r)),
+            lambda r: scip1_fan(VersionInfo.decode(r)),
         ):
             with suppress(DecodeError):
                 read(reply)

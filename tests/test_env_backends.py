@@ -67,7 +67,7 @@ def simulated(*settings: str, **arguments: object) -> Iterator[tuple[gymnasium.E
 
 
 def still(emulator: Emulator) -> bool:
-    return not emulator.p3dx.motion.moving
+    return not emulator.p3dx.motors.moving
 
 
 def wait_until(condition: Callable[[], object]) -> None:
@@ -225,7 +225,7 @@ def test_without_a_yes_and_in_a_dry_run_it_never_moves() -> None:
         env.reset(seed=0)
         *_, info = env.step(FORWARD)
         np.testing.assert_array_equal(info["applied"], [0.0, 0.0])
-        assert not emulator.p3dx.motion.enabled
+        assert not emulator.p3dx.motors.enabled
     with on_devices(yes=False) as (env, emulator):
         env.reset(seed=0)
         with pytest.raises(RobotError, match="nobody can be asked"):

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from hardware.bench.bench import port_settings
+from hardware.bench.emulated_robot import port_settings
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.kinematic_plant import scenario_plant
-from hardware.emulator.motion import FACTORY
+from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.ports import PtyPort
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
@@ -43,7 +43,7 @@ class Course:
 def test_a_cable_out_for_a_while(device: str, tmp_path: Path) -> None:
     ports = PtyPort(tmp_path / "p3dx"), PtyPort(tmp_path / "urg04lx")
     plant = scenario_plant(load_scenario("corridor"))
-    with Emulator(plant, *ports, paced=False, robot_config=replace(FACTORY, watchdog=0.8)) as emulator:
+    with Emulator(plant, *ports, paced=False, robot_config=replace(FACTORY_CONFIG, watchdog=0.8)) as emulator:
 
         def pull() -> None:
             station = getattr(emulator, device)

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.bench.noise import HEARERS, Hail, hear_scans
+from hardware.bench.noise import RECEIVERS, ByteDamage, receive_scans
 from hardware.scip.commands import Measure
 from hardware.scip.partial_scans import partial_scans
 from hardware.scip.scan_data import ScanData, encode_scan
@@ -17,16 +17,16 @@ FIRST = 3
 """Lines before the ranges: echo, status, time."""
 
 
-@pytest.mark.parametrize("hail", [Hail(0.01), Hail(0.01, 64), Hail(0.01, 1, True)])
-@pytest.mark.parametrize("name", HEARERS)
-def test_nothing_wrong_is_believed(name: str, hail: Hail) -> None:
-    score = HEARERS[name](300, hail)
+@pytest.mark.parametrize("hail", [ByteDamage(0.01), ByteDamage(0.01, 64), ByteDamage(0.01, 1, True)])
+@pytest.mark.parametrize("name", RECEIVERS)
+def test_nothing_wrong_is_believed(name: str, damage: ByteDamage) -> None:
+    score = RECEIVERS[name](300, damage)
     assert score.wrong == 0
     assert score.survived == score.good
 
 
 def test_runs_of_damage_cost_the_beams_around_them_only() -> None:
-    score = hear_scans(100, Hail(0.01, 64))
+    score = receive_scans(100, ByteDamage(0.01, 64))
     assert score.good < 85
     assert score.beams > 0.85
 

@@ -11,15 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.decode_error import DecodeError
-from hardware.scip.commands import Measure, echo_at_end, is_command, set_baud
+from hardware import DecodeError
+from hardware.scip.commands import Measure, echo_at_end, set_baud
+from hardware.scip.encoding import add_entry_sum, add_sum, check_entry_sum, check_sum, decode_values, encode_values
 from hardware.scip.frames import CommandDecoder, FrameDecoder
-from hardware.scip.information import Parameters, State, VersionInfo, old_fan
-from hardware.scip.line_sum import seal, seal_entry, unseal, unseal_entry
+from hardware.scip.information import Parameters, State, VersionInfo, scip1_fan
 from hardware.scip.reply import Reply, decode_old_reply, decode_reply, find_reply
 from hardware.scip.scan_data import ScanData, decode_scan, decode_time, encode_scan, encode_time
 from hardware.scip.status import is_fine, meaning
-from hardware.scip.values import decode_values, encode_values
 from slam.lidars import URG04LX
 from tests.fuzz_codecs import fuzz_scip
 
@@ -56,20 +55,20 @@ def test_values_of_the_specification() -> None:
 
 @given(st.binary(min_size=1, max_size=64))
 def test_a_line_survives_the_wire(line: bytes) -> None:
-    assert unseal(seal(line)) == line
-    assert unseal_entry(seal_entry(line)) == line
+    assert check_sum(add_sum(line)) == line
+    assert check_entry_sum(add_entry_sum(line)) == line
 
 
 @pytest.mark.parametrize("line", [b"00P", b"02R", b"03S", b"99b", b"0Ee", b"JUGnD"])
 def test_sums_seen_on_the_wire(line: bytes) -> None:
-    assert unseal(line) == line[:-1]
-    assert seal(line[:-1]) == line
+    assert check_sum(line) == line[:-1]
+    assert add_sum(line[:-1]) == line
 
 
 @pytest.mark.parametrize("entry", [b"SCAN:600;e", b"PROT:SCIP 2.0;N"])
 def test_sums_of_entries_seen_on_the_wire(entry: bytes) -> None:
-    assert unseal_entry(entry) == entry[:-1]
-    assert seal_entry(entry[:-1]) == entry
+    assert check_entry_sum(entry) == entry[:-1]
+    assert add_entry_sum(entry[:-1]) == entry
 
 
 STEP, TWO_DIGITS, DIGIT = st.integers(0, 768), st.integers(0, 99), st.integers(0, 9)
@@ -91,9 +90,7 @@ def test_commands_that_clients_send() -> None:
     assert Measure("MD", 44, 725, 3).values == 228
     assert set_baud(115200) == "SS115200"
     for text in ("VV", "BM;x", "TM1", "SS019200", "CR00", "HS0", "SCIP2.0", "MS0044072501000"):
-        assert is_command(text)
         assert echo_at_end(b"noise" + text.encode()) == text.encode()
-    assert not is_command("V")
     with pytest.raises(DecodeError):
         Measure.decode("VV")
 
@@ -186,7 +183,7 @@ def test_scip_1_1() -> None:
     assert wire.startswith(b"V\n0\nVEND:a\n")
     (lines,) = FrameDecoder().feed(wire)
     assert VersionInfo.decode(decode_old_reply(lines)) == version
-    assert old_fan(version) == (0.02, 4.095, 44, 725, 0.1)
+    assert scip1_fan(version) == (0.02, 4.095, 44, 725, 0.1)
     scan = encode_scan(ScanData(Measure("G", 44, 83), np.full(40, 1.5), None), "0")
     (lines,) = FrameDecoder().feed(scan.encode())
     assert decode_scan(decode_old_reply(lines)).ranges.tolist() == [1.5] * 40

@@ -1,4 +1,4 @@
-"""The standard server information packet (SIP): what the robot says of itself every cycle.
+"""The standard server information packet (SIP): the robot's report of itself, sent every cycle.
 
 Layout: ArRobot::processMotorPacket and the functions after it, AriaCoda.
 """
@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from math import radians
 from typing import Any, Final
 
+from hardware import DecodeError
 from hardware.arcos.fields import Field, FieldReader
-from hardware.arcos.units import ArcosUnits
-from hardware.decode_error import DecodeError
+from hardware.arcos.model import ArcosUnits
 
 _STOPPED, _MOVING = 0x32, 0x33
 _IDS: Final = range(0x30, 0x35)
@@ -50,7 +50,7 @@ def _head(units: ArcosUnits) -> tuple[Field, ...]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sip:
-    """One report. The fields after ``digital_out`` are None where the robot's firmware leaves them out."""
+    """One report; the fields after ``digital_out`` are None where the robot's firmware leaves them out."""
 
     moving: bool = False
     x: float = 0.0
@@ -59,19 +59,19 @@ class Sip:
     theta: float = 0.0
     """Radians."""
     left: float = 0.0
-    """Wheel, m/s."""
+    """Speed of the left wheel, m/s."""
     right: float = 0.0
     battery: float = 0.0
     """Volts."""
     left_contacts: int = 0
-    """Bit 0: the left wheel stalls; bits 1 and up: the rear bumpers."""
+    """Contact bits: 0 for a stalled left wheel, 1 and up for the rear bumpers."""
     right_contacts: int = 0
-    """Bit 0: the right wheel stalls; bits 1 and up: the front bumpers."""
+    """Contact bits: 0 for a stalled right wheel, 1 and up for the front bumpers."""
     control: int = 0
     flags: int = 0
     compass: int = 0
     sonar: tuple[tuple[int, float], ...] = ()
-    """(transducer, metres) of those that have a new reading."""
+    """(transducer, metres) for each that has a new reading."""
     gripper: int = 0
     analog_port: int = 0
     analog: int = 0
@@ -95,7 +95,7 @@ class Sip:
 
     @property
     def stalled(self) -> bool:
-        """Whether a wheel cannot turn as it should."""
+        """True while a wheel cannot turn as it should."""
         return bool((self.left_contacts | self.right_contacts) & 1)
 
     @property
@@ -110,16 +110,16 @@ class Sip:
 
     @property
     def motors_enabled(self) -> bool:
-        """Whether the motors have power."""
+        """True while the motors have power."""
         return bool(self.flags & _MOTORS_ENABLED)
 
     @property
     def e_stop(self) -> bool:
-        """Whether the emergency stop is pressed."""
+        """True while the emergency stop is pressed."""
         return bool(self.flags & _E_STOP)
 
     def encode(self, units: ArcosUnits) -> bytes:
-        """The data of the packet; x and y count on in 16 bits, which readers of 15 and of 12 bits understand."""
+        """Return the data of the packet; x and y count on in 16 bits, which readers of 15 and of 12 bits understand."""
         wrapped = {"x": round(self.x / units.distance) & 0xFFFF, "y": round(self.y / units.distance) & 0xFFFF}
         data = bytes([_MOVING if self.moving else _STOPPED])
         data += b"".join(wrapped[f.name].to_bytes(2, "little") for f in _head(units)[:2])
@@ -136,7 +136,7 @@ class Sip:
 
     @classmethod
     def decode(cls, data: bytes, units: ArcosUnits) -> Sip:
-        """From the data of a packet; Damaged when it is another one, or ends too early."""
+        """Read the data of a packet; DecodeError when it is another one, or ends too early."""
         if data[0] not in _IDS:
             raise DecodeError(f"packet {data[0]:#04x} is no SIP")
         reader = FieldReader(data[1:])
@@ -154,15 +154,15 @@ class Sip:
 
 
 def is_sip(data: bytes) -> bool:
-    """Whether a packet with these data is a standard SIP."""
+    """Tell whether a packet with these data is a standard SIP."""
     return data[0] in _IDS
 
 
 def is_standing(data: bytes) -> bool:
-    """Whether a packet with these data is the SIP of a robot whose motors stand."""
+    """Tell whether a packet with these data is the SIP of a robot whose motors stand."""
     return data[0] == _STOPPED
 
 
 def flags(motors_enabled: bool, e_stop: bool) -> int:
-    """The flags of a SIP."""
+    """Return the flags of a SIP."""
     return _MOTORS_ENABLED * motors_enabled | _E_STOP * e_stop

@@ -1,4 +1,4 @@
-"""What the drivers and the emulator cost, and how old a scan is when it is seen."""
+"""Benchmark of load: the processor time of drivers and emulator, and the age of a scan when it is seen."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from time import monotonic, process_time
 
 import numpy as np
 
-from hardware.bench.bench import Bench
+from hardware.bench.emulated_robot import EmulatedRobot
 from slam.robot import Observation
 
 
 @dataclass(frozen=True, slots=True)
 class Load:
-    """``cpu`` is a share of one core, of drivers, emulator and physics together; latencies are seconds."""
+    """The load of drivers, emulator and physics: ``cpu`` is a share of one core, latencies are seconds."""
 
     cpu: float
     scans: int
@@ -22,20 +22,20 @@ class Load:
     latency_p99: float
 
 
-def measure_load(at: Bench, seconds: float) -> Load:
-    """Drive for so long."""
-    at.drive_until(lambda: not at.standing)
+def measure_load(emulated: EmulatedRobot, seconds: float) -> Load:
+    """Measure the load while driving for so long."""
+    emulated.drive_until(lambda: not emulated.standing)
     began, busy = monotonic(), process_time()
     latencies = []
     while monotonic() - began < seconds:
-        observation = at.step()
+        observation = emulated.step()
         if observation is not None:
-            latencies.append(_latency(observation, at.robot.epoch or 0.0))
+            latencies.append(_latency(observation, emulated.robot.epoch or 0.0))
     cpu = (process_time() - busy) / (monotonic() - began)
     return Load(cpu, len(latencies), seconds, float(np.median(latencies)), float(np.quantile(latencies, 0.99)))
 
 
 def _latency(observation: Observation, epoch: float) -> float:
-    """From the last beam until now."""
+    """Return the seconds from the last beam until now."""
     scan = observation.scan
     return monotonic() - (epoch + scan.stamp + (len(scan.ranges) - 1) * scan.time_increment)

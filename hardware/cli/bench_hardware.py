@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Part(StrEnum):
-    """What is measured."""
+    """The benchmarks, one table each."""
 
     LOAD = "load"
     FAULTS = "faults"
@@ -26,10 +26,10 @@ class Part(StrEnum):
 
 
 def bench_hardware(
-    parts: Annotated[list[Part] | None, typer.Argument(help="What to measure; all without one.")] = None,
-    seconds: Annotated[float, typer.Option(min=2.0, metavar="S", help="load: to drive.")] = 20.0,
+    parts: Annotated[list[Part] | None, typer.Argument(help="Benchmarks; all without one.")] = None,
+    seconds: Annotated[float, typer.Option(min=2.0, metavar="S", help="load: seconds to drive.")] = 20.0,
     packets: Annotated[int, typer.Option(min=1, help="noise: messages of each kind.")] = 10_000,
-    scenario: Annotated[str, typer.Option(metavar="NAME", help="sim, env: what is driven twice.")] = "corridor",
+    scenario: Annotated[str, typer.Option(metavar="NAME", help="sim, env: scenario to drive twice.")] = "corridor",
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="sim, env: change one setting of it.")
     ] = None,
@@ -70,7 +70,7 @@ def bench_hardware(
         Part.ENDINGS: lambda: report.ending_table(console),
         Part.LOAD: lambda: report.load_table(seconds, console),
         Part.NOISE: lambda: report.noise_table(packets, console),
-        Part.SIM: lambda: report.twin_table(scenario, settings or [], console, allow_modules or []),
+        Part.SIM: lambda: report.sim_table(scenario, settings or [], console, allow_modules or []),
         Part.ENV: lambda: report.env_table(scenario, settings or [], allow_modules or []),
     }
     for part, table in tables.items():

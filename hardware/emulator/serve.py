@@ -1,4 +1,4 @@
-"""The emulator as a program: it says where its devices are, and runs until it is interrupted."""
+"""The emulator as a program: it prints the addresses of its devices, and runs until it is interrupted."""
 
 from __future__ import annotations
 
@@ -11,20 +11,19 @@ from pathlib import Path
 from time import sleep
 from typing import Final, TextIO
 
-from hardware.emulator.emulator import Emulator
-from hardware.emulator.emulator_state import EmulatorState
-from hardware.emulator.faults import Fault
-from hardware.emulator.motion import FACTORY
+from hardware.emulator.emulator import Emulator, EmulatorState
+from hardware.emulator.faults import TimedFault
+from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort, TcpPort
-from hardware.emulator.wire import Noise
+from hardware.emulator.serial_line import LineNoise
 from slam.errors import InputError
 from slam.files.tum import format_tum
 
 _TRUTH_PERIOD: Final = 0.05
-"""Seconds."""
+"""Seconds between two true poses."""
 _SHOWN_EVERY: Final = 2
-"""Of these periods."""
+"""Number of these periods between two states that are shown."""
 
 
 def serve(
@@ -32,7 +31,7 @@ def serve(
     link_dir: Path | None,
     tcp: bool,
     faults: Sequence[str],
-    noise: Noise,
+    noise: LineNoise,
     drift: float,
     rs232: bool,
     seed: int,
@@ -42,13 +41,12 @@ def serve(
 ) -> None:
     """Print one line of JSON with the addresses of both ports when they are ready, and serve until interrupted.
 
-    ``truth`` gets the way of the base as TUM text, 20 poses a second, stamped by the host's monotonic clock; ``show``
-    is shown how things stand 10 times a second. InputError for a fault that is none, or a file or folder that cannot be
-    used.
+    ``truth`` gets the true poses of the base as TUM text, 20 a second, stamped by the host's monotonic clock; ``show``
+    gets the state 10 times a second. InputError for an unknown fault, or a file or folder that cannot be used.
     """
-    planned = [Fault.parse(text) for text in faults]
+    planned = [TimedFault.parse(text) for text in faults]
     robot_port, lidar_port = _ports(link_dir, tcp)
-    config = replace(FACTORY, watchdog=watchdog)
+    config = replace(FACTORY_CONFIG, watchdog=watchdog)
     emulator = Emulator(plant, robot_port, lidar_port, noise, drift, not rs232, seed=seed, robot_config=config)
     for fault in planned:
         fault.plan(emulator)
@@ -59,7 +57,7 @@ def serve(
             if file is not None:
                 file.write(format_tum(*emulator.truth) + "\n")
             if show is not None and tick % _SHOWN_EVERY == 0:
-                show(emulator.look())
+                show(emulator.state)
 
 
 def _opened(truth: Path | None) -> AbstractContextManager[TextIO | None]:

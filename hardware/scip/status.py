@@ -1,4 +1,4 @@
-"""What the two characters of a status mean."""
+"""The meaning of a status, the two characters behind an echo."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ _PARAMETERS: Final = {
 
 
 def is_fine(status: str) -> bool:
-    """Whether the command was obeyed: 00 or 99 (a scan that comes by itself), 0 in SCIP 1.1."""
+    """Tell whether the command was obeyed: 00 or 99 (a scan that comes by itself), 0 in SCIP 1.1."""
     return status in ("00", "99", "0")
 
 
 def meaning(command: str, status: str) -> str:
-    """In words."""
+    """Return the meaning of a status in words."""
     if is_fine(status):
         return "done"
     words = _SPECIAL.get((command[:2], status)) or _GENERAL.get(status)

@@ -1,4 +1,4 @@
-"""One policy in the learning environment, simulated and on emulated devices."""
+"""Benchmark env: one policy in the learning environment, simulated and on emulated devices."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.bench.bench import emulated, port_settings
-from hardware.bench.twin_runs import DrivenWay, Load, WayNotes
+from hardware.bench.emulated_robot import emulated_devices, port_settings
+from hardware.bench.sim_comparison import DrivenPath, LoadScenario, PathRecorder
 from hardware.emulator.emulator import Emulator
 from hardware.robot import HardwareRobot
 from slam.env.p3dx_env import P3DXEnv
@@ -26,40 +26,40 @@ _BRAKING: Final = 15
 """Steps after the end in which no motion is commanded, so that the robot comes to rest."""
 
 
-def simulated_env_way(load: Load, settings: Sequence[str], goal: Point) -> DrivenWay:
-    """Drive the simulated robot, which is told the true way to the goal, x and y in the map frame."""
+def drive_env_simulated(load: LoadScenario, settings: Sequence[str], goal: Point) -> DrivenPath:
+    """Drive the simulated robot, which is told the true direction of the goal, x and y in the map frame."""
     return _drive(P3DXEnv(load(settings), observe="goal"), goal, None)
 
 
-def emulated_env_way(load: Load, settings: Sequence[str], goal: Point, plant: str) -> DrivenWay:
-    """Drive emulated devices that this plant moves, in real time; SLAM tells them the way to the goal."""
-    with emulated(load(settings), plant=plant) as emulator, emulator:
+def drive_env_emulated(load: LoadScenario, settings: Sequence[str], goal: Point, plant: str) -> DrivenPath:
+    """Drive emulated devices that this plant moves, in real time; SLAM tells them the direction of the goal."""
+    with emulated_devices(load(settings), plant=plant) as emulator, emulator:
         scenario = load([*settings, *port_settings(emulator)])
         return _drive(P3DXEnv(scenario, observe="goal", backend="hardware", yes=True), goal, emulator)
 
 
-def to_the_goal(observation: dict[str, NDArray[Any]]) -> NDArray[np.float32]:
-    """A policy: turn towards the next way-point, and slow down before it."""
+def goal_policy(observation: dict[str, NDArray[Any]]) -> NDArray[np.float32]:
+    """Turn towards the next way-point, and slow down before it: a policy."""
     distance, bearing = observation["goal"]
     v = np.clip(distance - 0.1, 0.05, _SPEED) * max(np.cos(bearing), 0.0)
     return np.array([v, np.clip(1.5 * bearing, -_TURN_SPEED, _TURN_SPEED)], np.float32)
 
 
-def _drive(env: P3DXEnv, goal: Point, emulator: Emulator | None) -> DrivenWay:
-    """One episode until its end, and then until the robot stands."""
-    notes = WayNotes(emulator)
+def _drive(env: P3DXEnv, goal: Point, emulator: Emulator | None) -> DrivenPath:
+    """Run one episode until its end, and then until the robot stands."""
+    recorder = PathRecorder(emulator)
     with closing(env):
         observation, info = env.reset(seed=env.scenario.seed, options={"goal": goal})
-        notes.see(_step(info))
+        recorder.see(_step(info))
         over = False
         while not over:
-            observation, _, terminated, truncated, info = env.step(to_the_goal(observation))
-            notes.see(_step(info))
+            observation, _, terminated, truncated, info = env.step(goal_policy(observation))
+            recorder.see(_step(info))
             over = terminated or truncated
         for _ in range(_BRAKING):
             *_, info = env.step(np.zeros(2))
-            notes.see(_step(info))
-        return notes.way((env.robot.epoch or 0.0) if isinstance(env.robot, HardwareRobot) else 0.0)
+            recorder.see(_step(info))
+        return recorder.path((env.robot.epoch or 0.0) if isinstance(env.robot, HardwareRobot) else 0.0)
 
 
 def _step(info: dict[str, Any]) -> Step:

@@ -1,4 +1,4 @@
-"""How far two ways of a robot through the same scenario are apart."""
+"""The distance between two paths of a robot through the same scenario."""
 
 from __future__ import annotations
 
@@ -13,37 +13,37 @@ from slam.pose import FloatArray
 _MOVES: Final = 0.01
 """Metres from one pose to the next: a robot that moves less stands, or turns on the spot."""
 _LEG: Final = 1.0
-"""Metres that a leg has at least."""
+"""Least length of a leg, metres."""
 _STEP: Final = 0.005
-"""Metres between the places of a way that are looked at."""
+"""Metres between the places of a path that are compared."""
 _NEW_LEG: Final = 0.5
-"""Radians that a robot which stood has turned by if it begins another leg; else it stood for other reasons."""
+"""Radians by which a robot that stood has turned if it begins another leg; else it stood for other reasons."""
 _TURN: Final = 0.5
 """Metres from the ends of a leg within which the robot still turns into it, or already into the next."""
 
 
 @dataclass(frozen=True, slots=True)
-class WayDifference:
-    """Of two ways at the same place along the route, whenever each came by; turns on the spot left out.
+class PathDifference:
+    """The difference of two paths at the same place along the route, whenever each came by; turns on the spot left out.
 
-    The clocks of two runs start at different times; so each place of one way is compared with the nearest place of the
+    The clocks of two runs start at different times; so each place of one path is compared with the nearest place of the
     other's same leg, which is the one abreast of it.
     """
 
     length: float
-    """Metres that were compared."""
+    """Length that was compared, metres."""
     largest: float
-    """Between the places, metres ..."""
+    """Largest distance between the places, metres ..."""
     rms: float
     """... and its root mean square."""
     heading: float
-    """Between the headings there, the largest, radians, but for the turns at the ends of legs."""
+    """Largest difference of the headings there, radians, but for the turns at the ends of legs."""
     ends: float
-    """Between the ends of the same leg, the largest, metres: a robot that arrives says so once a scan only."""
+    """Largest distance between the ends of the same leg, metres: a robot that arrives says so once a scan only."""
 
     @classmethod
     def between(cls, one: FloatArray, other: FloatArray) -> Self:
-        """Of two ways of poses x, y, theta, (N, 3) and (M, 3), with as many legs."""
+        """Compare two paths of poses x, y, theta, (N, 3) and (M, 3), with as many legs."""
         legs = list(zip(_legs(one), _legs(other), strict=True))
         apart, turned = map(np.concatenate, zip(*(_abreast(a, b) for a, b in legs), strict=True))
         ends = max(float(np.hypot(*(a[-1] - b[-1])[:2])) for a, b in legs)
@@ -52,7 +52,7 @@ class WayDifference:
 
 
 def _legs(poses: FloatArray) -> Sequence[FloatArray]:
-    """The pieces of a way between which the robot turns on the spot, each in steps of ``_STEP``."""
+    """Split a path where the robot turns on the spot, and resample each leg in steps of ``_STEP``."""
     steps = np.hypot(*np.diff(poses[:, :2], axis=0).T)
     ends = np.flatnonzero(np.diff(np.concatenate([[False], steps > _MOVES, [False]]).astype(int))).reshape(-1, 2)
     turns = np.abs(_wrapped(poses[ends[1:, 0], 2] - poses[ends[:-1, 1], 2]))
@@ -69,7 +69,7 @@ def _resampled(poses: FloatArray) -> FloatArray:
 
 
 def _abreast(one: FloatArray, other: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Metres and radians from each place of one leg to the nearest of the other, where that is not one of its ends.
+    """Return metres and radians from each place of one leg to the nearest of the other, unless that is an end of it.
 
     Radians are 0 near the ends.
     """
@@ -83,6 +83,6 @@ def _abreast(one: FloatArray, other: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def _wrapped(angles: FloatArray) -> FloatArray:
-    """In [-pi, pi)."""
+    """Return the angles in [-pi, pi)."""
     wrapped: FloatArray = (angles + np.pi) % (2.0 * np.pi) - np.pi
     return wrapped

@@ -1,4 +1,4 @@
-"""The same scenario driven twice: by the simulated robot, and by the drivers on emulated devices."""
+"""Benchmark sim: the same scenario driven by the simulated robot, and by the drivers on emulated devices."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hardware.bench.bench import emulated, port_settings
+from hardware.bench.emulated_robot import emulated_devices, port_settings
 from hardware.emulator.emulator import Emulator
 from hardware.robot import HardwareRobot
 from slam.console.terminal import Terminal
@@ -21,27 +21,27 @@ from slam.run.step import Step, Watcher
 from slam.run.warm_up import warm_up
 from slam.scenario.schema import Scenario
 
-Load = Callable[[Sequence[str]], Scenario]
-"""The scenario with these settings."""
+LoadScenario = Callable[[Sequence[str]], Scenario]
+"""Loads the scenario with these settings."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class DrivenWay:
-    """One run, scan by scan; poses are rows x, y, theta of ``T_map_base``, (N, 3)."""
+class DrivenPath:
+    """The path of one run, scan by scan; poses are rows x, y, theta of ``T_map_base``, (N, 3)."""
 
     truth: FloatArray
     estimate: FloatArray
 
     @property
     def errors(self) -> FloatArray:
-        """Metres between the estimate and the truth, (N,); without alignment, as both begin at the same place."""
+        """Metres between the estimate and the truth, (N,), without alignment, as both begin at the same place."""
         errors: FloatArray = np.hypot(*(self.estimate - self.truth)[:, :2].T)
         return errors
 
 
 @dataclass
-class WayNotes:
-    """A watcher that keeps what is estimated, and what is true: at the scan, or about now where only that is known."""
+class PathRecorder:
+    """A watcher that keeps estimated and true poses: the truth at the scan, or that of now where only it is known."""
 
     emulator: Emulator | None = None
     stamps: list[float] = field(default_factory=list)
@@ -49,43 +49,43 @@ class WayNotes:
     truth: list[tuple[float, Pose2D]] = field(default_factory=list)
 
     def see(self, step: Step) -> None:
-        seen = step.observation
-        self.stamps.append(seen.scan.stamp)
+        observation = step.observation
+        self.stamps.append(observation.scan.stamp)
         self.estimate.append(step.estimate.T_map_base)
         if self.emulator is not None:
             self.truth.append(self.emulator.truth)
-        elif seen.T_map_base is not None:
-            self.truth.append((seen.scan.stamp, seen.T_map_base))
+        elif observation.T_map_base is not None:
+            self.truth.append((observation.scan.stamp, observation.T_map_base))
 
-    def way(self, epoch: float) -> DrivenWay:
-        """With the truth at the scans' stamps, which count from ``epoch`` on the clock of the truth."""
+    def path(self, epoch: float) -> DrivenPath:
+        """Return the path, with the truth at the scans' stamps, which count from ``epoch`` on the truth's clock."""
         known = np.array([stamp for stamp, _ in self.truth]) - epoch
         x, y, theta = _rows([pose for _, pose in self.truth]).T
         truth = [np.interp(self.stamps, known, column) for column in (x, y, np.unwrap(theta))]
-        return DrivenWay(np.column_stack(truth), _rows(self.estimate))
+        return DrivenPath(np.column_stack(truth), _rows(self.estimate))
 
 
-def simulated_way(load: Load, settings: Sequence[str], console: Terminal) -> DrivenWay:
-    """On the simulated robot."""
-    return _drive(scenario_experiment(load(settings)), WayNotes(), console, "sim")
+def drive_simulated(load: LoadScenario, settings: Sequence[str], console: Terminal) -> DrivenPath:
+    """Drive the simulated robot."""
+    return _drive(scenario_experiment(load(settings)), PathRecorder(), console, "sim")
 
 
-def emulated_way(load: Load, settings: Sequence[str], console: Terminal) -> DrivenWay:
-    """On devices emulated at two pseudo-terminals, in real time."""
-    with emulated(load(settings)) as emulator, emulator:
+def drive_emulated(load: LoadScenario, settings: Sequence[str], console: Terminal) -> DrivenPath:
+    """Drive devices emulated at two pseudo-terminals, in real time."""
+    with emulated_devices(load(settings)) as emulator, emulator:
         scenario = load([*settings, *port_settings(emulator)])
-        return _drive(scenario_experiment(scenario, "hardware", yes=True), WayNotes(emulator), console, "hardware")
+        return _drive(scenario_experiment(scenario, "hardware", yes=True), PathRecorder(emulator), console, "hardware")
 
 
-def _drive(experiment: Experiment, notes: WayNotes, console: Terminal, name: str) -> DrivenWay:
+def _drive(experiment: Experiment, recorder: PathRecorder, console: Terminal, name: str) -> DrivenPath:
     warm_up(console, experiment.scenario.slam)
     with ExitStack() as stack:
         stack.callback(experiment.env.close)
         bar = stack.enter_context(RunProgress(console, f"{experiment.scenario.name}, {name}"))
-        watchers: list[Watcher] = [notes, bar, stack.enter_context(Interruption())]
+        watchers: list[Watcher] = [recorder, bar, stack.enter_context(Interruption())]
         run_loop(experiment.env, experiment.slam, experiment.pilot, watchers, experiment.seed)
         robot = experiment.env.robot
-        return notes.way((robot.epoch or 0.0) if isinstance(robot, HardwareRobot) else 0.0)
+        return recorder.path((robot.epoch or 0.0) if isinstance(robot, HardwareRobot) else 0.0)
 
 
 def _rows(poses: Sequence[Pose2D]) -> FloatArray:

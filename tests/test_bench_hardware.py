@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from hardware.bench.env_comparison import drive_env_emulated, drive_env_simulated
-from hardware.bench.path_difference import PathDifference
+from hardware.bench.driven_path import PathDifference
+from hardware.bench.sim_comparison import drive_env_emulated, drive_env_simulated
 from slam.cli.main import app
 from slam.scenario.file import load_scenario
 

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from hardware.bench.emulated_robot import emulated_robot
-from hardware.bench.load import measure_load
+from hardware.bench.emulated_robot import emulated_robot, measure_load
 from hardware.doctor import examine
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.faults import TimedFault

@@ -17,17 +17,17 @@ FIRST = 3
 """Lines before the ranges: echo, status, time."""
 
 
-@pytest.mark.parametrize("hail", [ByteDamage(0.01), ByteDamage(0.01, 64), ByteDamage(0.01, 1, True)])
+@pytest.mark.parametrize("damage", [ByteDamage(0.01), ByteDamage(0.01, 64), ByteDamage(0.01, 1, True)])
 @pytest.mark.parametrize("name", RECEIVERS)
 def test_nothing_wrong_is_believed(name: str, damage: ByteDamage) -> None:
     score = RECEIVERS[name](300, damage)
     assert score.wrong == 0
-    assert score.survived == score.good
+    assert score.received == score.unharmed
 
 
 def test_runs_of_damage_cost_the_beams_around_them_only() -> None:
     score = receive_scans(100, ByteDamage(0.01, 64))
-    assert score.good < 85
+    assert score.unharmed < 85
     assert score.beams > 0.85
 
 

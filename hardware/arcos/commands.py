@@ -43,18 +43,11 @@ class CommandId(IntEnum):
     BATTERYINFO = 62
 
 
-SI_PER_UNIT: Final[dict[int, float]] = {
-    CommandId.SETA: 0.001,
-    CommandId.SETV: 0.001,
-    CommandId.MOVE: 0.001,
-    CommandId.VEL: 0.001,
-    CommandId.ROTATE: radians(1.0),
-    CommandId.SETRV: radians(1.0),
-    CommandId.HEAD: radians(1.0),
-    CommandId.DHEAD: radians(1.0),
-    CommandId.RVEL: radians(1.0),
-    CommandId.SETRA: radians(1.0),
-}
+_IN_MILLIMETRES: Final[tuple[int, ...]] = (CommandId.SETA, CommandId.SETV, CommandId.MOVE, CommandId.VEL)
+_IN_DEGREES: Final[tuple[int, ...]] = (
+    CommandId.ROTATE, CommandId.SETRV, CommandId.HEAD, CommandId.DHEAD, CommandId.RVEL, CommandId.SETRA,
+)  # fmt: skip
+SI_PER_UNIT: Final[dict[int, float]] = dict.fromkeys(_IN_MILLIMETRES, 0.001) | dict.fromkeys(_IN_DEGREES, radians(1.0))
 """One unit of the argument in metres, radians and seconds: the wire has whole mm and degrees."""
 
 BAUDS: Final = (9600, 19200, 38400, 57600, 115200)

@@ -5,22 +5,17 @@ Layout: ArRobotConfigPacketReader::packetHandler, AriaCoda. Packets of older fir
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from math import radians
 from typing import Any, Final
 
 from hardware import DecodeError
-from hardware.arcos.fields import Field, FieldReader
+from hardware.arcos.fields import FieldReader, number, number_fields
 
 CONFIG_PACKET: Final = 0x20
 AUTOBAUD_SWITCH: Final = 2
 """The value of ``autobaud`` that lets a client change the bit rate."""
 _DEG: Final = radians(1.0)
-
-
-def _number(code: str, unit: float = 1) -> Any:
-    """Declare a number of the packet: its code in ``struct``, and one unit of it in SI units."""
-    return field(default=0 if unit == 1 else 0.0, metadata={"code": code, "unit": unit})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,60 +28,60 @@ class ArcosConfig:
     robot_type: str = ""
     subtype: str = ""
     serial_number: str = ""
-    reserved: int = _number("B")
-    top_angular: float = _number("H", _DEG)
+    reserved: int = number("B")
+    top_angular: float = number("H", _DEG)
     """The fastest that SETRV can ask for, rad/s; the other tops alike."""
-    top_linear: float = _number("H", 0.001)
-    top_angular_acceleration: float = _number("H", _DEG)
-    top_acceleration: float = _number("H", 0.001)
-    pwm_max: int = _number("H")
+    top_linear: float = number("H", 0.001)
+    top_angular_acceleration: float = number("H", _DEG)
+    top_acceleration: float = number("H", 0.001)
+    pwm_max: int = number("H")
     name: str = ""
-    sip_cycle: float = _number("B", 0.001)
+    sip_cycle: float = number("B", 0.001)
     """Seconds."""
-    host_baud: int = _number("B")
+    host_baud: int = number("B")
     """An index into ``BAUDS``."""
-    aux1_baud: int = _number("B")
-    gripper: int = _number("H")
-    front_sonar: int = _number("H")
-    rear_sonar: int = _number("B")
-    low_battery: float = _number("H", 0.1)
-    rev_count: int = _number("H")
-    watchdog: float = _number("H", 0.001)
+    aux1_baud: int = number("B")
+    gripper: int = number("H")
+    front_sonar: int = number("H")
+    rear_sonar: int = number("B")
+    low_battery: float = number("H", 0.1)
+    rev_count: int = number("H")
+    watchdog: float = number("H", 0.001)
     """Seconds without a command after which the robot stops; 0: never."""
-    extra_packets: int = _number("B")
-    stall_value: int = _number("H")
-    stall_count: int = _number("H")
-    joystick_linear: float = _number("H", 0.001)
-    joystick_angular: float = _number("H", _DEG)
-    max_angular: float = _number("H", _DEG)
-    max_linear: float = _number("H", 0.001)
-    angular_acceleration: float = _number("H", _DEG)
-    angular_deceleration: float = _number("H", _DEG)
-    angular_kp: int = _number("H")
-    angular_kv: int = _number("H")
-    angular_ki: int = _number("H")
-    acceleration: float = _number("H", 0.001)
-    deceleration: float = _number("H", 0.001)
-    linear_kp: int = _number("H")
-    linear_kv: int = _number("H")
-    linear_ki: int = _number("H")
-    front_bumpers: int = _number("B")
+    extra_packets: int = number("B")
+    stall_value: int = number("H")
+    stall_count: int = number("H")
+    joystick_linear: float = number("H", 0.001)
+    joystick_angular: float = number("H", _DEG)
+    max_angular: float = number("H", _DEG)
+    max_linear: float = number("H", 0.001)
+    angular_acceleration: float = number("H", _DEG)
+    angular_deceleration: float = number("H", _DEG)
+    angular_kp: int = number("H")
+    angular_kv: int = number("H")
+    angular_ki: int = number("H")
+    acceleration: float = number("H", 0.001)
+    deceleration: float = number("H", 0.001)
+    linear_kp: int = number("H")
+    linear_kv: int = number("H")
+    linear_ki: int = number("H")
+    front_bumpers: int = number("B")
     """Number of segments."""
-    rear_bumpers: int = _number("B")
-    charger: int = _number("B")
-    sonar_cycle: float = _number("B", 0.001)
-    autobaud: int = _number("B")
-    gyro: int = _number("B")
-    drift: int = _number("h")
-    aux2_baud: int = _number("B")
-    aux3_baud: int = _number("B")
-    ticks_per_metre: float = _number("H", 1000.0)
+    rear_bumpers: int = number("B")
+    charger: int = number("B")
+    sonar_cycle: float = number("B", 0.001)
+    autobaud: int = number("B")
+    gyro: int = number("B")
+    drift: int = number("h")
+    aux2_baud: int = number("B")
+    aux3_baud: int = number("B")
+    ticks_per_metre: float = number("H", 1000.0)
     """Ticks of the wheel encoders; the packet has whole ticks a millimetre."""
-    shutdown_voltage: float = _number("H", 0.1)
+    shutdown_voltage: float = number("H", 0.1)
     firmware: str = ""
-    gyro_clockwise: int = _number("H")
-    gyro_counter_clockwise: int = _number("H")
-    kinematics_delay: float = _number("B", 0.001)
+    gyro_clockwise: int = number("H")
+    gyro_counter_clockwise: int = number("H")
+    kinematics_delay: float = number("B", 0.001)
 
     def encode(self) -> bytes:
         """Return the data of the packet."""
@@ -115,5 +110,6 @@ class ArcosConfig:
         return cls(**values)
 
 
-_LAYOUT: Final = tuple(Field(f.name, **f.metadata) if f.metadata else f.name for f in fields(ArcosConfig))
+_NUMBERS: Final = {field.name: field for field in number_fields(ArcosConfig)}
+_LAYOUT: Final = tuple(_NUMBERS.get(field.name, field.name) for field in fields(ArcosConfig))
 """The fields of the packet one after another; a name alone is that of a string."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 from hardware import DecodeError
 
@@ -31,6 +32,17 @@ class Field:
         """Return the value in SI units; a plain whole number where the unit is 1."""
         value: int = struct.unpack("<" + self.code, data)[0]
         return value if self.unit == 1 else value * self.unit
+
+
+def number(code: str, unit: float = 1, optional: bool = False) -> Any:
+    """Declare an attribute of a dataclass as a field: its code in ``struct``, and one unit of it in SI units."""
+    default = None if optional else 0 if unit == 1 else 0.0
+    return field(default=default, metadata={"code": code, "unit": unit})
+
+
+def number_fields(packet: type) -> tuple[Field, ...]:
+    """Return the fields of the attributes that are declared as ``number``, in their order."""
+    return tuple(Field(f.name, **f.metadata) for f in fields(packet) if f.metadata)
 
 
 class FieldReader:

@@ -9,7 +9,6 @@ from hardware import DecodeError
 HEADER: Final = b"\xfa\xfb"
 MAX_DATA: Final = 195
 """Bytes of data in the longest packet, which is 200 bytes long."""
-_OVERHEAD: Final = 5
 
 
 def checksum(data: bytes) -> int:

@@ -1,4 +1,4 @@
-"""The drivers and the emulated devices in one process, for the benchmarks to measure."""
+"""The drivers and the emulated devices in one process, for the benchmarks to measure, and the load of them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import monotonic
+from time import monotonic, process_time
 from typing import Final
+
+import numpy as np
 
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.p3dx import FACTORY_CONFIG
@@ -83,3 +85,33 @@ def port_settings(emulator: Emulator) -> list[str]:
     """Return the settings of a scenario that name the emulator's ports."""
     robot, lidar = emulator.robot.port.address, emulator.lidar.port.address
     return [f"hardware.robot_port={robot}", f"hardware.lidar_port={lidar}"]
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """The load of drivers, emulator and physics: ``cpu`` is a share of one core, latencies are seconds."""
+
+    cpu: float
+    scans: int
+    seconds: float
+    latency_median: float
+    latency_p99: float
+
+
+def measure_load(emulated: EmulatedRobot, seconds: float) -> Load:
+    """Measure the load while driving for so long."""
+    emulated.drive_until(lambda: not emulated.standing)
+    began, busy = monotonic(), process_time()
+    latencies = []
+    while monotonic() - began < seconds:
+        observation = emulated.step()
+        if observation is not None:
+            latencies.append(_latency(observation, emulated.robot.epoch or 0.0))
+    cpu = (process_time() - busy) / (monotonic() - began)
+    return Load(cpu, len(latencies), seconds, float(np.median(latencies)), float(np.quantile(latencies, 0.99)))
+
+
+def _latency(observation: Observation, epoch: float) -> float:
+    """Return the seconds from the last beam until now."""
+    scan = observation.scan
+    return monotonic() - (epoch + scan.stamp + (len(scan.ranges) - 1) * scan.time_increment)

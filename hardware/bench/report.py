@@ -9,14 +9,12 @@ from typing import Final
 
 import numpy as np
 
-from hardware.bench.emulated_robot import emulated_robot
+from hardware.bench.driven_path import DrivenPath, PathDifference
+from hardware.bench.emulated_robot import emulated_robot, measure_load
 from hardware.bench.endings import ENDINGS, EndingResult, ending_results
-from hardware.bench.env_comparison import drive_env_emulated, drive_env_simulated
 from hardware.bench.faults import CUT_OFF, FAULTS, FaultResult, fault_results, kill_result
-from hardware.bench.load import measure_load
 from hardware.bench.noise import RECEIVERS, ByteDamage, Score
-from hardware.bench.path_difference import PathDifference
-from hardware.bench.sim_comparison import DrivenPath, drive_emulated, drive_simulated
+from hardware.bench.sim_comparison import drive_emulated, drive_env_emulated, drive_env_simulated, drive_simulated
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.run.backends import PLANTS

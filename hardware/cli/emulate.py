@@ -53,8 +53,7 @@ def emulate(
     from contextlib import ExitStack
 
     from hardware.emulator.serial_line import LineNoise
-    from hardware.emulator.serve import serve
-    from hardware.emulator.view import EmulatorView, emulator_scene
+    from hardware.emulator.serve import EmulatorView, emulator_scene, serve
     from slam.console.terminal import Terminal
     from slam.run.backends import make_plant
     from slam.run.viewer.viewers import Viewers

@@ -4,37 +4,14 @@ from __future__ import annotations
 
 from math import inf
 from random import Random
-from typing import Protocol
 
+from hardware.emulator.p3dx import EmulatedP3dx
 from hardware.emulator.ports import Port
 from hardware.emulator.serial_line import LineNoise, SerialLine, misread
+from hardware.emulator.urg04lx import EmulatedUrg04lx
 
-
-class Device(Protocol):
-    """A machine of bytes and time: it does nothing but in these calls, and time never goes back."""
-
-    @property
-    def baud(self) -> int:
-        """Bit rate that it listens and talks at; commands may change it."""
-        ...
-
-    @property
-    def due(self) -> float:
-        """Time of its next own action, seconds."""
-        ...
-
-    @property
-    def wake(self) -> float:
-        """Time at which it may next have something to say; no sooner than ``due``, and nobody needs to look before."""
-        ...
-
-    def step(self) -> bytes:
-        """Do what is due, and return the bytes that it sends."""
-        ...
-
-    def receive(self, data: bytes, now: float) -> bytes:
-        """Take bytes from the client, and return those that it sends at once."""
-        ...
+Device = EmulatedP3dx | EmulatedUrg04lx
+"""A machine of bytes and time: it acts in ``step`` and ``receive`` only, and time never goes back."""
 
 
 class ConnectedDevice:

@@ -21,6 +21,8 @@ class Ramp:
     """One speed, its limit, and its ramps towards a target: another speed, or a distance to go; SI units."""
 
     limit: float
+    top: float
+    """Largest limit that can be set."""
     rise: float
     fall: float
     target: float = 0.0
@@ -31,6 +33,10 @@ class Ramp:
     def set_target(self, speed: float) -> None:
         """Set the target speed, within the limit; a distance not yet gone is forgotten."""
         self.target, self.left = max(-self.limit, min(self.limit, speed)), None
+
+    def set_limit(self, speed: float) -> None:
+        """Set the limit, of which the sign does not count: SETV and SETRV."""
+        self.limit = min(abs(speed), self.top)
 
     def set_slope(self, rate: float) -> None:
         """Set how fast it rises where positive, how fast it falls where negative: SETA and SETRA."""
@@ -74,8 +80,10 @@ class MotorController:
         self.enabled = False
         self.e_stop = False
         self.watchdog_expired = False
-        self.linear = Ramp(config.max_linear, config.acceleration, config.deceleration)
-        self.angular = Ramp(config.max_angular, config.angular_acceleration, config.angular_deceleration)
+        self.linear = Ramp(config.max_linear, config.top_linear, config.acceleration, config.deceleration)
+        self.angular = Ramp(
+            config.max_angular, config.top_angular, config.angular_acceleration, config.angular_deceleration
+        )
 
     @property
     def setpoint(self) -> Twist2D:

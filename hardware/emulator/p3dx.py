@@ -12,7 +12,7 @@ from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.model import Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.emulator.motor_controller import MotorController
-from hardware.emulator.p3dx_commands import P3dxCommands
+from hardware.emulator.p3dx_commands import execute
 from hardware.emulator.p3dx_reports import P3dxReports
 from hardware.emulator.plant import Plant
 
@@ -121,14 +121,13 @@ class EmulatedP3dx:
         elif command.id == CommandId.HOSTBAUD:
             self._set_baud(command)
         else:
-            self._commands.execute(command)
+            execute(command, self.motors, self._reports)
         return b""
 
     def _reset(self) -> None:
         """Reset all but the odometry as at power-up, with the settings of the FLASH."""
         self.motors = MotorController(self._config)
         self._reports.encoders, self._reports.sonar = False, True
-        self._commands = P3dxCommands(self._config, self.motors, self._reports)
 
     def _close(self) -> None:
         self.open, self._synced = False, 0

@@ -1,4 +1,4 @@
-"""The emulator as a program: it prints the addresses of its devices, and runs until it is interrupted."""
+"""The emulator as a program, which runs until it is interrupted, and its view for the rerun viewer."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from pathlib import Path
 from time import sleep
 from typing import Final, TextIO
 
+import numpy as np
+
 from hardware.emulator.emulator import Emulator, EmulatorState
 from hardware.emulator.faults import TimedFault
 from hardware.emulator.p3dx import FACTORY_CONFIG
@@ -19,6 +21,13 @@ from hardware.emulator.ports import Port, PtyPort, TcpPort
 from hardware.emulator.serial_line import LineNoise
 from slam.errors import InputError
 from slam.files.tum import format_tum
+from slam.pose import Pose2D
+from slam.run.viewer.broadcast import Broadcast
+from slam.run.viewer.events import Event
+from slam.run.viewer.frame import Frame
+from slam.run.viewer.palette import NO_SEGMENT
+from slam.run.viewer.scene import Scene
+from slam.scenario.schema import Scenario
 
 _TRUTH_PERIOD: Final = 0.05
 """Seconds between two true poses."""
@@ -77,3 +86,35 @@ def _ports(link_dir: Path | None, tcp: bool) -> tuple[Port, Port]:
         return PtyPort(link_dir / "p3dx"), PtyPort(link_dir / "urg04lx")
     except OSError as error:
         raise InputError(f"{link_dir}: cannot hold the links to the devices: {error.strerror}") from error
+
+
+def emulator_scene(scenario: Scenario) -> Scene:
+    """Return a scene of the true walls, without a map and curves, as nothing is estimated."""
+    start, mount = scenario.robot.start.pose, scenario.lidar.mount.pose
+    return Scene(mount, start, outlines=tuple(scenario.world.outlines(scenario.lidar.height)), plots=())
+
+
+class EmulatorView:
+    """Sends one state after another to the viewer."""
+
+    def __init__(self, broadcast: Broadcast, scene: Scene) -> None:
+        self._broadcast, self._scene = broadcast, scene
+        self._index, self._stalled = 0, False
+
+    def show(self, state: EmulatorState) -> None:
+        """Send a state, and an event where the wheels stall or turn again."""
+        events = []
+        if state.stalled is not self._stalled:
+            self._stalled = state.stalled
+            words = "stalled: a wheel cannot turn" if state.stalled else "the wheels turn again"
+            events.append(Event(self._index, state.stamp, "WARN", words))
+        self._broadcast.show(self._frame(state), events)
+        self._index += 1
+
+    def _frame(self, state: EmulatorState) -> Frame:
+        odometry: Pose2D = self._scene.T_map_odom @ state.T_odom_base
+        points = (state.T_map_base @ self._scene.T_base_laser).transform(state.points)
+        grey = np.full(len(points), NO_SEGMENT, np.uint32)
+        return Frame(
+            self._index, state.stamp, None, odometry, state.T_map_base, points, grey, np.empty((0, 2, 2)), grey[:0]
+        )

@@ -25,11 +25,6 @@ class Reply:
     status: str
     lines: tuple[bytes, ...] = ()
 
-    @property
-    def data(self) -> bytes:
-        """The lines joined: values straddle their ends."""
-        return b"".join(self.lines)
-
     def encode(self) -> bytes:
         """Return the bytes on the wire, the empty line at the end included."""
         status, lines = self.status.encode("latin-1"), self.lines

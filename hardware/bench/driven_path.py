@@ -1,14 +1,18 @@
-"""The distance between two paths of a robot through the same scenario."""
+"""The path of a robot in one run, truth and estimate, and the difference of two paths."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, Self
 
 import numpy as np
 
-from slam.pose import FloatArray
+from hardware.emulator.emulator import Emulator
+from hardware.robot import HardwareRobot
+from slam.pose import FloatArray, Pose2D
+from slam.robot import Robot
+from slam.run.step import Step
 
 _MOVES: Final = 0.01
 """Metres from one pose to the next: a robot that moves less stands, or turns on the spot."""
@@ -20,6 +24,47 @@ _NEW_LEG: Final = 0.5
 """Radians by which a robot that stood has turned if it begins another leg; else it stood for other reasons."""
 _TURN: Final = 0.5
 """Metres from the ends of a leg within which the robot still turns into it, or already into the next."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrivenPath:
+    """The path of one run, scan by scan; poses are rows x, y, theta of ``T_map_base``, (N, 3)."""
+
+    truth: FloatArray
+    estimate: FloatArray
+
+    @property
+    def errors(self) -> FloatArray:
+        """Metres between the estimate and the truth, (N,), without alignment, as both begin at the same place."""
+        errors: FloatArray = np.hypot(*(self.estimate - self.truth)[:, :2].T)
+        return errors
+
+
+@dataclass
+class PathRecorder:
+    """A watcher that keeps estimated and true poses: the truth at the scan, or that of now where only it is known."""
+
+    emulator: Emulator | None = None
+    stamps: list[float] = field(default_factory=list)
+    estimate: list[Pose2D] = field(default_factory=list)
+    truth: list[tuple[float, Pose2D]] = field(default_factory=list)
+
+    def see(self, step: Step) -> None:
+        observation = step.observation
+        self.stamps.append(observation.scan.stamp)
+        self.estimate.append(step.estimate.T_map_base)
+        if self.emulator is not None:
+            self.truth.append(self.emulator.truth)
+        elif observation.T_map_base is not None:
+            self.truth.append((observation.scan.stamp, observation.T_map_base))
+
+    def path(self, robot: Robot) -> DrivenPath:
+        """Return the path with the truth at the scans' stamps, which a real robot counts from its epoch."""
+        epoch = (robot.epoch or 0.0) if isinstance(robot, HardwareRobot) else 0.0
+        known = np.array([stamp for stamp, _ in self.truth]) - epoch
+        x, y, theta = _rows([pose for _, pose in self.truth]).T
+        truth = [np.interp(self.stamps, known, column) for column in (x, y, np.unwrap(theta))]
+        return DrivenPath(np.column_stack(truth), _rows(self.estimate))
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,3 +131,7 @@ def _wrapped(angles: FloatArray) -> FloatArray:
     """Return the angles in [-pi, pi)."""
     wrapped: FloatArray = (angles + np.pi) % (2.0 * np.pi) - np.pi
     return wrapped
+
+
+def _rows(poses: Sequence[Pose2D]) -> FloatArray:
+    return np.array([(pose.x, pose.y, pose.theta) for pose in poses])

@@ -2,11 +2,13 @@
 
 Bytes, millimetres, degrees and ticks end in ``arcos`` and ``scip``, which open nothing; ``serial_port`` opens ports;
 ``p3dx`` and ``urg04lx`` are the devices, ``robot`` joins them. ``emulator`` plays the other end of the wire.
+
+A byte of the robot passes serial_port, arcos_session (arcos.packet), p3dx (arcos.sip), base_odometry, odometry_track,
+robot; one of the lidar passes serial_port, scip_session (scip.frames), urg04lx (scip.partial_scans, scip.time_stamp),
+robot.
 """
 
-from slam.old_names import find_old_names
-
-find_old_names()
+import slam  # noqa: F401  # it lets Python find moved modules under their old names
 
 
 class DecodeError(ValueError):

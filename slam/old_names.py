@@ -12,6 +12,15 @@ from types import ModuleType
 from typing import Final
 
 MOVED: Final = {
+    "hardware.arcos.identity": "hardware.arcos.model",
+    "hardware.arcos.units": "hardware.arcos.model",
+    "hardware.arcos.wrapping": "hardware.base_odometry",
+    "hardware.emulator.device": "hardware.emulator.connected_device",
+    "hardware.emulator.ramp": "hardware.emulator.motor_controller",
+    "hardware.opened_p3dx": "hardware.p3dx_setup",
+    "hardware.scip.values": "hardware.scip.encoding",
+    "hardware.sensor_clock": "hardware.scip.time_stamp",
+    "hardware.wheel_scales": "hardware.base_odometry",
     "sim.casters": "sim.ray_casters",
     "sim.lent": "sim.reused_lists",
     "sim.range_noise": "sim.lidar_noise",
@@ -34,7 +43,7 @@ MOVED: Final = {
 }
 """Modules and packages of version 0.1 by their old names; the longest name that fits counts."""
 _LONGEST_FIRST: Final = sorted(MOVED, key=len, reverse=True)
-_PACKAGES: Final = ("slam.", "sim.")
+_PACKAGES: Final = ("slam.", "sim.", "hardware.")
 
 
 class _Copy(Loader):

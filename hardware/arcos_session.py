@@ -7,8 +7,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from enum import Enum, auto
-from typing import Final
+from typing import Final, Literal
 
 from hardware import DecodeError
 from hardware.arcos.commands import BAUDS, Command, CommandId
@@ -36,7 +35,7 @@ _ROUNDS: Final = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Arrival:
+class ReceivedPacket:
     """A packet's data, and the time when its first byte began to come, seconds of ``time.monotonic``."""
 
     data: bytes
@@ -51,14 +50,14 @@ class ArcosLine:
         self._closing = closing
         self._decoder = PacketDecoder()
         self._began = 0.0
-        self.left_open: Arrival | None = None
+        self.report_when_found_open: ReceivedPacket | None = None
         """Last report of a robot that was found open, standing again; it has counted its travel all the time."""
 
     def send(self, command: Command) -> None:
         """Write one command."""
         self.port.write(encode_packet(command.encode()))
 
-    def receive(self, timeout: float) -> list[Arrival]:
+    def receive(self, timeout: float) -> list[ReceivedPacket]:
         """Return the packets that are whole now; none when nothing comes within ``timeout`` seconds."""
         pending = self._decoder.pending
         data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
@@ -67,7 +66,7 @@ class ArcosLine:
             self._began = now - self._seconds_on_the_wire(data)
         arrivals = []
         for packet in self._decoder.feed(data) if data else self._decoder.flush():
-            arrivals.append(Arrival(packet, self._began))
+            arrivals.append(ReceivedPacket(packet, self._began))
             self._began = now
         return arrivals
 
@@ -86,7 +85,7 @@ class ArcosLine:
                     return arrival.data
         return None
 
-    def hush(self) -> None:
+    def drain(self) -> None:
         """Drop what is still coming, for a short while: a robot that was left open never pauses."""
         until = time.monotonic() + 0.2
         while self.port.read(0.05) and time.monotonic() < until:
@@ -100,12 +99,12 @@ def connect_robot(line: ArcosLine) -> Identity:
     for _ in range(_ROUNDS):
         for baud in bauds:
             line.port.baud = baud
-            line.hush()
+            line.drain()
             answer = _synchronise(line)
             if isinstance(answer, Identity):
                 _open(line)
                 return answer
-            if answer is _Closed.JUST_NOW:
+            if answer == "closed":
                 break  # it is back at the bit rate of its FLASH: search again
     tried = f" at {', '.join(map(str, bauds))} baud" if line.port.has_baud else ""
     raise RobotError(f"{line.port.url}: no ARCOS robot answers{tried}; is it switched on, and its cable right?")
@@ -142,14 +141,8 @@ def disconnect_robot(line: ArcosLine) -> None:
     line.send(Command(CommandId.CLOSE, 1))
 
 
-class _Closed(Enum):
-    """The outcome for a robot that was found open."""
-
-    JUST_NOW = auto()
-
-
-def _synchronise(line: ArcosLine) -> Identity | _Closed | None:
-    """Send SYNC0, SYNC1 and SYNC2, each echoed; None when the robot does not answer at this bit rate.
+def _synchronise(line: ArcosLine) -> Identity | Literal["closed"] | None:
+    """Send SYNC0, SYNC1 and SYNC2, each echoed, or close a robot that was left open; None when none answers.
 
     STOP comes first: for a robot that was left open SYNC0 is PULSE, upon which it may take up its last velocity.
     """
@@ -160,10 +153,10 @@ def _synchronise(line: ArcosLine) -> Identity | _Closed | None:
             return None
         if is_sip(answer):
             standing = line.wait_for(is_standing, _BRAKING)
-            line.left_open = Arrival(standing or answer, time.monotonic())
+            line.report_when_found_open = ReceivedPacket(standing or answer, time.monotonic())
             line.send(Command(CommandId.CLOSE, 1))
             time.sleep(_SENT)
-            return _Closed.JUST_NOW
+            return "closed"
         if number == SYNC2:
             with suppress(DecodeError):
                 return Identity.decode(answer)

@@ -56,7 +56,7 @@ def _lidar(port: str, baud: int) -> Finding:
     try:
         connect_lidar(line, baud)
         version, parameters = identify(line)
-        line.insist("BM")
+        line.ask_until_answered("BM")
         data = _latest(line, parameters.first, parameters.last)
         stop_scans(line)
     finally:
@@ -74,7 +74,7 @@ def _lidar(port: str, baud: int) -> Finding:
 def _latest(line: ScipLine, first: int, last: int) -> ScanData:
     for _ in range(3):
         with suppress(DecodeError):
-            return decode_scan(line.insist(f"GD{first:04d}{last:04d}01"))
+            return decode_scan(line.ask_until_answered(f"GD{first:04d}{last:04d}01"))
     raise RobotError(f"{line.port.url}: the lidar's scans come damaged; look at its cable")
 
 

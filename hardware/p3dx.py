@@ -15,7 +15,7 @@ from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.encoder_packet import ENCODER_PACKET, WheelTravel
 from hardware.arcos.model import SONAR_REACH
 from hardware.arcos.sip import Sip, is_sip
-from hardware.arcos_session import ArcosLine, Arrival, disconnect_robot
+from hardware.arcos_session import ArcosLine, ReceivedPacket, disconnect_robot
 from hardware.base_odometry import EncoderOdometry, PositionOdometry, WheelScales, sip_twist
 from hardware.odometry_track import OdometryTrack
 from hardware.p3dx_setup import OpenedP3dx, open_p3dx
@@ -75,7 +75,7 @@ class P3dx:
         return tuple(echo if echo < SONAR_REACH else inf for _, echo in sorted(self._echoes.items()))
 
     @property
-    def hindrance(self) -> str | None:
+    def manual_stop(self) -> str | None:
         """Reason why the robot cannot move until somebody does something by hand; None when it can."""
         if self.sip.e_stop:
             return "the emergency stop is pressed; release it, and the run goes on"
@@ -126,7 +126,7 @@ class P3dx:
         self._line.port.close()
 
     def _send(self, *commands: Command) -> None:
-        """PortLost is left to the thread, which finds it too and says so in ``trouble``."""
+        """Send commands; PortLost is left to the thread, which finds it too and says so in ``trouble``."""
         with self._lock, suppress(PortLost):
             for command in commands:
                 self._line.send(command)
@@ -149,7 +149,7 @@ class P3dx:
 
     def _catch_up(self, opened: OpenedP3dx) -> None:
         """Take the distance that the robot went on while its cable was out; it counts unless it was switched off."""
-        report = opened.line.left_open
+        report = opened.line.report_when_found_open
         if self._position is not None and report is not None:
             with suppress(DecodeError):
                 self._position.add(report.stamp, Sip.decode(report.data, opened.units))
@@ -162,7 +162,7 @@ class P3dx:
             except PortLost as lost:
                 self._reconnect(str(lost))
 
-    def _take(self, arrival: Arrival) -> None:
+    def _take(self, arrival: ReceivedPacket) -> None:
         """Take one packet; damage behind a right checksum is dropped too."""
         with suppress(DecodeError), self._lock:
             if is_sip(arrival.data):

@@ -28,7 +28,7 @@ _current: _ProcessWatch | None = None
 """The watch of this process; None while it has no robot."""
 
 
-class Stop(NamedTuple):
+class StopCallbacks(NamedTuple):
     """Two ways to stop one robot; both may be called from any thread."""
 
     end: Callable[[str, RobotError | None], None]
@@ -38,7 +38,7 @@ class Stop(NamedTuple):
 
 
 @contextmanager
-def process_watch(stop: Stop) -> Iterator[Callable[[], None]]:
+def process_watch(stop: StopCallbacks) -> Iterator[Callable[[], None]]:
     """Watch this process for the robot, on a thread that all robots of the process share, while the block runs.
 
     ``stop.end`` is called once the program was told to end, has lost its terminal or the reader of its output, or one
@@ -51,7 +51,7 @@ def process_watch(stop: Stop) -> Iterator[Callable[[], None]]:
         _current = watch = _current or _ProcessWatch()
         watch.add(stop)
     try:
-        yield watch.keep
+        yield watch.reclaim
     finally:
         with _lock:
             if watch.remove(stop):
@@ -62,7 +62,7 @@ class _ProcessWatch:
     """A thread that is woken by numbers of signals on a pipe and by hang-ups of streams, and hooks for exceptions."""
 
     def __init__(self) -> None:
-        self._stops: list[Stop] = []
+        self._stops: list[StopCallbacks] = []
         self._wake, self._wakeup = os.pipe()
         os.set_blocking(self._wakeup, False)
         self._poll = select.poll()
@@ -79,18 +79,18 @@ class _ProcessWatch:
         self._thread = threading.Thread(target=self._watch, name="process watch", daemon=True)
         self._thread.start()
 
-    def add(self, stop: Stop) -> None:
+    def add(self, stop: StopCallbacks) -> None:
         """Stop this robot, too: at once where the reader of the output is gone already."""
         self._stops.append(stop)
         self._signals.install()
         if self._over is not None:
             stop.end(*self._over)
 
-    def keep(self) -> None:
-        """See to it that signals still arrive, also after an event loop has asked for them."""
-        self._signals.keep()
+    def reclaim(self) -> None:
+        """Take the signals back that an event loop has asked for since."""
+        self._signals.reclaim()
 
-    def remove(self, stop: Stop) -> bool:
+    def remove(self, stop: StopCallbacks) -> bool:
         """Forget this robot, and return whether it was the last one, so that the watch is over.
 
         Only the main thread can give the signals back. Without it the watch goes on, with nothing to stop.

@@ -13,8 +13,8 @@ from typing import Final, Self
 
 from hardware.operator_consent import OperatorConsent
 from hardware.p3dx import P3dx
-from hardware.process_watch import Stop, process_watch
-from hardware.staleness_guard import StalenessGuard, age
+from hardware.process_watch import StopCallbacks, process_watch
+from hardware.staleness_guard import StalenessGuard, seconds_since
 from hardware.urg04lx import Urg04lx
 from slam.closing import Closing
 from slam.errors import RobotError, RobotTimeout, ScenarioError
@@ -70,7 +70,7 @@ class HardwareRobot(Closing):
             self._guard = StalenessGuard(self._ages, self._base.halt)
             devices.callback(self._guard.close)
             self._over, self._failure = False, None
-            self._keep_watch = devices.enter_context(process_watch(Stop(self._end, self._suspend)))
+            self._reclaim_signals = devices.enter_context(process_watch(StopCallbacks(self._end, self._suspend)))
             self._consent.revoke_after_suspension()
             self._devices = devices.pop_all()
         atexit.register(self.close)
@@ -87,7 +87,7 @@ class HardwareRobot(Closing):
     @property
     def trouble(self) -> str | None:
         """Reason why the robot stands although it is told to drive, or has no data; None when all is well."""
-        return self._base.hindrance or self._base.trouble or self._lidar.trouble or self._guard.reason
+        return self._base.manual_stop or self._base.trouble or self._lidar.trouble or self._guard.reason
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
         """Wait for the next scan; None when the scenario's duration is over.
@@ -115,7 +115,7 @@ class HardwareRobot(Closing):
         if command == Twist2D():
             self._guard.moving = False
             return self._base.drive(command)
-        self._keep_watch()
+        self._reclaim_signals()
         self._ask_consent()
         with self._motion:
             if self._over or not self._consent.given:
@@ -143,8 +143,8 @@ class HardwareRobot(Closing):
 
     def _may_move(self) -> bool:
         """Stop the robot and return False where anything is wrong; else give the motors power and return True."""
-        by_hand = self._base.hindrance
-        reason = by_hand or self._guard.stale()
+        by_hand = self._base.manual_stop
+        reason = by_hand or self._guard.stale_input()
         if by_hand:
             self._consent.withdraw()
         if reason is not None:
@@ -158,9 +158,9 @@ class HardwareRobot(Closing):
     def _ages(self) -> dict[str, tuple[float, float]]:
         config = self._config
         return {
-            "command": (age(self._commanded_at), config.command_timeout),
-            "scan": (age(self._lidar.scanned_at), config.data_timeout),
-            "odometry": (age(self._base.reported_at), config.data_timeout),
+            "command": (seconds_since(self._commanded_at), config.command_timeout),
+            "scan": (seconds_since(self._lidar.scanned_at), config.data_timeout),
+            "odometry": (seconds_since(self._base.reported_at), config.data_timeout),
         }
 
     def _observation(self, scan: LaserScan, odometry: Odometry) -> Observation | None:

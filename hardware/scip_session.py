@@ -10,11 +10,11 @@ from math import ceil
 from typing import Final
 
 from hardware import DecodeError
-from hardware.scip.commands import TO_SCIP2, Measure, set_baud
+from hardware.scip.commands import TO_SCIP2, ScanRequest, set_baud
 from hardware.scip.frames import FrameDecoder, Lines
-from hardware.scip.information import Parameters, VersionInfo
+from hardware.scip.information import SensorParameters, VersionInfo
 from hardware.scip.reply import Reply, decode_old_reply, find_reply
-from hardware.scip.status import is_fine, meaning
+from hardware.scip.status import is_ok, status_meaning
 from hardware.serial_port import PortLost, SerialPort
 from slam.errors import RobotError
 
@@ -84,13 +84,13 @@ class ScipLine:
                     return reply
         return None
 
-    def insist(self, command: str) -> Reply:
+    def ask_until_answered(self, command: str) -> Reply:
         """Ask several times; RobotError when the sensor does not answer, or refuses."""
         for _ in range(_TRIES):
             reply = self.ask(command)
             if reply is not None:
-                if not is_fine(reply.status):
-                    why = meaning(command, reply.status)
+                if not is_ok(reply.status):
+                    why = status_meaning(command, reply.status)
                     raise RobotError(f"{self.port.url}: the lidar refuses {command}: status {reply.status}, {why}")
                 return reply
         raise RobotError(f"{self.port.url}: the lidar does not answer {command}")
@@ -105,28 +105,28 @@ def connect_lidar(line: ScipLine, baud: int) -> None:
     bauds = [baud, *others] if line.port.has_baud else [line.port.baud]
     for rate in bauds:
         line.port.baud = rate
-        if _calm(line):
+        if _silence(line):
             _change_baud(line, baud)
             return
     tried = f" at {', '.join(map(str, bauds))} baud" if line.port.has_baud else ""
     raise RobotError(f"{line.port.url}: no SCIP sensor answers{tried}; is it powered, and this the right port?")
 
 
-def identify(line: ScipLine) -> tuple[VersionInfo, Parameters]:
+def identify(line: ScipLine) -> tuple[VersionInfo, SensorParameters]:
     """Ask the sensor for its identity and its abilities."""
     try:
-        return VersionInfo.decode(line.insist("VV")), Parameters.decode(line.insist("PP"))
+        return VersionInfo.decode(line.ask_until_answered("VV")), SensorParameters.decode(line.ask_until_answered("PP"))
     except DecodeError as error:
         raise RobotError(f"{line.port.url}: the lidar's description makes no sense: {error}") from error
 
 
-def choose_request(parameters: Parameters, baud: int | None) -> Measure:
+def choose_request(parameters: SensorParameters, baud: int | None) -> ScanRequest:
     """Choose the fullest scans that a line of this bit rate has room for; None is a line without one."""
-    full = Measure("MD", parameters.first, parameters.last)
+    full = ScanRequest("MD", parameters.first, parameters.last)
     if baud is None or _fits(full, parameters, baud) <= 1:
         return full
-    short = Measure("MS", parameters.first, parameters.last)
-    return Measure("MS", short.first, short.last, interval=min(9, _fits(short, parameters, baud) - 1))
+    short = ScanRequest("MS", parameters.first, parameters.last)
+    return ScanRequest("MS", short.first, short.last, interval=min(9, _fits(short, parameters, baud) - 1))
 
 
 def stop_scans(line: ScipLine) -> None:
@@ -136,14 +136,14 @@ def stop_scans(line: ScipLine) -> None:
         line.wait_for("QT", 0.3)
 
 
-def _fits(request: Measure, parameters: Parameters, baud: int) -> int:
+def _fits(request: ScanRequest, parameters: SensorParameters, baud: int) -> int:
     """Return the turns that the answer of one scan takes on the line."""
     size = request.values * request.width
     length = size + 2 * ceil(size / 64) + 30
     return ceil(length * 10.0 / baud / (parameters.scan_time * _FILL))
 
 
-def _calm(line: ScipLine) -> bool:
+def _silence(line: ScipLine) -> bool:
     """Silence a sensor and bring it to SCIP 2.0; False where none answers at this bit rate."""
     line.send("")  # ends what an earlier client may have left unfinished
     silences = 0

@@ -36,7 +36,7 @@ class StalenessGuard:
         self._closing.set()
         self._thread.join()
 
-    def stale(self) -> str | None:
+    def stale_input(self) -> str | None:
         """Name an input that is too old, and its age; None when all are fresh."""
         for name, (age, limit) in self._ages().items():
             if age > limit:
@@ -52,12 +52,12 @@ class StalenessGuard:
 
     def _watch(self) -> None:
         while not self._closing.wait(_PERIOD):
-            reason = self.stale() if self.moving else None
+            reason = self.stale_input() if self.moving else None
             if reason is not None:
                 self.stop(reason)
                 self._closing.wait(_AGAIN)
 
 
-def age(stamp: float) -> float:
+def seconds_since(stamp: float) -> float:
     """Return the seconds since ``stamp`` of ``time.monotonic``."""
     return time.monotonic() - stamp

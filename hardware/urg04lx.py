@@ -15,7 +15,7 @@ import numpy as np
 from hardware.scip.partial_scans import partial_scans
 from hardware.scip.reply import Reply, find_reply
 from hardware.scip.scan_data import ScanData
-from hardware.scip.status import is_fine, meaning
+from hardware.scip.status import is_ok, status_meaning
 from hardware.scip.time_stamp import SensorClock
 from hardware.scip_session import Frame, ScipLine, choose_request, connect_lidar, identify, stop_scans
 from hardware.serial_port import SerialPort, attempts
@@ -76,7 +76,7 @@ class Urg04lx:
             connect_lidar(line, self._config.lidar_baud)
             _, self._parameters = identify(line)
             self._request = choose_request(self._parameters, line.port.baud if line.port.has_baud else None)
-            line.insist(self._request.encode())
+            line.ask_until_answered(self._request.encode())
         except BaseException:
             line.port.close()
             raise
@@ -126,9 +126,9 @@ class Urg04lx:
         return True
 
     def _require_fine(self, reply: Reply | None) -> None:
-        """RobotError for an answer to our request that says why there are no scans."""
-        if reply is not None and reply.echo == self._request.encode() and not is_fine(reply.status):
-            why = meaning(reply.echo, reply.status)
+        """Raise RobotError where an answer to our request says why there are no scans."""
+        if reply is not None and reply.echo == self._request.encode() and not is_ok(reply.status):
+            why = status_meaning(reply.echo, reply.status)
             raise RobotError(f"{self._config.lidar_port}: the lidar stopped: status {reply.status}, {why}")
 
     def _scan(self, data: ScanData, sensor_time: float, arrival: float) -> LaserScan:

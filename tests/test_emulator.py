@@ -271,13 +271,13 @@ def test_beams_see_what_is_there_when_they_fire() -> None:
 def test_a_line_takes_its_time() -> None:
     line = SerialLine()
     line.send(bytes(96), 0.0, 9600)
-    arrived = [b"".join(chunk for chunk, _ in line.arrived(now)) for now in (0.05, 0.1001)]
+    arrived = [b"".join(chunk for chunk, _ in line.take_arrived(now)) for now in (0.05, 0.1001)]
     assert [len(data) for data in arrived] == [48, 48]
     line.send(bytes(96), 1.0, None)
-    assert line.arrived(1.0) == [(bytes(96), None)]
+    assert line.take_arrived(1.0) == [(bytes(96), None)]
     for _ in range(1000):
         line.send(bytes(1000), 2.0, 9600)
-    assert sum(len(chunk) for chunk, _ in line.arrived(1e9)) <= 16_384
+    assert sum(len(chunk) for chunk, _ in line.take_arrived(1e9)) <= 16_384
 
 
 def test_noise_damages_about_as_many_bytes_as_it_says() -> None:

@@ -12,7 +12,7 @@ from hardware.bench.emulated_robot import emulated_devices, port_settings
 from hardware.bench.endings import ENDINGS, Ending, ending_result
 from hardware.emulator.emulator import Emulator
 from hardware.operator_consent import OperatorConsent
-from hardware.process_watch import Stop, process_watch
+from hardware.process_watch import StopCallbacks, process_watch
 from slam.errors import OutputLost, RobotError
 from slam.scenario.file import load_scenario
 
@@ -92,7 +92,7 @@ class Notes:
         self.ends: list[tuple[str, RobotError | None]] = []
         self.suspended: list[str] = []
         self.told = threading.Event()
-        self.stop = Stop(self.end, self.suspended.append)
+        self.stop = StopCallbacks(self.end, self.suspended.append)
 
     def end(self, reason: str, error: RobotError | None) -> None:
         self.ends.append((reason, error))

@@ -120,7 +120,7 @@ def test_faults_are_read() -> None:
 def test_planned_faults_happen() -> None:
     emulator = Emulator(scenario_plant(load_scenario("corridor")))
     for text in ("robot:e-stop@0.05+600", "lidar:dead@0", "lidar:unplug@0+0.01", "robot:motors-off@0+0"):
-        TimedFault.parse(text).plan(emulator)
+        TimedFault.parse(text).schedule(emulator)
     with emulator:
         while not (emulator.p3dx.motors.e_stop and emulator.urg04lx.dead):
             import_by_name("time:sleep")(0.01)

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hardware.bench.noise import RECEIVERS, ByteDamage, receive_scans
-from hardware.scip.commands import Measure
+from hardware.scip.commands import ScanRequest
 from hardware.scip.partial_scans import partial_scans
 from hardware.scip.scan_data import ScanData, encode_scan
 
-REQUEST = Measure("MD", 44, 725)
+REQUEST = ScanRequest("MD", 44, 725)
 RANGES = np.round(np.random.default_rng(1).uniform(0.02, 5.6, REQUEST.values), 3)
 WIRE = tuple(encode_scan(ScanData(REQUEST, RANGES, 1.0), "99").encode()[:-2].split(b"\n"))
 FIRST = 3

@@ -17,12 +17,12 @@ from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import Sip, is_sip
 from hardware.base_odometry import PositionOdometry, WheelScales
 from hardware.odometry_track import OdometryTrack
-from hardware.scip.commands import Measure
+from hardware.scip.commands import ScanRequest
 from hardware.scip.frames import FrameDecoder
 from hardware.scip.partial_scans import partial_scans
 from hardware.scip.scan_data import ScanData, encode_scan
 
-_REQUEST: Final = Measure("MD", 44, 725)
+_REQUEST: Final = ScanRequest("MD", 44, 725)
 _REACH: Final = 5.6
 
 

@@ -68,7 +68,7 @@ class ConnectedDevice:
     def flush(self, now: float) -> None:
         """Give the client the bytes that have arrived at its end."""
         if now >= self._stalled_until:
-            for data, baud in self._line.arrived(now):
+            for data, baud in self._line.take_arrived(now):
                 self.port.write(self._through(data, baud))
 
     @property

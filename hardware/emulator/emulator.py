@@ -75,7 +75,7 @@ class Emulator(Closing):
         self.lidar = ConnectedDevice(self.urg04lx, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise)
         self._devices = (self.robot, self.lidar)
         self._calls: deque[Callable[[], object]] = deque()
-        self._plan: list[tuple[float, Callable[[], object]]] = []
+        self._schedule: list[tuple[float, Callable[[], object]]] = []
         self._began = now
         self._wake_read, self._wake_write = os.pipe()
         self._stopping = False
@@ -101,10 +101,10 @@ class Emulator(Closing):
         """The world as it is now."""
         return self.do(self._state)
 
-    def plan(self, at: float, call: Callable[[], object]) -> None:
-        """Let the thread do this ``at`` seconds after the emulator was made; before it is entered only."""
-        self._plan.append((self._began + at, call))
-        self._plan.sort(key=lambda item: -item[0])
+    def schedule(self, at: float, call: Callable[[], object]) -> None:
+        """Let the thread call this ``at`` seconds after the emulator was made; before it is entered only."""
+        self._schedule.append((self._began + at, call))
+        self._schedule.sort(key=lambda item: -item[0])
 
     def do(self, call: Callable[[], _T]) -> _T:
         """Let the thread call this, between two actions of its own, and return the result."""
@@ -141,8 +141,8 @@ class Emulator(Closing):
             self._catch_up()
             for connected in self._devices:
                 connected.take(self.now)
-            while self._plan and self._plan[-1][0] <= self.now:
-                self._calls.append(self._plan.pop()[1])
+            while self._schedule and self._schedule[-1][0] <= self.now:
+                self._calls.append(self._schedule.pop()[1])
             while self._calls:
                 self._calls.popleft()()
             for connected in self._devices:
@@ -160,7 +160,7 @@ class Emulator(Closing):
             first = min(self._devices, key=lambda connected: connected.device.due)
 
     def _wait(self) -> None:
-        times = [connected.wake for connected in self._devices] + [at for at, _ in self._plan[-1:]]
+        times = [connected.wake for connected in self._devices] + [at for at, _ in self._schedule[-1:]]
         timeout = min(max(0.0, min(times) - self.now), _LONGEST_WAIT)
         filenos = [fileno for connected in self._devices for fileno in connected.filenos(self.now)]
         ready, _, _ = select.select([*filenos, self._wake_read], [], [], timeout)

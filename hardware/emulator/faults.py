@@ -21,7 +21,7 @@ DEVICE_FAULTS: Final[dict[tuple[str, str], tuple[Action, Action]]] = {
     ("lidar", "stall"): (lambda e: e.lidar.stall(inf), lambda e: e.lidar.stall(-inf)),
     ("robot", "e-stop"): (lambda e: e.p3dx.motors.press_e_stop(True), lambda e: e.p3dx.motors.press_e_stop(False)),
     ("robot", "motors-off"): (lambda e: e.p3dx.motors.enable(False), lambda e: e.p3dx.motors.enable(True)),
-    ("lidar", "dead"): (lambda e: e.urg04lx.die(True), lambda e: e.urg04lx.die(False)),
+    ("lidar", "dead"): (lambda e: e.urg04lx.set_dead(True), lambda e: e.urg04lx.set_dead(False)),
 }
 """Begin and end of each fault, by device and kind; both are called on the emulator's thread."""
 
@@ -44,9 +44,9 @@ class TimedFault:
             raise InputError(f"--fault {text}: expected for example lidar:unplug@10+5; known are {known}")
         return cls(found[1], found[2], float(found[3]), None if found[4] is None else float(found[4]))
 
-    def plan(self, emulator: Emulator) -> None:
+    def schedule(self, emulator: Emulator) -> None:
         """Let the fault happen, before the emulator is entered."""
         begin, end = DEVICE_FAULTS[self.device, self.kind]
-        emulator.plan(self.at, lambda: begin(emulator))
+        emulator.schedule(self.at, lambda: begin(emulator))
         if self.seconds is not None:
-            emulator.plan(self.at + self.seconds, lambda: end(emulator))
+            emulator.schedule(self.at + self.seconds, lambda: end(emulator))

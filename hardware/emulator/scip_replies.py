@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Final
 
 from hardware import DecodeError
-from hardware.scip.commands import BAUDS, TO_SCIP2, Measure, note_of, without_note
-from hardware.scip.information import Parameters, State, VersionInfo
+from hardware.scip.commands import BAUDS, TO_SCIP2, ScanRequest, note_of, without_note
+from hardware.scip.information import SensorParameters, SensorState, VersionInfo
 from hardware.scip.reply import Reply
 from hardware.scip.time_stamp import encode_time
 
@@ -33,13 +33,13 @@ _BAUD_ORIGIN: Final = {True: "<-Default setting by user", False: "<-Setting by c
 class SensorSettings:
     """The settings that commands change."""
 
-    parameters: Parameters
+    parameters: SensorParameters
     time: float = 0.0
     """Seconds of the sensor's clock."""
     scip2: bool = False
     laser: bool = False
     baud: int = _DEFAULT_BAUD
-    streaming: Measure | None = None
+    streaming: ScanRequest | None = None
     """Request for the scans that come by themselves; its ``scans`` are left, 0 for no end."""
     note: str = ""
     """Note that the client appended to the command that began them."""
@@ -75,7 +75,7 @@ def reply_to_scip1(settings: SensorSettings, text: str) -> Reply:
         settings.baud = int(text[1:7])
         return Reply(text, "0")
     try:
-        request = Measure.decode(text)
+        request = ScanRequest.decode(text)
     except DecodeError:
         return Reply(text, "E")
     if request.letters != "G" or not request.first <= request.last <= _LAST_STEP:
@@ -86,7 +86,7 @@ def reply_to_scip1(settings: SensorSettings, text: str) -> Reply:
 
 def _measure(settings: SensorSettings, command: str, text: str) -> Reply:
     try:
-        request = Measure.decode(command)
+        request = ScanRequest.decode(command)
     except DecodeError:
         return Reply(text, _wrong_number(command))
     if request.last > _LAST_STEP:
@@ -136,7 +136,7 @@ def _set_baud(settings: SensorSettings, command: str) -> Reply:
 
 def _state(settings: SensorSettings, _: str) -> Reply:
     rate = f"{settings.baud}[bps]{_BAUD_ORIGIN[settings.baud == _DEFAULT_BAUD]}"
-    return State(
+    return SensorState(
         settings.parameters.model,
         settings.laser,
         "Initial(600[rpm])<-Default setting by user",

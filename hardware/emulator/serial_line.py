@@ -67,7 +67,7 @@ class SerialLine:
         """Time at which the next bytes arrive; inf without any."""
         return self._waiting[0][0] if self._waiting else inf
 
-    def arrived(self, now: float) -> list[tuple[bytes, int | None]]:
+    def take_arrived(self, now: float) -> list[tuple[bytes, int | None]]:
         """Take the bytes that have come through, each chunk with the bit rate it was sent at."""
         chunks = []
         while self._waiting and self._waiting[0][0] <= now:

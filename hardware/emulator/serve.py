@@ -58,7 +58,7 @@ def serve(
     config = replace(FACTORY_CONFIG, watchdog=watchdog)
     emulator = Emulator(plant, robot_port, lidar_port, noise, drift, not rs232, seed=seed, robot_config=config)
     for fault in planned:
-        fault.plan(emulator)
+        fault.schedule(emulator)
     with suppress(KeyboardInterrupt), _opened(truth) as file, emulator:
         print(json.dumps({"p3dx": robot_port.address, "urg04lx": lidar_port.address}), flush=True)
         for tick in count():

@@ -11,14 +11,14 @@ import numpy as np
 
 from hardware.emulator.plant import Plant
 from hardware.emulator.scip_replies import SensorSettings, reply_to, reply_to_scip1
-from hardware.scip.commands import Measure, note_of
+from hardware.scip.commands import ScanRequest, note_of
 from hardware.scip.frames import CommandDecoder
-from hardware.scip.information import Parameters
+from hardware.scip.information import SensorParameters
 from hardware.scip.reply import Reply
 from hardware.scip.scan_data import ScanData, encode_scan
 from slam.pose import FloatArray
 
-PARAMETERS: Final = Parameters("URG-04LX(Hokuyo Automatic Co.,Ltd.)", 0.02, 5.6, 1024, 44, 725, 384, 0.1)
+PARAMETERS: Final = SensorParameters("URG-04LX(Hokuyo Automatic Co.,Ltd.)", 0.02, 5.6, 1024, 44, 725, 384, 0.1)
 """Abilities of a real one, firmware 3.1.04."""
 _SECTORS: Final = 8
 """Parts in which the fan is swept, each with the world as it is in its middle."""
@@ -84,7 +84,7 @@ class EmulatedUrg04lx:
         """Bearings in the sensor's frame, and the last range measured at each, nan before the first; (N,) each."""
         return self._bearings, self._ranges
 
-    def die(self, dead: bool) -> None:
+    def set_dead(self, dead: bool) -> None:
         """Fall silent, or come back to life."""
         self.dead = dead
 
@@ -138,14 +138,14 @@ class EmulatedUrg04lx:
         if settings.streaming is not was_measuring:
             self._turns_until_scan = 0
         if reply.status in ("00", "0") and reply.echo[:1] == "G":
-            return self._single(Measure.decode(reply.echo), command)
+            return self._single(ScanRequest.decode(reply.echo), command)
         return reply.encode()
 
     def _must_wait(self, command: _WaitingCommand) -> bool:
         """Tell whether a command asks for the latest scan, and there is none yet."""
         return command.text[:1] == "G" and self.laser and self._latest is None
 
-    def _single(self, request: Measure, command: _WaitingCommand) -> bytes:
+    def _single(self, request: ScanRequest, command: _WaitingCommand) -> bytes:
         """Return the answer to GD, GS and G; none yet where there is no scan."""
         if self._latest is None:
             self._waiting.appendleft(command)
@@ -167,7 +167,7 @@ class EmulatedUrg04lx:
             self._settings.laser = request.scans > 0
         return self._scan(request, "99", self._settings.note)
 
-    def _scan(self, request: Measure, status: str, note: str) -> bytes:
+    def _scan(self, request: ScanRequest, status: str, note: str) -> bytes:
         assert self._latest is not None
         ranges, time = self._latest
         clustered = _cluster(ranges[request.first : request.last + 1], max(request.cluster, 1))

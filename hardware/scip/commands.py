@@ -28,7 +28,7 @@ def set_baud(baud: int) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Measure:
+class ScanRequest:
     """A request for ranges: MD and MS for scan after scan, GD and GS for the latest; G is that of SCIP 1.1.
 
     D stands for values of three characters, S (and G) for two. Steps are counted as the sensor does, 1024 a turn.
@@ -67,7 +67,7 @@ class Measure:
         return f"{self.letters}{self.first:04d}{self.last:04d}{self.cluster:02d}{tail}"
 
     @classmethod
-    def decode(cls, text: str) -> Measure:
+    def decode(cls, text: str) -> ScanRequest:
         """Read a command or its echo; DecodeError for any other."""
         text = without_note(text)
         if found := _CONTINUOUS.fullmatch(text) or _LATEST.fullmatch(text):

@@ -66,7 +66,7 @@ class VersionInfo:
 
 
 @dataclass(frozen=True, slots=True)
-class Parameters:
+class SensorParameters:
     """The sensor's abilities: the answer to PP."""
 
     model: str
@@ -123,7 +123,7 @@ class Parameters:
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class SensorState:
     """The sensor's state: the answer to II."""
 
     model: str

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hardware import DecodeError
-from hardware.scip.commands import Measure
+from hardware.scip.commands import ScanRequest
 from hardware.scip.encoding import check_sum, decode_values
 from hardware.scip.frames import Lines
 from hardware.scip.reply import DATA_LINE, data_lines, decode_reply, possible_replies
@@ -50,7 +50,7 @@ def partial_scans(lines: Lines, reach: float = inf) -> list[ScanData]:
 
 def _partial_scan(lines: Lines, reach: float) -> ScanData:
     head = decode_reply(lines[:3])
-    request = Measure.decode(head.echo)
+    request = ScanRequest.decode(head.echo)
     if head.status != "99" or not head.lines or request.values < 1:
         raise DecodeError("no scan that came by itself")
     blank = data_lines(_NOTHING * (request.values * request.width))

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from hardware import DecodeError
-from hardware.scip.commands import Measure
+from hardware.scip.commands import ScanRequest
 from hardware.scip.encoding import IntArray, decode_values, encode_values
 from hardware.scip.reply import Reply, data_lines
 from hardware.scip.time_stamp import decode_time, encode_time
@@ -24,7 +24,7 @@ _NO_ECHO, _ERRONEOUS = 0, 7
 class ScanData:
     """The answer to a measuring command."""
 
-    request: Measure
+    request: ScanRequest
     """The request as echoed: ``scans`` are left."""
     ranges: FloatArray
     """Metres, one for each cluster of steps; inf is no echo and nan an erroneous reading (REP-117)."""
@@ -41,7 +41,7 @@ def encode_scan(scan: ScanData, status: str) -> Reply:
 
 def decode_scan(reply: Reply) -> ScanData:
     """Read the ranges of an answer; DecodeError when it has none, or not as many as its echo says."""
-    request = Measure.decode(reply.echo)
+    request = ScanRequest.decode(reply.echo)
     stamped = request.letters != "G"
     if len(reply.lines) < 1 + stamped:
         raise DecodeError("no ranges")

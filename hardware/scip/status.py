@@ -41,14 +41,14 @@ _PARAMETERS: Final = {
 }
 
 
-def is_fine(status: str) -> bool:
+def is_ok(status: str) -> bool:
     """Tell whether the command was obeyed: 00 or 99 (a scan that comes by itself), 0 in SCIP 1.1."""
     return status in ("00", "99", "0")
 
 
-def meaning(command: str, status: str) -> str:
+def status_meaning(command: str, status: str) -> str:
     """Return the meaning of a status in words."""
-    if is_fine(status):
+    if is_ok(status):
         return "done"
     words = _SPECIAL.get((command[:2], status)) or _GENERAL.get(status)
     if words is None and command[:2] in ("MD", "MS", "GD", "GS"):

@@ -15,7 +15,7 @@ from hardware.arcos.config_packet import AUTOBAUD_SWITCH, CONFIG_PACKET, ArcosCo
 from hardware.arcos.model import SYNC2, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import is_sip, is_standing
-from hardware.serial_port import PortLost, SerialPort
+from hardware.serial_port import BITS_PER_BYTE, PortLost, SerialPort
 from slam.errors import RobotError
 
 _BAUD_SEARCH: Final = (9600, 38400, 19200, 115200, 57600)
@@ -28,8 +28,6 @@ _SENT: Final = 0.05
 """Seconds after which a command has left, which a change of the bit rate would spoil: 9 bytes are 10 ms at 9600."""
 _BRAKING: Final = 2.5
 """Seconds within which a robot stands that was told to stop."""
-_BITS_PER_BYTE: Final = 10
-"""8N1."""
 _TRIES: Final = 4
 _ROUNDS: Final = 3
 
@@ -72,7 +70,7 @@ class ArcosLine:
 
     def _seconds_on_the_wire(self, data: bytes) -> float:
         """Return the time that bytes read at once took to come one by one."""
-        return len(data) * _BITS_PER_BYTE / self.port.baud if self.port.has_baud else 0.0
+        return len(data) * BITS_PER_BYTE / self.port.baud if self.port.has_baud else 0.0
 
     def wait_for(self, wanted: Callable[[bytes], bool], timeout: float = _ANSWER) -> bytes | None:
         """Return the first wanted packet that comes in time; others are dropped."""

@@ -13,9 +13,9 @@ from hardware import DecodeError
 from hardware.scip.commands import TO_SCIP2, ScanRequest, set_baud
 from hardware.scip.frames import FrameDecoder, Lines
 from hardware.scip.information import SensorParameters, VersionInfo
-from hardware.scip.reply import Reply, decode_old_reply, find_reply
+from hardware.scip.reply import DATA_LINE, Reply, decode_old_reply, find_reply
 from hardware.scip.status import is_ok, status_meaning
-from hardware.serial_port import PortLost, SerialPort
+from hardware.serial_port import BITS_PER_BYTE, PortLost, SerialPort
 from slam.errors import RobotError
 
 _BAUD_SEARCH: Final = (19200, 115200, 57600, 38400, 500000, 750000, 250000)
@@ -26,6 +26,8 @@ _SILENCE: Final = 0.03
 _TRIES: Final = 3
 _SILENCES: Final = 2
 """Questions without an answer after which a bit rate is given up."""
+_HEAD: Final = 30
+"""Characters of an answer before its data, at most."""
 _FILL: Final = 0.9
 """Share of the line that scans may take."""
 
@@ -139,8 +141,8 @@ def stop_scans(line: ScipLine) -> None:
 def _fits(request: ScanRequest, parameters: SensorParameters, baud: int) -> int:
     """Return the turns that the answer of one scan takes on the line."""
     size = request.values * request.width
-    length = size + 2 * ceil(size / 64) + 30
-    return ceil(length * 10.0 / baud / (parameters.scan_time * _FILL))
+    length = size + 2 * ceil(size / DATA_LINE) + _HEAD
+    return ceil(length * BITS_PER_BYTE / baud / (parameters.scan_time * _FILL))
 
 
 def _silence(line: ScipLine) -> bool:

@@ -14,6 +14,8 @@ import serial
 
 from slam.errors import RobotError
 
+BITS_PER_BYTE: Final = 10
+"""8N1."""
 _AT_ONCE: Final = 4096
 """Bytes that one read returns at most."""
 _FIRST_PAUSE: Final = 0.1

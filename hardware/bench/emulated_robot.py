@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from time import monotonic, process_time
+from time import monotonic, process_time, sleep
 from typing import Final
 
 import numpy as np
@@ -48,12 +48,19 @@ class EmulatedRobot:
 
     def drive_until(self, condition: Callable[[], bool], patience: float = 20.0) -> float | None:
         """Drive until the condition is true, and return the seconds; None where it never became true."""
-        began = monotonic()
-        while monotonic() - began < patience:
-            if condition():
-                return monotonic() - began
-            self.step()
-        return None
+        return seconds_until(condition, patience, self.step)
+
+
+def seconds_until(
+    condition: Callable[[], bool], patience: float, meanwhile: Callable[[], object] = lambda: sleep(0.002)
+) -> float | None:
+    """Call ``meanwhile`` until the condition is true, and return the seconds; None after ``patience`` seconds."""
+    began = monotonic()
+    while monotonic() - began < patience:
+        if condition():
+            return monotonic() - began
+        meanwhile()
+    return None
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from hardware.bench.driving_program import OWN_PROGRAM, DrivingProgram
-from hardware.bench.emulated_robot import FORWARD, emulated_devices, port_settings
+from hardware.bench.emulated_robot import FORWARD, emulated_devices, port_settings, seconds_until
 from hardware.emulator.emulator import Emulator
 from slam.errors import RobotError
 from slam.scenario.file import load_scenario
@@ -111,12 +111,12 @@ def _program(ending: Ending, emulator: Emulator, out: Path) -> DrivingProgram:
 
 
 def _await_drive(emulator: Emulator, program: DrivingProgram) -> None:
-    until = time.monotonic() + _START
-    while emulator.p3dx.motors.setpoint.linear < 0.99 * FORWARD.linear:
-        if time.monotonic() > until:
-            raise RobotError(f"the program does not drive within {_START:g} s; is the machine busy?")
+    def drain() -> None:
         program.drain()
         time.sleep(0.01)
+
+    if seconds_until(lambda: emulator.p3dx.motors.setpoint.linear >= 0.99 * FORWARD.linear, _START, drain) is None:
+        raise RobotError(f"the program does not drive within {_START:g} s; is the machine busy?")
 
 
 def _watch(emulator: Emulator, began: float, watched: float) -> tuple[float | None, float | None]:

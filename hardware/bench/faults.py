@@ -5,11 +5,18 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from hardware.bench.emulated_robot import FORWARD, EmulatedRobot, emulated_devices, emulated_robot, port_settings
+from hardware.bench.emulated_robot import (
+    FORWARD,
+    EmulatedRobot,
+    emulated_devices,
+    emulated_robot,
+    port_settings,
+    seconds_until,
+)
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.faults import DEVICE_FAULTS, Action
 from hardware.emulator.motor_controller import MotorController
@@ -47,6 +54,8 @@ CUT_OFF: Final = {
 """Faults during which nothing reaches it."""
 _LASTS: Final = 3.0
 """Seconds from a fault to its cure."""
+_PATIENCE: Final = 30.0
+"""Seconds in which a program begins to drive, or its robot stands."""
 
 
 def fault_results(faults: Mapping[str, tuple[str, str]], watchdog: float) -> Iterator[FaultResult]:
@@ -82,10 +91,10 @@ def kill_result(watchdog: float) -> FaultResult:
 
 
 def _killed(emulator: Emulator, scenario: Scenario, program: int) -> FaultResult:
-    _wait(lambda: emulator.p3dx.motors.setpoint.linear > 0.9 * FORWARD.linear)
+    seconds_until(lambda: emulator.p3dx.motors.setpoint.linear > 0.9 * FORWARD.linear, _PATIENCE)
     os.kill(program, signal.SIGKILL)
     os.waitpid(program, 0)
-    to_stand = _wait(lambda: not emulator.p3dx.motors.moving)
+    to_stand = seconds_until(lambda: not emulator.p3dx.motors.moving, _PATIENCE)
     stopped_by = _stopper(emulator.p3dx.motors)
     with HardwareRobot(scenario, yes=True) as robot:
         emulated = EmulatedRobot(emulator, robot)
@@ -107,12 +116,3 @@ def _stopper(motors: MotorController) -> str:
     if not motors.enabled:
         return "motor button"
     return "watchdog" if motors.watchdog_expired else "driver"
-
-
-def _wait(condition: Callable[[], bool], patience: float = 30.0) -> float | None:
-    began = time.monotonic()
-    while time.monotonic() - began < patience:
-        if condition():
-            return time.monotonic() - began
-        time.sleep(0.002)
-    return None

@@ -23,7 +23,7 @@ def scenario_plant(scenario: Scenario) -> KinematicPlant:
 
 
 class KinematicPlant:
-    """Walls are closed outlines (N, 2) in the map frame, metres; nothing stops the robot from driving through them."""
+    """Walls are closed outlines (N, 2) in the map frame, metres; the robot drives through them, and has no sonar."""
 
     def __init__(self, outlines: Sequence[FloatArray], start: Pose2D, T_base_laser: Pose2D, reach: float = 5.6) -> None:
         self._begins = np.concatenate(outlines)
@@ -43,11 +43,9 @@ class KinematicPlant:
 
     @property
     def travel(self) -> tuple[float, float]:
-        """Metres that the left and the right wheel have rolled."""
         return self._left, self._right
 
     def advance(self, seconds: float, setpoint: Twist2D) -> None:
-        """Roll on along the arc."""
         self._setpoint = setpoint
         self.elapsed += seconds
         ahead, turn = setpoint.linear * seconds, setpoint.angular * seconds * _HALF_TRACK
@@ -56,11 +54,9 @@ class KinematicPlant:
         self.T_map_base = self.T_map_base @ setpoint.motion(seconds)
 
     def bumpers(self) -> tuple[bool, ...]:
-        """Return nothing: it touches nothing."""
         return ()
 
     def sonar(self) -> tuple[float, ...]:
-        """Return nothing: it has no ring."""
         return ()
 
     def ranges(self, bearings: FloatArray, ahead: float = 0.0, increment: float = 0.0) -> FloatArray:

@@ -83,11 +83,9 @@ class PtyPort:
         self._master = self._slave = -1
 
     def filenos(self) -> list[int]:
-        """Return the master's."""
         return [self._master] if self._master >= 0 else []
 
     def read(self) -> bytes:
-        """Return the bytes that have come."""
         if self._master < 0:
             return b""
         try:
@@ -138,7 +136,6 @@ class TcpPort:
         self._client = self._listener = None
 
     def filenos(self) -> list[int]:
-        """Return the listener's, and the client's."""
         return [end.fileno() for end in (self._listener, self._client) if end is not None]
 
     def read(self) -> bytes:
@@ -161,13 +158,11 @@ class TcpPort:
         return data
 
     def write(self, data: bytes) -> None:
-        """Send bytes to the client, if there is one."""
         with suppress(OSError):
             if self._client is not None:
                 self._client.send(data)
 
     def client_baud(self) -> int | None:
-        """Return None, as TCP has no bit rate."""
         return None
 
     def _hang_up(self) -> None:

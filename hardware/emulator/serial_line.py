@@ -8,8 +8,8 @@ from math import inf
 from random import Random
 from typing import Final
 
-_BITS_PER_BYTE: Final = 10
-"""8N1."""
+from hardware.serial_port import BITS_PER_BYTE
+
 _CHUNK: Final = 16
 """Bytes that arrive together, as from the buffer of a UART."""
 _LONGEST_QUEUE: Final = 16_384
@@ -57,7 +57,7 @@ class SerialLine:
         at = max(now, self._free_at)
         for start in range(0, len(data), _CHUNK if baud else max(len(data), 1)):
             chunk = data[start : start + _CHUNK] if baud else data
-            at += len(chunk) * _BITS_PER_BYTE / baud if baud else 0.0
+            at += len(chunk) * BITS_PER_BYTE / baud if baud else 0.0
             self._waiting.append((at, chunk, baud))
         self._size += len(data)
         self._free_at = at

@@ -46,9 +46,9 @@ def test_a_cable_out_for_a_while(device: str, tmp_path: Path) -> None:
     with Emulator(plant, *ports, paced=False, robot_config=replace(FACTORY_CONFIG, watchdog=0.8)) as emulator:
 
         def pull() -> None:
-            station = getattr(emulator, device)
-            emulator.do(station.unplug)
-            threading.Timer(1.2, emulator.do, [station.port.open]).start()
+            connected = getattr(emulator, device)
+            emulator.do(connected.unplug)
+            threading.Timer(1.2, emulator.do, [connected.port.open]).start()
 
         experiment = scenario_experiment(load_scenario("corridor", port_settings(emulator)), "hardware", yes=True)
         course = Course(pull)

@@ -24,7 +24,7 @@ IN_TIME = 0.9
 def own(name: str) -> Ending:
     """The same, of a program of somebody's own, which starts faster."""
     ending = BY_NAME[name]
-    return Ending(name, ending.act, own_program=True, on_terminal=ending.on_terminal)
+    return Ending(name, ending.action, own_program=True, on_terminal=ending.on_terminal)
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,7 @@ class Ending:
     """An event that ends or suspends a program, and the kind of program that it happens to."""
 
     name: str
-    act: Callable[[DrivingProgram], None]
+    action: Callable[[DrivingProgram], None]
     own_program: bool = False
     """True for a user's own program, False for ``hopslam run``."""
     on_terminal: bool = False
@@ -94,7 +94,7 @@ def ending_result(ending: Ending, plant: str, watched: float = _WATCHED) -> Endi
             _await_drive(emulator, program)
             began = time.monotonic()
             before = emulator.truth[1]
-            ending.act(program)
+            ending.action(program)
             to_command, to_stand = _watch(emulator, began, watched)
             driven = before.distance(emulator.truth[1])
             exit_code, recorded = program.wait(), (out / "metrics.json").exists()

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from hardware.bench.driving_program import OWN_PROGRAM, DrivingProgram
-from hardware.bench.emulated_robot import emulated_devices, port_settings
+from hardware.bench.emulated_robot import emulated_devices
 from hardware.bench.endings import ENDINGS, Ending, ending_result
 from hardware.emulator.emulator import Emulator
 from hardware.operator_consent import OperatorConsent
@@ -59,7 +59,7 @@ def test_a_robot_whose_reader_ended_while_it_was_opened_never_moves() -> None:
     with (
         emulated_devices(load_scenario("corridor"), plant="plan") as emulator,
         emulator,
-        DrivingProgram(port_settings(emulator), OWN_PROGRAM) as program,
+        DrivingProgram(emulator.port_settings, OWN_PROGRAM) as program,
     ):
         start = emulator.truth[1]
         program.close_output()
@@ -77,7 +77,7 @@ def wait_for_motion(emulator: Emulator, moving: bool) -> None:
 def test_a_closed_terminal_does_not_end_a_program_started_with_nohup() -> None:
     ignoring = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
     with emulated_devices(load_scenario("corridor"), plant="plan") as emulator, emulator:
-        with DrivingProgram(port_settings(emulator), ignoring + OWN_PROGRAM) as program:
+        with DrivingProgram(emulator.port_settings, ignoring + OWN_PROGRAM) as program:
             wait_for_motion(emulator, True)
             program.send(signal.SIGHUP)
             time.sleep(0.5)

@@ -48,8 +48,7 @@ def quiet(caplog: pytest.LogCaptureFixture) -> None:
 def devices(*ports: PtyPort, scenario: str = "corridor") -> Iterator[tuple[Emulator, list[str]]]:
     """Emulated devices without physics, and the settings that name their ports."""
     with Emulator(scenario_plant(load_scenario(scenario)), *ports, paced=False) as emulator:
-        robot, lidar = emulator.robot.port.address, emulator.lidar.port.address
-        yield emulator, [f"hardware.robot_port={robot}", f"hardware.lidar_port={lidar}"]
+        yield emulator, emulator.port_settings
 
 
 @contextmanager

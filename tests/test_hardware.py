@@ -48,8 +48,7 @@ def plant() -> KinematicPlant:
 
 
 def scenario(emulator: Emulator, *settings: str) -> Scenario:
-    ports = f"hardware.robot_port={emulator.robot.port.address}", f"hardware.lidar_port={emulator.lidar.port.address}"
-    return load_scenario("corridor", [*ports, *settings])
+    return load_scenario("corridor", [*emulator.port_settings, *settings])
 
 
 def wait_until(condition: Callable[[], object]) -> None:
@@ -147,11 +146,9 @@ with HardwareRobot(load_scenario("corridor", sys.argv[1:]), yes=True) as robot:
         print("driving", flush=True)
 """
     with Emulator(plant(), robot_config=replace(FACTORY_CONFIG, watchdog=0.8)) as emulator:
-        config = scenario(emulator).hardware
-        ports = f"hardware.robot_port={config.robot_port}", f"hardware.lidar_port={config.lidar_port}"
 
         def start() -> subprocess.Popen[str]:
-            command = [sys.executable, "-c", script, *ports]
+            command = [sys.executable, "-c", script, *emulator.port_settings]
             program = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": "."})
             wait_until(lambda: not still(emulator))
             return program

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-from hardware.bench.emulated_robot import port_settings
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.kinematic_plant import scenario_plant
 from hardware.emulator.p3dx import FACTORY_CONFIG
@@ -50,7 +49,7 @@ def test_a_cable_out_for_a_while(device: str, tmp_path: Path) -> None:
             emulator.do(connected.unplug)
             threading.Timer(1.2, emulator.do, [connected.port.open]).start()
 
-        experiment = scenario_experiment(load_scenario("corridor", port_settings(emulator)), "hardware", yes=True)
+        experiment = scenario_experiment(load_scenario("corridor", emulator.port_settings), "hardware", yes=True)
         course = Course(pull)
         outcome = replace(experiment, pilot=course).run(tmp_path / "run")
         assert course.estimate.distance(emulator.truth[1]) < 0.03

@@ -69,7 +69,7 @@ def emulated_robot(watchdog: float = FACTORY_CONFIG.watchdog) -> Iterator[Emulat
     with (
         emulated_devices(load_scenario("corridor"), watchdog) as emulator,
         emulator,
-        HardwareRobot(load_scenario("corridor", port_settings(emulator)), yes=True) as robot,
+        HardwareRobot(load_scenario("corridor", emulator.port_settings), yes=True) as robot,
     ):
         yield EmulatedRobot(emulator, robot)
 
@@ -86,12 +86,6 @@ def emulated_devices(
     with TemporaryDirectory(prefix="hopslam-") as links:
         ports = PtyPort(Path(links) / "p3dx"), PtyPort(Path(links) / "urg04lx")
         yield Emulator(make_plant(plant, scenario), *ports, seed=scenario.seed, robot_config=config)
-
-
-def port_settings(emulator: Emulator) -> list[str]:
-    """Return the settings of a scenario that name the emulator's ports."""
-    robot, lidar = emulator.robot.port.address, emulator.lidar.port.address
-    return [f"hardware.robot_port={robot}", f"hardware.lidar_port={lidar}"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from hardware.bench.driving_program import OWN_PROGRAM, DrivingProgram
-from hardware.bench.emulated_robot import FORWARD, emulated_devices, port_settings, seconds_until
+from hardware.bench.emulated_robot import FORWARD, emulated_devices, seconds_until
 from hardware.emulator.emulator import Emulator
 from slam.errors import RobotError
 from slam.scenario.file import load_scenario
@@ -102,7 +102,7 @@ def ending_result(ending: Ending, plant: str, watched: float = _WATCHED) -> Endi
 
 
 def _program(ending: Ending, emulator: Emulator, out: Path) -> DrivingProgram:
-    settings = port_settings(emulator)
+    settings = emulator.port_settings
     if ending.own_program:
         return DrivingProgram(settings, OWN_PROGRAM, ending.on_terminal)
     options = [word for setting in (*settings, f"route.speed={FORWARD.linear}") for word in ("--set", setting)]

@@ -9,14 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from hardware.bench.emulated_robot import (
-    FORWARD,
-    EmulatedRobot,
-    emulated_devices,
-    emulated_robot,
-    port_settings,
-    seconds_until,
-)
+from hardware.bench.emulated_robot import FORWARD, EmulatedRobot, emulated_devices, emulated_robot, seconds_until
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.faults import DEVICE_FAULTS, Action
 from hardware.emulator.motor_controller import MotorController
@@ -82,7 +75,7 @@ def _fault_result(emulated: EmulatedRobot, name: str, begin: Action, end: Action
 def kill_result(watchdog: float) -> FaultResult:
     """Kill a program that drives, a fork of this one, with SIGKILL, and let another one find its emulated robot."""
     with emulated_devices(load_scenario("corridor"), watchdog) as emulator:
-        scenario = load_scenario("corridor", port_settings(emulator))
+        scenario = load_scenario("corridor", emulator.port_settings)
         program = os.fork()
         if not program:
             _drive_for_ever(scenario)

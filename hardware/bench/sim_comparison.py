@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hardware.bench.driven_path import DrivenPath, PathRecorder
-from hardware.bench.emulated_robot import emulated_devices, port_settings
+from hardware.bench.emulated_robot import emulated_devices
 from hardware.emulator.emulator import Emulator
 from slam.console.terminal import Terminal
 from slam.env.p3dx_env import P3DXEnv
@@ -42,7 +42,7 @@ def drive_simulated(load: LoadScenario, settings: Sequence[str], console: Termin
 def drive_emulated(load: LoadScenario, settings: Sequence[str], console: Terminal) -> DrivenPath:
     """Drive devices emulated at two pseudo-terminals, in real time."""
     with emulated_devices(load(settings)) as emulator, emulator:
-        scenario = load([*settings, *port_settings(emulator)])
+        scenario = load([*settings, *emulator.port_settings])
         return _run(scenario_experiment(scenario, "hardware", yes=True), PathRecorder(emulator), console, "hardware")
 
 
@@ -64,7 +64,7 @@ def drive_env_simulated(load: LoadScenario, settings: Sequence[str], goal: Point
 def drive_env_emulated(load: LoadScenario, settings: Sequence[str], goal: Point, plant: str) -> DrivenPath:
     """Drive emulated devices that this plant moves, in real time; SLAM tells them the direction of the goal."""
     with emulated_devices(load(settings), plant=plant) as emulator, emulator:
-        scenario = load([*settings, *port_settings(emulator)])
+        scenario = load([*settings, *emulator.port_settings])
         return _run_episode(P3DXEnv(scenario, observe="goal", backend="hardware", yes=True), goal, emulator)
 
 

@@ -87,6 +87,11 @@ class Emulator(Closing):
         return self
 
     @property
+    def port_settings(self) -> list[str]:
+        """Settings of a scenario that name both ports."""
+        return [f"hardware.robot_port={self.robot.port.address}", f"hardware.lidar_port={self.lidar.port.address}"]
+
+    @property
     def now(self) -> float:
         """Time of the emulated world, seconds: the host's monotonic clock, less the time skipped."""
         return time.monotonic() - self._lag

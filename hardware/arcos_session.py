@@ -1,4 +1,4 @@
-"""Talking to an ARCOS robot: finding it on the line, opening it, asking for its settings, closing it."""
+"""The dialogue with an ARCOS robot: finds it on the line, opens it, asks for its settings, closes it."""
 
 from __future__ import annotations
 
@@ -7,16 +7,15 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from enum import Enum, auto
-from typing import Final
+from typing import Final, Literal
 
+from hardware import DecodeError
 from hardware.arcos.commands import BAUDS, Command, CommandId
 from hardware.arcos.config_packet import AUTOBAUD_SWITCH, CONFIG_PACKET, ArcosConfig
-from hardware.arcos.identity import SYNC2, Identity
+from hardware.arcos.model import SYNC2, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import is_sip, is_standing
-from hardware.decode_error import DecodeError
-from hardware.serial_port import PortLost, SerialPort
+from hardware.serial_port import BITS_PER_BYTE, PortLost, SerialPort
 from slam.errors import RobotError
 
 _BAUD_SEARCH: Final = (9600, 38400, 19200, 115200, 57600)
@@ -28,16 +27,14 @@ _SILENCE: Final = 0.03
 _SENT: Final = 0.05
 """Seconds after which a command has left, which a change of the bit rate would spoil: 9 bytes are 10 ms at 9600."""
 _BRAKING: Final = 2.5
-"""Seconds within which a robot that was told to stop stands."""
-_BITS_PER_BYTE: Final = 10
-"""8N1."""
+"""Seconds within which a robot stands that was told to stop."""
 _TRIES: Final = 4
 _ROUNDS: Final = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Arrival:
-    """A packet's data, and when its first byte began to come, seconds of ``time.monotonic``."""
+class ReceivedPacket:
+    """A packet's data, and the time when its first byte began to come, seconds of ``time.monotonic``."""
 
     data: bytes
     stamp: float
@@ -51,15 +48,15 @@ class ArcosLine:
         self._closing = closing
         self._decoder = PacketDecoder()
         self._began = 0.0
-        self.left_open: Arrival | None = None
-        """The last report of a robot that was found open, standing again: it has counted its way all the time."""
+        self.report_when_found_open: ReceivedPacket | None = None
+        """Last report of a robot that was found open, standing again; it has counted its travel all the time."""
 
     def send(self, command: Command) -> None:
         """Write one command."""
         self.port.write(encode_packet(command.encode()))
 
-    def receive(self, timeout: float) -> list[Arrival]:
-        """The packets that are whole now; none when nothing comes within ``timeout`` seconds."""
+    def receive(self, timeout: float) -> list[ReceivedPacket]:
+        """Return the packets that are whole now; none when nothing comes within ``timeout`` seconds."""
         pending = self._decoder.pending
         data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
         now = time.monotonic()
@@ -67,16 +64,16 @@ class ArcosLine:
             self._began = now - self._seconds_on_the_wire(data)
         arrivals = []
         for packet in self._decoder.feed(data) if data else self._decoder.flush():
-            arrivals.append(Arrival(packet, self._began))
+            arrivals.append(ReceivedPacket(packet, self._began))
             self._began = now
         return arrivals
 
     def _seconds_on_the_wire(self, data: bytes) -> float:
-        """What is read at once has come byte by byte."""
-        return len(data) * _BITS_PER_BYTE / self.port.baud if self.port.has_baud else 0.0
+        """Return the time that bytes read at once took to come one by one."""
+        return len(data) * BITS_PER_BYTE / self.port.baud if self.port.has_baud else 0.0
 
     def wait_for(self, wanted: Callable[[bytes], bool], timeout: float = _ANSWER) -> bytes | None:
-        """The first such packet that comes in time; others are dropped."""
+        """Return the first wanted packet that comes in time; others are dropped."""
         if self._closing.is_set():
             raise PortLost(f"{self.port.url}: given up")
         until = time.monotonic() + timeout
@@ -86,7 +83,7 @@ class ArcosLine:
                     return arrival.data
         return None
 
-    def hush(self) -> None:
+    def drain(self) -> None:
         """Drop what is still coming, for a short while: a robot that was left open never pauses."""
         until = time.monotonic() + 0.2
         while self.port.read(0.05) and time.monotonic() < until:
@@ -94,25 +91,25 @@ class ArcosLine:
         self._decoder = PacketDecoder()
 
 
-def connect(line: ArcosLine) -> Identity:
+def connect_robot(line: ArcosLine) -> Identity:
     """Find the robot's bit rate, close it if a dead client left it open, and open it; RobotError when none answers."""
     bauds = _BAUD_SEARCH if line.port.has_baud else (line.port.baud,)
     for _ in range(_ROUNDS):
         for baud in bauds:
             line.port.baud = baud
-            line.hush()
+            line.drain()
             answer = _synchronise(line)
             if isinstance(answer, Identity):
                 _open(line)
                 return answer
-            if answer is _Closed.JUST_NOW:
+            if answer == "closed":
                 break  # it is back at the bit rate of its FLASH: search again
     tried = f" at {', '.join(map(str, bauds))} baud" if line.port.has_baud else ""
     raise RobotError(f"{line.port.url}: no ARCOS robot answers{tried}; is it switched on, and its cable right?")
 
 
 def read_config(line: ArcosLine) -> ArcosConfig:
-    """The settings in the robot's FLASH; RobotError when it does not say them."""
+    """Return the settings in the robot's FLASH; RobotError when it does not say them."""
     for _ in range(_TRIES):
         line.send(Command(CommandId.CONFIG, 1))
         packet = line.wait_for(lambda data: data[0] == CONFIG_PACKET, 2.0 * _ANSWER)
@@ -123,7 +120,7 @@ def read_config(line: ArcosLine) -> ArcosConfig:
 
 
 def speed_up(line: ArcosLine, config: ArcosConfig) -> None:
-    """Go to a bit rate that has room for every report, where the robot lets us; back again when it fails."""
+    """Change to a bit rate that has room for every report, where the robot allows it; back again when it fails."""
     slow = line.port.baud
     if config.autobaud != AUTOBAUD_SWITCH or not line.port.has_baud or slow >= _FAST_BAUD:
         return
@@ -135,21 +132,15 @@ def speed_up(line: ArcosLine, config: ArcosConfig) -> None:
         line.port.baud = slow
 
 
-def disconnect(line: ArcosLine) -> None:
+def disconnect_robot(line: ArcosLine) -> None:
     """Stop the robot, take the power from its motors, and close it."""
     line.send(Command(CommandId.STOP))
     line.send(Command(CommandId.ENABLE, 0))
     line.send(Command(CommandId.CLOSE, 1))
 
 
-class _Closed(Enum):
-    """What came of a robot that was open."""
-
-    JUST_NOW = auto()
-
-
-def _synchronise(line: ArcosLine) -> Identity | _Closed | None:
-    """SYNC0, SYNC1 and SYNC2, each echoed; None when the robot does not answer at this bit rate.
+def _synchronise(line: ArcosLine) -> Identity | Literal["closed"] | None:
+    """Send SYNC0, SYNC1 and SYNC2, each echoed, or close a robot that was left open; None when none answers.
 
     STOP comes first: for a robot that was left open SYNC0 is PULSE, upon which it may take up its last velocity.
     """
@@ -160,10 +151,10 @@ def _synchronise(line: ArcosLine) -> Identity | _Closed | None:
             return None
         if is_sip(answer):
             standing = line.wait_for(is_standing, _BRAKING)
-            line.left_open = Arrival(standing or answer, time.monotonic())
+            line.report_when_found_open = ReceivedPacket(standing or answer, time.monotonic())
             line.send(Command(CommandId.CLOSE, 1))
             time.sleep(_SENT)
-            return _Closed.JUST_NOW
+            return "closed"
         if number == SYNC2:
             with suppress(DecodeError):
                 return Identity.decode(answer)

@@ -1,4 +1,4 @@
-"""From the reports of a P3-DX to a track of poses: counters put together, and what cannot be left out."""
+"""Dead reckoning from the reports of a P3-DX: counters unwrapped, impossible steps left out, wheels corrected."""
 
 from __future__ import annotations
 
@@ -7,28 +7,50 @@ from math import hypot
 from typing import Final
 
 from hardware.arcos.encoder_packet import WheelTravel, travel_wrap
+from hardware.arcos.model import ArcosUnits
 from hardware.arcos.sip import Sip
-from hardware.arcos.units import ArcosUnits
-from hardware.arcos.wrapping import unwrapped_step
 from hardware.odometry_track import OdometryTrack
-from hardware.wheel_scales import WheelScales
 from slam.odometry import Twist2D
 from slam.pose import Pose2D, wrap_angle
 
 _SLACK: Final = Twist2D(0.02, 0.02)
-"""Metres and radians by which a step may always differ from what the wheels' speeds promise: ramps, rounding ..."""
+"""Metres and radians by which a step may always differ from the wheels' speeds: ramps, rounding ..."""
 _SLACK_TIME: Final = 0.1
 """... and the seconds at these speeds by which it may differ too: reports are late at times."""
 _SILENCE: Final = 0.3
-"""Seconds without a report after which nobody knows how fast the base went meanwhile: anything up to ..."""
+"""Seconds without a report after which the base may have gone at any speed meanwhile, up to ..."""
 _FASTEST: Final = Twist2D(1.2, 5.3)
 """... the top speeds of a P3-DX, m/s and rad/s."""
 _PATIENCE: Final = 0.5
-"""Seconds of steps that cannot be, after which the odometry goes on from where the robot says it is."""
+"""Seconds of impossible steps after which the odometry goes on from the place that the robot reports."""
+
+
+def unwrapped_step(before: float, after: float, wrap: float) -> float:
+    """Return the step of least size between two readings of a counter modulo ``wrap``; within +-wrap / 2."""
+    return (after - before + wrap / 2.0) % wrap - wrap / 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class WheelScales:
+    """The factors that ``hopslam calibrate`` finds: of both wheels' travel, and of the track width.
+
+    The robot believes half its track to be ``half_track``, metres.
+    """
+
+    half_track: float
+    left: float = 1.0
+    right: float = 1.0
+    track: float = 1.0
+
+    def corrected(self, motion: Twist2D) -> Twist2D:
+        """Correct a reported speed, or a short distance and turn."""
+        track = 2.0 * self.half_track
+        left, right = motion.to_wheels(track)
+        return Twist2D.from_wheels(self.left * left, self.right * right, track * self.track)
 
 
 def sip_twist(sip: Sip, units: ArcosUnits) -> Twist2D:
-    """The speed of the base."""
+    """Return the speed of the base."""
     twist = Twist2D.from_wheels(sip.left, sip.right, 2.0 * units.half_track)
     return twist if sip.turning is None else replace(twist, angular=sip.turning)
 
@@ -45,8 +67,7 @@ class PositionOdometry:
     """Integrates the position in each SIP.
 
     A checksum lets one damaged packet in many thousands pass: a step that the speed of the wheels does not explain is
-    left out, which ``refused`` counts. One that was believed all the same is undone by the next report, which fits the
-    one before.
+    left out. One that was believed all the same is undone by the next report, which fits the one before.
     """
 
     def __init__(self, units: ArcosUnits, scales: WheelScales, track: OdometryTrack) -> None:
@@ -56,10 +77,9 @@ class PositionOdometry:
         self._believed: tuple[_Reading, ...] = ()
         """The last two, the newer one first."""
         self._first_refused: float | None = None
-        self.refused = 0
 
     def add(self, stamp: float, sip: Sip) -> bool:
-        """Take a report; whether it could be."""
+        """Take a report, and return False where it is impossible."""
         reading = _Reading(stamp, sip, sip_twist(sip, self._units))
         if not self._believed:
             self._accept(reading, self._track.last[1] if self._track.last else Pose2D())
@@ -78,7 +98,6 @@ class PositionOdometry:
         self._track.add(reading.stamp, pose, self._scales.corrected(reading.twist))
 
     def _refuse(self, stamp: float) -> None:
-        self.refused += 1
         self._first_refused = self._first_refused or stamp
         if stamp - self._first_refused > _PATIENCE:
             self._believed = ()  # the robot was moved to another place in its own mind, or began anew
@@ -90,14 +109,14 @@ class PositionOdometry:
         return Pose2D(turned.x, turned.y, wrap_angle(after.theta - before.theta))
 
     def _corrected(self, step: Pose2D) -> Pose2D:
-        """By the wheels' scales; what is no motion of wheels, such as the rounding of reports, stays as it is."""
+        """Correct a step by the wheels' scales, but for the part that wheels cannot roll, such as rounding."""
         rolled = Twist2D.from_motion(step, 1.0)
         rest = rolled.motion(1.0).between(step)
         return self._scales.corrected(rolled).motion(1.0) @ rest
 
 
 def _plausible(step: Pose2D, before: _Reading, after: _Reading) -> bool:
-    """Whether the wheels' mean speed explains a step."""
+    """Tell whether the wheels' mean speed explains a step."""
     seconds = after.stamp - before.stamp
     speed = (before.twist.linear + after.twist.linear) / 2.0
     turning = (before.twist.angular + after.twist.angular) / 2.0
@@ -120,12 +139,12 @@ class EncoderOdometry:
         self._last: WheelTravel | None = None
 
     def add(self, stamp: float, travel: WheelTravel, twist: Twist2D) -> None:
-        """Take a reading, and the speed that the SIP before it said."""
+        """Take a reading, and the speed in the SIP before it."""
         pose = self._track.last[1] if self._track.last else Pose2D()
         if self._last is not None:
             left = unwrapped_step(self._last.left, travel.left, self._wrap)
             right = unwrapped_step(self._last.right, travel.right, self._wrap)
-            way = Twist2D.from_wheels(left, right, 2.0 * self._scales.half_track)
-            pose = pose @ self._scales.corrected(way).motion(1.0)
+            rolled = Twist2D.from_wheels(left, right, 2.0 * self._scales.half_track)
+            pose = pose @ self._scales.corrected(rolled).motion(1.0)
         self._last = travel
         self._track.add(stamp, pose, self._scales.corrected(twist))

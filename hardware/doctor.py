@@ -1,4 +1,4 @@
-"""Looking at every serial port: what answers there, and what keeps it from answering."""
+"""Examines serial ports: which device answers there, or what keeps it from answering."""
 
 from __future__ import annotations
 
@@ -10,14 +10,12 @@ from pathlib import Path
 
 from serial.tools.list_ports import comports
 
+from hardware import DecodeError
+from hardware.arcos.model import units_of
 from hardware.arcos.sip import Sip, is_sip
-from hardware.arcos.units import units_of
-from hardware.arcos_session import ArcosLine, disconnect, read_config
-from hardware.arcos_session import connect as connect_robot
-from hardware.decode_error import DecodeError
+from hardware.arcos_session import ArcosLine, connect_robot, disconnect_robot, read_config
 from hardware.scip.scan_data import ScanData, decode_scan
-from hardware.scip_session import ScipLine, identify, stop
-from hardware.scip_session import connect as connect_lidar
+from hardware.scip_session import ScipLine, connect_lidar, identify, stop_scans
 from hardware.serial_port import SerialPort
 from slam.errors import RobotError
 from slam.scan import LaserScan
@@ -25,7 +23,7 @@ from slam.scan import LaserScan
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What there is at a port, in words, and a scan where it is a lidar."""
+    """The device at a port, in words, and a scan where it is a lidar."""
 
     port: str
     words: str
@@ -33,12 +31,15 @@ class Finding:
 
 
 def ports() -> list[str]:
-    """The serial ports of this machine."""
+    """List the serial ports of this machine."""
     return sorted(port.device for port in comports())
 
 
 def examine(port: str, lidar_baud: int) -> Finding:
-    """What answers at this port. Nothing moves: the robot is opened, read and closed, its motors without power."""
+    """Find out which device answers at this port.
+
+    Nothing moves: the robot is opened, read and closed, its motors without power.
+    """
     if "://" not in port and Path(port).exists() and not os.access(port, os.R_OK | os.W_OK):
         return Finding(port, "not permitted; run: sudo usermod -aG dialout $USER, then log out and in again")
     reasons = []
@@ -55,9 +56,9 @@ def _lidar(port: str, baud: int) -> Finding:
     try:
         connect_lidar(line, baud)
         version, parameters = identify(line)
-        line.insist("BM")
+        line.ask_until_answered("BM")
         data = _latest(line, parameters.first, parameters.last)
-        stop(line)
+        stop_scans(line)
     finally:
         line.port.close()
     lidar = parameters.lidar
@@ -73,7 +74,7 @@ def _lidar(port: str, baud: int) -> Finding:
 def _latest(line: ScipLine, first: int, last: int) -> ScanData:
     for _ in range(3):
         with suppress(DecodeError):
-            return decode_scan(line.insist(f"GD{first:04d}{last:04d}01"))
+            return decode_scan(line.ask_until_answered(f"GD{first:04d}{last:04d}01"))
     raise RobotError(f"{line.port.url}: the lidar's scans come damaged; look at its cable")
 
 
@@ -83,7 +84,7 @@ def _robot(port: str, _: int) -> Finding:
         identity = connect_robot(line)
         config = read_config(line)
         report = line.wait_for(is_sip)
-        disconnect(line)
+        disconnect_robot(line)
     finally:
         line.port.close()
     battery, units = "unknown", units_of(identity.subclass)

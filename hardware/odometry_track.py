@@ -1,4 +1,4 @@
-"""Where the base was at any time of the last seconds, from reports that come ten times a second."""
+"""The base's pose at any time of the last seconds, from reports that come ten times a second."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 
 _KEPT: Final = 64
-"""Reports: six seconds."""
+"""Reports that are kept: six seconds."""
 _FARTHEST: Final = 0.25
-"""Seconds beyond the last report for which its speed still says where the base is."""
+"""Seconds beyond the last report for which its speed still predicts the pose."""
 _GAP: Final = 0.5
-"""Seconds between two reports in which nobody knows how the base came from one to the other."""
+"""Seconds between two reports beyond which the path from one to the other is unknown."""
 
 
 class OdometryTrack:
@@ -29,11 +29,11 @@ class OdometryTrack:
 
     @property
     def last(self) -> tuple[float, Pose2D] | None:
-        """The newest report."""
+        """Stamp and pose of the newest report."""
         return (self._stamps[-1], self._poses[-1]) if self._stamps else None
 
     def add(self, stamp: float, pose: Pose2D, twist: Twist2D) -> None:
-        """A report, later than all before it, and the speed at that time."""
+        """Append a report, later than all before it, and the speed at that time."""
         if self._stamps and stamp - self._stamps[-1] > _GAP:
             for kept in (self._stamps, self._poses, self._twists):
                 kept.clear()
@@ -42,11 +42,11 @@ class OdometryTrack:
         self._twists.append(twist)
 
     def covers(self, stamp: float) -> bool:
-        """Whether the base's place at this time is known."""
+        """Tell whether the pose at this time is known."""
         return bool(self._stamps) and self._stamps[0] <= stamp <= self._stamps[-1] + _FARTHEST
 
     def pose_at(self, stamp: float) -> Pose2D:
-        """The place at a time that the track covers: between two reports, or carried on at the last speed."""
+        """Return the pose at a time that the track covers: between two reports, or carried on at the last speed."""
         after = bisect_right(self._stamps, stamp)
         if after == len(self._stamps):
             return self._poses[-1] @ self._twists[-1].motion(stamp - self._stamps[-1])
@@ -57,12 +57,14 @@ class OdometryTrack:
         return self._poses[after - 1] @ Twist2D.from_motion(step, end - begin).motion(stamp - begin)
 
     def between(self, first: float, last: float) -> Odometry:
-        """Odometry at the time ``first``, with the mean speed from there to ``last``."""
+        """Return the odometry at the time ``first``, with the mean speed from there to ``last``."""
         return Odometry(first, self.pose_at(first), self._mean_speed(first, last))
 
     def _mean_speed(self, first: float, last: float) -> Twist2D:
-        """Of the reported speeds, which change evenly between reports: in whole mm/s they are finer than what the
-        poses, in whole mm, say of a tenth of a second, and a ramp shows in them."""
+        """Average the reported speeds, which change evenly between reports.
+
+        In whole mm/s they are finer than the steps of poses in whole mm, and a ramp shows in them.
+        """
         times = [first, *(stamp for stamp in self._stamps if first < stamp < last), last]
         known = np.array([(twist.linear, twist.angular) for twist in self._twists])
         means = (np.trapezoid(np.interp(times, self._stamps, speed), times) / (last - first) for speed in known.T)

@@ -6,29 +6,31 @@ import logging
 import threading
 import time
 from contextlib import suppress
+from math import inf
 from typing import Final
 
+from hardware import DecodeError
 from hardware.arcos.commands import Command, CommandId
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.encoder_packet import ENCODER_PACKET, WheelTravel
+from hardware.arcos.model import SONAR_REACH
 from hardware.arcos.sip import Sip, is_sip
-from hardware.arcos_session import ArcosLine, Arrival, disconnect
-from hardware.backoff import Backoff
-from hardware.base_odometry import EncoderOdometry, PositionOdometry, sip_twist
-from hardware.decode_error import DecodeError
+from hardware.arcos_session import ArcosLine, ReceivedPacket, disconnect_robot
+from hardware.base_odometry import EncoderOdometry, PositionOdometry, WheelScales, sip_twist
 from hardware.odometry_track import OdometryTrack
-from hardware.opened_p3dx import OpenedP3dx, open_p3dx
-from hardware.serial_port import PortLost
+from hardware.p3dx_setup import OpenedP3dx, open_p3dx
+from hardware.serial_port import PortLost, attempts
 from hardware.speed_commands import BaseSpeeds, SpeedCommands, WheelSpeeds
-from hardware.wheel_scales import WheelScales
 from slam.errors import RobotError
-from slam.odometry import Twist2D
+from slam.odometry import Odometry, Twist2D
 from slam.scenario.hardware_config import HardwareConfig
 from slam.scenario.robot_config import Limits
 
 _LOG: Final = logging.getLogger("hopslam.p3dx")
 _POLL: Final = 0.1
-"""Seconds after which the thread looks whether it should end."""
+"""Seconds after which the thread checks whether it should end."""
+_ODOMETRY_WAIT: Final = 0.02
+"""Seconds between two looks for odometry that is late."""
 _SPEEDS: Final[dict[str, type[SpeedCommands]]] = {"velocity": BaseSpeeds, "wheels": WheelSpeeds}
 
 
@@ -44,10 +46,10 @@ class P3dx:
         self._limits = limits
         self._lock = threading.RLock()
         self._closing = threading.Event()
-        self.track = OdometryTrack()
-        self.settings = ArcosConfig()
+        self._track = OdometryTrack()
+        self._settings = ArcosConfig()
         self.sip = Sip()
-        self.sonar: dict[int, float] = {}
+        self._echoes: dict[int, float] = {}
         self.reported_at = self._sent_at = time.monotonic()
         self.trouble: str | None = None
         self._position: PositionOdometry | None = None
@@ -57,18 +59,24 @@ class P3dx:
         self._thread.start()
 
     @property
-    def odometry_lock(self) -> threading.RLock:
-        """To be held while reading the track."""
-        return self._lock
-
-    @property
     def armed(self) -> bool:
-        """Whether the motors have power, by the last report."""
+        """True while the motors have power, by the last report."""
         return self.sip.motors_enabled
 
     @property
-    def hindrance(self) -> str | None:
-        """What somebody did by hand that keeps the robot from moving; None when nothing."""
+    def bumpers(self) -> tuple[bool, ...]:
+        """True for each segment that is pressed: front, then rear."""
+        sip, settings = self.sip, self._settings
+        return _bits(sip.front_bumpers, settings.front_bumpers) + _bits(sip.rear_bumpers, settings.rear_bumpers)
+
+    @property
+    def sonar(self) -> tuple[float, ...]:
+        """Ranges of the transducers in the order of their numbers, metres; inf without an echo."""
+        return tuple(echo if echo < SONAR_REACH else inf for _, echo in sorted(self._echoes.items()))
+
+    @property
+    def manual_stop(self) -> str | None:
+        """Reason why the robot cannot move until somebody does something by hand; None when it can."""
         if self.sip.e_stop:
             return "the emergency stop is pressed; release it, and the run goes on"
         if self._was_armed and not self.armed:
@@ -80,9 +88,9 @@ class P3dx:
         self._send(Command(CommandId.ENABLE, 1))
 
     def drive(self, twist: Twist2D) -> Twist2D:
-        """Send a velocity within the limits, as near as the wire can say it; the one that was sent."""
+        """Send a velocity within the limits, as near as the wire can say it, and return the one that was sent."""
         with self._lock:
-            commands, sent = self._speeds.say(twist)
+            commands, sent = self._speeds.commands_for(twist)
             self._send(*commands)
         return sent
 
@@ -92,8 +100,20 @@ class P3dx:
 
     def pulse(self) -> None:
         """Tell the robot's watchdog that this program lives, if nothing else did for a quarter of its time."""
-        if time.monotonic() - self._sent_at > self.settings.watchdog / 4.0:
+        if time.monotonic() - self._sent_at > self._settings.watchdog / 4.0:
             self._send(Command(CommandId.PULSE))
+
+    def odometry(self, first: float, last: float, until: float) -> Odometry | None:
+        """Return the odometry at ``first``, with the mean speed to ``last``; None when no reports cover both ``until``
+        then. Times are those of ``time.monotonic``."""
+        while True:
+            with self._lock:
+                if self._track.covers(first) and self._track.covers(last):
+                    return self._track.between(first, last)
+                known = self._track.last
+            if known is None or known[0] > last or time.monotonic() >= until:
+                return None
+            time.sleep(_ODOMETRY_WAIT)
 
     def close(self) -> None:
         """Stop, take the power from the motors, and let go of the robot; closing twice is allowed."""
@@ -101,12 +121,12 @@ class P3dx:
             return
         self._closing.set()
         with self._lock, suppress(PortLost):
-            disconnect(self._line)
+            disconnect_robot(self._line)
         self._thread.join()
         self._line.port.close()
 
     def _send(self, *commands: Command) -> None:
-        """PortLost is left to the thread, which finds it too and says so in ``trouble``."""
+        """Send commands; PortLost is left to the thread, which finds it too and says so in ``trouble``."""
         with self._lock, suppress(PortLost):
             for command in commands:
                 self._line.send(command)
@@ -121,15 +141,15 @@ class P3dx:
             self._catch_up(opened)
             self._was_armed = False
             self._speeds = _SPEEDS[config.drive_by](self._limits, half_track)
-            self._units, self.settings = opened.units, opened.settings
-            self._position = PositionOdometry(opened.units, scales, OdometryTrack() if by_encoders else self.track)
+            self._units, self._settings = opened.units, opened.settings
+            self._position = PositionOdometry(opened.units, scales, OdometryTrack() if by_encoders else self._track)
             ticks = opened.settings.ticks_per_metre
-            self._encoders = EncoderOdometry(ticks, scales, self.track) if by_encoders else None
+            self._encoders = EncoderOdometry(ticks, scales, self._track) if by_encoders else None
         return opened.line
 
     def _catch_up(self, opened: OpenedP3dx) -> None:
-        """The way that a robot went on while its cable was out; it has counted it unless it was switched off."""
-        report = opened.line.left_open
+        """Take the distance that the robot went on while its cable was out; it counts unless it was switched off."""
+        report = opened.line.report_when_found_open
         if self._position is not None and report is not None:
             with suppress(DecodeError):
                 self._position.add(report.stamp, Sip.decode(report.data, opened.units))
@@ -142,19 +162,19 @@ class P3dx:
             except PortLost as lost:
                 self._reconnect(str(lost))
 
-    def _take(self, arrival: Arrival) -> None:
-        """One packet; what is damaged behind a right checksum is dropped too."""
+    def _take(self, arrival: ReceivedPacket) -> None:
+        """Take one packet; damage behind a right checksum is dropped too."""
         with suppress(DecodeError), self._lock:
             if is_sip(arrival.data):
                 self._take_sip(arrival.stamp, Sip.decode(arrival.data, self._units))
             elif arrival.data[0] == ENCODER_PACKET and self._encoders is not None:
-                travel = WheelTravel.decode(arrival.data, self.settings.ticks_per_metre)
+                travel = WheelTravel.decode(arrival.data, self._settings.ticks_per_metre)
                 self._encoders.add(arrival.stamp, travel, sip_twist(self.sip, self._units))
 
     def _take_sip(self, stamp: float, sip: Sip) -> None:
         if self._position is not None and self._position.add(stamp, sip):
             self.sip, self.reported_at, self.trouble = sip, stamp, None
-            self.sonar = self.sonar | dict(sip.sonar)
+            self._echoes = self._echoes | dict(sip.sonar)
             self._was_armed = (self._was_armed or sip.motors_enabled) and not sip.e_stop
 
     def _reconnect(self, reason: str) -> None:
@@ -162,7 +182,7 @@ class P3dx:
         self.trouble = reason
         _LOG.warning("%s; the robot's own watchdog stops it", reason)
         self._line.port.close()
-        for _ in Backoff(self._closing):
+        for _ in attempts(self._closing):
             try:
                 line = self._connect()
             except RobotError as error:
@@ -172,3 +192,7 @@ class P3dx:
                 self._line = line
             _LOG.warning("%s: the robot is back", line.port.url)
             return
+
+
+def _bits(mask: int, count: int) -> tuple[bool, ...]:
+    return tuple(bool(mask >> bit & 1) for bit in range(count))

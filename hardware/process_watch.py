@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import select
 import signal
+import stat
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -13,7 +14,6 @@ from time import monotonic
 from typing import Any, Final, NamedTuple
 
 from hardware.stop_signals import StopSignals, name_of
-from hardware.watched_streams import watched_streams
 from slam.errors import OutputLost, RobotError
 
 _CLOSE: Final = 0
@@ -22,12 +22,13 @@ _BEAT: Final = 0.1
 """Seconds between two looks at the clock."""
 _GAP: Final = 0.5
 """Seconds without a look that only a suspended program has; SIGCONT also comes to one whose terminal is closed."""
+_STREAMS: Final = {0: "standard input", 1: "standard output", 2: "standard error"}
 _lock: Final = threading.Lock()
 _current: _ProcessWatch | None = None
 """The watch of this process; None while it has no robot."""
 
 
-class Stop(NamedTuple):
+class StopCallbacks(NamedTuple):
     """Two ways to stop one robot; both may be called from any thread."""
 
     end: Callable[[str, RobotError | None], None]
@@ -37,7 +38,7 @@ class Stop(NamedTuple):
 
 
 @contextmanager
-def process_watch(stop: Stop) -> Iterator[Callable[[], None]]:
+def process_watch(stop: StopCallbacks) -> Iterator[Callable[[], None]]:
     """Watch this process for the robot, on a thread that all robots of the process share, while the block runs.
 
     ``stop.end`` is called once the program was told to end, has lost its terminal or the reader of its output, or one
@@ -50,7 +51,7 @@ def process_watch(stop: Stop) -> Iterator[Callable[[], None]]:
         _current = watch = _current or _ProcessWatch()
         watch.add(stop)
     try:
-        yield watch.keep
+        yield watch.reclaim
     finally:
         with _lock:
             if watch.remove(stop):
@@ -61,12 +62,12 @@ class _ProcessWatch:
     """A thread that is woken by numbers of signals on a pipe and by hang-ups of streams, and hooks for exceptions."""
 
     def __init__(self) -> None:
-        self._stops: list[Stop] = []
+        self._stops: list[StopCallbacks] = []
         self._wake, self._wakeup = os.pipe()
         os.set_blocking(self._wakeup, False)
         self._poll = select.poll()
         self._poll.register(self._wake, select.POLLIN)
-        self._streams = watched_streams()
+        self._streams = _watched_streams()
         for stream in self._streams:
             self._poll.register(stream, 0)  # errors and hang-ups, which poll always reports
         self._over: tuple[str, RobotError] | None = None
@@ -78,18 +79,18 @@ class _ProcessWatch:
         self._thread = threading.Thread(target=self._watch, name="process watch", daemon=True)
         self._thread.start()
 
-    def add(self, stop: Stop) -> None:
+    def add(self, stop: StopCallbacks) -> None:
         """Stop this robot, too: at once where the reader of the output is gone already."""
         self._stops.append(stop)
         self._signals.install()
         if self._over is not None:
             stop.end(*self._over)
 
-    def keep(self) -> None:
-        """See to it that signals still arrive, also after an event loop has asked for them."""
-        self._signals.keep()
+    def reclaim(self) -> None:
+        """Take the signals back that an event loop has asked for since."""
+        self._signals.reclaim()
 
-    def remove(self, stop: Stop) -> bool:
+    def remove(self, stop: StopCallbacks) -> bool:
         """Forget this robot, and return whether it was the last one, so that the watch is over.
 
         Only the main thread can give the signals back. Without it the watch goes on, with nothing to stop.
@@ -154,7 +155,7 @@ class _ProcessWatch:
         self._hooks[0](failure)
 
     def _call_failed(self, failure: sys.UnraisableHookArgs) -> None:
-        """Of what Python cannot raise, only the end of a thread of the module ``_thread`` stops the robot."""
+        """Stop the robot where a thread of the module ``_thread`` fails, and for no other failure of this kind."""
         if "thread" in (failure.err_msg or ""):
             self._fail("a thread", failure.exc_type, failure.exc_value)
         self._hooks[2](failure)
@@ -168,8 +169,24 @@ class _ProcessWatch:
         self._hooks[1](kind, *rest)
 
 
+def _watched_streams() -> dict[int, str]:
+    """Name, by file descriptor, the standard streams on a terminal, and pipes and sockets by which output is read.
+
+    Standard input from a file or a pipe is not among them.
+    """
+    return {fd: name for fd, name in _STREAMS.items() if os.isatty(fd) or (fd > 0 and _has_reader(fd))}
+
+
+def _has_reader(fd: int) -> bool:
+    try:
+        mode = os.fstat(fd).st_mode
+    except OSError:  # it was closed before the program began
+        return False
+    return stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode)
+
+
 def _forget() -> None:
-    """A forked child has handlers but no thread, and its signals are not its parent's."""
+    """Forget the watch in a forked child, which has handlers but no thread; its signals are not its parent's."""
     global _current
     if _current is not None:
         _current = None

@@ -8,25 +8,22 @@ import threading
 import time
 from contextlib import ExitStack
 from dataclasses import replace
-from math import inf, isfinite
-from typing import ClassVar, Final, Self
+from math import isfinite
+from typing import Final, Self
 
-from hardware.arcos.units import SONAR_REACH
-from hardware.consent import Consent
-from hardware.guard import Guard, age
+from hardware.operator_consent import OperatorConsent
 from hardware.p3dx import P3dx
-from hardware.process_watch import Stop, process_watch
-from hardware.urg04lx import Reading, Urg04lx
+from hardware.process_watch import StopCallbacks, process_watch
+from hardware.staleness_guard import StalenessGuard, seconds_since
+from hardware.urg04lx import Urg04lx
 from slam.closing import Closing
-from slam.console.signals import count_suspensions
 from slam.errors import RobotError, RobotTimeout, ScenarioError
 from slam.odometry import Odometry, Twist2D
 from slam.robot import Observation, Robot
+from slam.scan import LaserScan
 from slam.scenario.schema import Scenario
 
 _LOG: Final = logging.getLogger("hopslam.robot")
-_ODOMETRY_WAIT: Final = 0.02
-"""Seconds between two looks for odometry that is late."""
 
 
 class HardwareRobot(Closing):
@@ -38,8 +35,6 @@ class HardwareRobot(Closing):
     watchdog when this process is killed. Stamps are seconds since the first scan's beginning. Up to four scans wait for
     a caller that observes less often than they come; it gets the oldest of them, or with ``newest`` the last.
     """
-
-    _known_suspensions: ClassVar[int] = 0
 
     def __init__(
         self,
@@ -56,11 +51,10 @@ class HardwareRobot(Closing):
         self._config = scenario.hardware
         self._dry_run = dry_run
         self._newest = newest
-        self._consent = Consent(yes)
-        count_suspensions()
+        self._consent = OperatorConsent(yes)
         self._devices: ExitStack | None = None
         self.epoch: float | None = None
-        """What stamp 0 is on the host's monotonic clock, seconds; None before the first scan."""
+        """Time of stamp 0 on the host's monotonic clock, seconds; None before the first scan."""
         self._commanded_at = 0.0
         self._motion = threading.Lock()
         self._over = False
@@ -73,11 +67,11 @@ class HardwareRobot(Closing):
             devices.callback(self._lidar.close)
             self._base = P3dx(self._config, self._scenario.robot.limits)
             devices.callback(self._base.close)
-            self._guard = Guard(self._ages, self._base.halt)
+            self._guard = StalenessGuard(self._ages, self._base.halt)
             devices.callback(self._guard.close)
             self._over, self._failure = False, None
-            self._keep_watch = devices.enter_context(process_watch(Stop(self._end, self._suspend)))
-            self._revoke_after_suspension()
+            self._reclaim_signals = devices.enter_context(process_watch(StopCallbacks(self._end, self._suspend)))
+            self._consent.revoke_after_suspension()
             self._devices = devices.pop_all()
         atexit.register(self.close)
         return self
@@ -92,8 +86,8 @@ class HardwareRobot(Closing):
 
     @property
     def trouble(self) -> str | None:
-        """Why the robot stands although it is told to drive, or has no data; None when all is well."""
-        return self._base.hindrance or self._base.trouble or self._lidar.trouble or self._guard.reason
+        """Reason why the robot stands although it is told to drive, or has no data; None when all is well."""
+        return self._base.manual_stop or self._base.trouble or self._lidar.trouble or self._guard.reason
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
         """Wait for the next scan; None when the scenario's duration is over.
@@ -104,14 +98,15 @@ class HardwareRobot(Closing):
         self._require_open()
         self._base.pulse()
         until = time.monotonic() + timeout
-        while (reading := self._lidar.take(max(0.0, until - time.monotonic()), self._newest)) is not None:
-            odometry = self._odometry(reading, until)
+        while (scan := self._lidar.take(max(0.0, until - time.monotonic()), self._newest)) is not None:
+            last_beam = scan.stamp + (len(scan.ranges) - 1) * scan.time_increment
+            odometry = self._base.odometry(scan.stamp, last_beam, until)
             if odometry is not None:
-                return self._observation(reading, odometry)
+                return self._observation(scan, odometry)
         raise RobotTimeout(f"no scan with odometry for {timeout:g} s: {self.trouble or 'the lidar is silent'}")
 
     def drive(self, command: Twist2D) -> Twist2D:
-        """Command a velocity; the one that was sent: zero in a dry run, and while anything makes driving unsafe."""
+        """Command a velocity, and return the one sent: zero in a dry run, and while anything makes driving unsafe."""
         self._require_open()
         if not (isfinite(command.linear) and isfinite(command.angular)):
             raise RobotError(f"cannot drive at {command}: both speeds must be finite numbers")
@@ -120,7 +115,7 @@ class HardwareRobot(Closing):
         if command == Twist2D():
             self._guard.moving = False
             return self._base.drive(command)
-        self._keep_watch()
+        self._reclaim_signals()
         self._ask_consent()
         with self._motion:
             if self._over or not self._consent.given:
@@ -146,16 +141,10 @@ class HardwareRobot(Closing):
             self._guard.stop(reason)
             self._consent.revoke()
 
-    def _revoke_after_suspension(self) -> None:
-        """Ask again where the program was suspended since a robot of it last asked, or since it began."""
-        if count_suspensions() > HardwareRobot._known_suspensions:
-            self._consent.revoke()
-        HardwareRobot._known_suspensions = count_suspensions()
-
     def _may_move(self) -> bool:
-        """Whether all is well; then the motors have power, or get it."""
-        by_hand = self._base.hindrance
-        reason = by_hand or self._guard.stale()
+        """Stop the robot and return False where anything is wrong; else give the motors power and return True."""
+        by_hand = self._base.manual_stop
+        reason = by_hand or self._guard.stale_input()
         if by_hand:
             self._consent.withdraw()
         if reason is not None:
@@ -169,42 +158,26 @@ class HardwareRobot(Closing):
     def _ages(self) -> dict[str, tuple[float, float]]:
         config = self._config
         return {
-            "command": (age(self._commanded_at), config.command_timeout),
-            "scan": (age(self._lidar.scanned_at), config.data_timeout),
-            "odometry": (age(self._base.reported_at), config.data_timeout),
+            "command": (seconds_since(self._commanded_at), config.command_timeout),
+            "scan": (seconds_since(self._lidar.scanned_at), config.data_timeout),
+            "odometry": (seconds_since(self._base.reported_at), config.data_timeout),
         }
 
-    def _odometry(self, reading: Reading, until: float) -> Odometry | None:
-        """At the first beam, with the mean speed over the beams; None when the base does not say until then."""
-        scan = reading.scan
-        last_beam = scan.stamp + (len(scan.ranges) - 1) * scan.time_increment
-        while True:
-            with self._base.odometry_lock:
-                if self._base.track.covers(scan.stamp) and self._base.track.covers(last_beam):
-                    return self._base.track.between(scan.stamp, last_beam)
-                known = self._base.track.last
-            if known is None or known[0] > last_beam or time.monotonic() >= until:
-                return None
-            time.sleep(_ODOMETRY_WAIT)
-
-    def _observation(self, reading: Reading, odometry: Odometry) -> Observation | None:
-        scan, base = reading.scan, self._base
+    def _observation(self, scan: LaserScan, odometry: Odometry) -> Observation | None:
         if self.epoch is None:
             self.epoch = scan.stamp
             _LOG.info("stamp 0 is %.6f s of the host's monotonic clock", self.epoch)
         stamp = scan.stamp - self.epoch
         if stamp > self._scenario.duration - scan.scan_time / 2.0:
             return None
-        settings, sip = base.settings, base.sip
-        front = _bits(sip.front_bumpers, settings.front_bumpers)
-        rear = _bits(sip.rear_bumpers, settings.rear_bumpers)
+        bumpers = self._base.bumpers
         return Observation(
             replace(scan, stamp=stamp),
             replace(odometry, stamp=stamp),
-            collided=any(front) or any(rear),
-            stalled=sip.stalled,
-            bumpers=front + rear,
-            sonar=tuple(echo if echo < SONAR_REACH else inf for _, echo in sorted(base.sonar.items())),
+            collided=any(bumpers),
+            stalled=self._base.sip.stalled,
+            bumpers=bumpers,
+            sonar=self._base.sonar,
         )
 
     def _require_open(self) -> None:
@@ -212,10 +185,6 @@ class HardwareRobot(Closing):
             raise self._failure
         if self._devices is None:
             raise RobotError("the robot is closed; use it as a context manager: with HardwareRobot(scenario) as robot")
-
-
-def _bits(mask: int, count: int) -> tuple[bool, ...]:
-    return tuple(bool(mask >> bit & 1) for bit in range(count))
 
 
 _: type[Robot] = HardwareRobot

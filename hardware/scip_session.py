@@ -1,4 +1,4 @@
-"""Talking to a SCIP sensor: finding it on the line whatever state it is in, asking, starting and stopping scans."""
+"""The dialogue with a SCIP sensor: finds it on the line whatever state it is in, asks, stops scans."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Final
 
-from hardware.decode_error import DecodeError
-from hardware.scip.commands import TO_SCIP2, Measure, set_baud
+from hardware import DecodeError
+from hardware.scip.commands import TO_SCIP2, ScanRequest, set_baud
 from hardware.scip.frames import FrameDecoder, Lines
-from hardware.scip.information import Parameters, VersionInfo
-from hardware.scip.reply import Reply, decode_old_reply, find_reply
-from hardware.scip.status import is_fine, meaning
-from hardware.serial_port import PortLost, SerialPort
+from hardware.scip.information import SensorParameters, VersionInfo
+from hardware.scip.reply import DATA_LINE, Reply, decode_old_reply, find_reply
+from hardware.scip.status import is_ok, status_meaning
+from hardware.serial_port import BITS_PER_BYTE, PortLost, SerialPort
 from slam.errors import RobotError
 
 _BAUD_SEARCH: Final = (19200, 115200, 57600, 38400, 500000, 750000, 250000)
@@ -26,13 +26,15 @@ _SILENCE: Final = 0.03
 _TRIES: Final = 3
 _SILENCES: Final = 2
 """Questions without an answer after which a bit rate is given up."""
+_HEAD: Final = 30
+"""Characters of an answer before its data, at most."""
 _FILL: Final = 0.9
 """Share of the line that scans may take."""
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """The lines of an answer, when its first byte was read, and when its last; seconds of ``time.monotonic``."""
+    """The lines of an answer, and the times when its first and last bytes were read, seconds of ``time.monotonic``."""
 
     lines: Lines
     began: float
@@ -53,7 +55,7 @@ class ScipLine:
         self.port.write(command.encode("ascii") + b"\n")
 
     def receive(self, timeout: float) -> list[Frame]:
-        """The answers that are whole now; none when nothing comes within ``timeout`` seconds."""
+        """Return the answers that are whole now; none when nothing comes within ``timeout`` seconds."""
         pending = self._decoder.pending
         data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
         if not data:
@@ -75,7 +77,7 @@ class ScipLine:
         return self.wait_for(command, timeout)
 
     def wait_for(self, command: str, timeout: float) -> Reply | None:
-        """The answer with this echo."""
+        """Return the answer with this echo; None when none comes."""
         until = time.monotonic() + timeout
         while (left := until - time.monotonic()) > 0.0:
             for frame in self.receive(left):
@@ -84,19 +86,19 @@ class ScipLine:
                     return reply
         return None
 
-    def insist(self, command: str) -> Reply:
-        """As ``ask``, several times; RobotError when the sensor does not answer, or refuses."""
+    def ask_until_answered(self, command: str) -> Reply:
+        """Ask several times; RobotError when the sensor does not answer, or refuses."""
         for _ in range(_TRIES):
             reply = self.ask(command)
             if reply is not None:
-                if not is_fine(reply.status):
-                    why = meaning(command, reply.status)
+                if not is_ok(reply.status):
+                    why = status_meaning(command, reply.status)
                     raise RobotError(f"{self.port.url}: the lidar refuses {command}: status {reply.status}, {why}")
                 return reply
         raise RobotError(f"{self.port.url}: the lidar does not answer {command}")
 
 
-def connect(line: ScipLine, baud: int) -> None:
+def connect_lidar(line: ScipLine, baud: int) -> None:
     """Find the sensor's bit rate, stop what it is doing, bring it to SCIP 2.0, and then to ``baud`` where that helps.
 
     RobotError when no sensor answers.
@@ -105,46 +107,46 @@ def connect(line: ScipLine, baud: int) -> None:
     bauds = [baud, *others] if line.port.has_baud else [line.port.baud]
     for rate in bauds:
         line.port.baud = rate
-        if _calm(line):
+        if _silence(line):
             _change_baud(line, baud)
             return
     tried = f" at {', '.join(map(str, bauds))} baud" if line.port.has_baud else ""
     raise RobotError(f"{line.port.url}: no SCIP sensor answers{tried}; is it powered, and this the right port?")
 
 
-def identify(line: ScipLine) -> tuple[VersionInfo, Parameters]:
-    """Who the sensor is and what it can do."""
+def identify(line: ScipLine) -> tuple[VersionInfo, SensorParameters]:
+    """Ask the sensor for its identity and its abilities."""
     try:
-        return VersionInfo.decode(line.insist("VV")), Parameters.decode(line.insist("PP"))
+        return VersionInfo.decode(line.ask_until_answered("VV")), SensorParameters.decode(line.ask_until_answered("PP"))
     except DecodeError as error:
         raise RobotError(f"{line.port.url}: the lidar's description makes no sense: {error}") from error
 
 
-def choose_request(parameters: Parameters, baud: int | None) -> Measure:
-    """The fullest scans that a line of this bit rate has room for; None is a line without one."""
-    full = Measure("MD", parameters.first, parameters.last)
+def choose_request(parameters: SensorParameters, baud: int | None) -> ScanRequest:
+    """Choose the fullest scans that a line of this bit rate has room for; None is a line without one."""
+    full = ScanRequest("MD", parameters.first, parameters.last)
     if baud is None or _fits(full, parameters, baud) <= 1:
         return full
-    short = Measure("MS", parameters.first, parameters.last)
-    return Measure("MS", short.first, short.last, interval=min(9, _fits(short, parameters, baud) - 1))
+    short = ScanRequest("MS", parameters.first, parameters.last)
+    return ScanRequest("MS", short.first, short.last, interval=min(9, _fits(short, parameters, baud) - 1))
 
 
-def stop(line: ScipLine) -> None:
-    """Laser off, no more scans."""
+def stop_scans(line: ScipLine) -> None:
+    """Switch the laser off, which ends the scans."""
     with suppress(PortLost):
         line.send("QT")
         line.wait_for("QT", 0.3)
 
 
-def _fits(request: Measure, parameters: Parameters, baud: int) -> int:
-    """Turns that the answer of one scan takes on the line."""
+def _fits(request: ScanRequest, parameters: SensorParameters, baud: int) -> int:
+    """Return the turns that the answer of one scan takes on the line."""
     size = request.values * request.width
-    length = size + 2 * ceil(size / 64) + 30
-    return ceil(length * 10.0 / baud / (parameters.scan_time * _FILL))
+    length = size + 2 * ceil(size / DATA_LINE) + _HEAD
+    return ceil(length * BITS_PER_BYTE / baud / (parameters.scan_time * _FILL))
 
 
-def _calm(line: ScipLine) -> bool:
-    """Whether a sensor at this bit rate is now silent, and talks SCIP 2.0."""
+def _silence(line: ScipLine) -> bool:
+    """Silence a sensor and bring it to SCIP 2.0; False where none answers at this bit rate."""
     line.send("")  # ends what an earlier client may have left unfinished
     silences = 0
     while silences < _SILENCES:
@@ -159,7 +161,7 @@ def _calm(line: ScipLine) -> bool:
 
 
 def _change_baud(line: ScipLine, baud: int) -> None:
-    """A sensor on USB takes the command, and nothing changes."""
+    """Change the bit rate of sensor and port; a sensor on USB takes the command, and nothing changes."""
     if not line.port.has_baud or line.port.baud == baud:
         return
     before = line.port.baud

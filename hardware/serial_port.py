@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import os
 import select
+import threading
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any, Final
 
@@ -12,7 +14,13 @@ import serial
 
 from slam.errors import RobotError
 
+BITS_PER_BYTE: Final = 10
+"""8N1."""
 _AT_ONCE: Final = 4096
+"""Bytes that one read returns at most."""
+_FIRST_PAUSE: Final = 0.1
+_LONGEST_PAUSE: Final = 2.0
+"""Seconds between two attempts to open a port again."""
 _CURES: Final = {
     errno.ENOENT: "there is no such port; plug the device in, and see hopslam doctor for the ports there are",
     errno.EACCES: "you may not use this port; run: sudo usermod -aG dialout $USER, then log out and in again",
@@ -39,12 +47,12 @@ class SerialPort:
 
     @property
     def has_baud(self) -> bool:
-        """Whether a bit rate means anything here; it does not over TCP."""
+        """True where a bit rate means anything; it does not over TCP."""
         return "://" not in self.url
 
     @property
     def baud(self) -> int:
-        """Bits a second, of this end."""
+        """Bits a second at this end."""
         return int(self._serial.baudrate)
 
     @baud.setter
@@ -55,14 +63,14 @@ class SerialPort:
             raise PortLost(f"{self.url}: cannot be set to {baud} baud: {error}") from error
 
     def read(self, timeout: float) -> bytes:
-        """What has come, as soon as anything has; nothing when nothing does in ``timeout`` seconds."""
+        """Return the bytes that have come, as soon as any have; none when none come in ``timeout`` seconds."""
         try:
             return self._read(timeout)
         except (OSError, TypeError, AttributeError) as error:  # pyserial's own, when the port was closed meanwhile
             raise PortLost(f"{self.url}: {_reason(error)}") from error
 
     def write(self, data: bytes) -> None:
-        """Send all of it."""
+        """Send all bytes."""
         try:
             self._serial.write(data)
         except (OSError, TypeError, AttributeError) as error:
@@ -90,6 +98,14 @@ class SerialPort:
             return int(self._serial.fileno())
         except (OSError, AttributeError):
             return None
+
+
+def attempts(closing: threading.Event) -> Iterator[None]:
+    """Yield for one attempt after each pause, ever longer pauses from 0.1 s to 2 s, until ``closing`` is set."""
+    pause = _FIRST_PAUSE
+    while not closing.wait(pause):
+        yield
+        pause = min(2.0 * pause, _LONGEST_PAUSE)
 
 
 def _reason(error: Exception) -> str:

@@ -1,4 +1,4 @@
-"""Velocities in the words of an ARCOS robot."""
+"""Velocities as commands of an ARCOS robot, which has whole steps of speed."""
 
 from __future__ import annotations
 
@@ -10,25 +10,27 @@ from slam.scenario.robot_config import Limits
 
 
 class SpeedCommands(ABC):
-    """A velocity is two speeds, each in whole steps. What rounding leaves out of one command is added to the next, so
-    that their mean is right: in steps of 1 deg/s a turn of 0.3 deg/s becomes one of 1 deg/s in every third command,
-    where it would be none at all."""
+    """Turns a velocity into two speeds, each in whole steps, and these into commands.
+
+    The rest of one command's rounding is added to the next, so that their mean is right: in steps of 1 deg/s a turn of
+    0.3 deg/s becomes one of 1 deg/s in every third command, where it would be none at all.
+    """
 
     step: tuple[float, float]
-    """Of both speeds, SI units."""
+    """Step of each speed, SI units."""
 
     def __init__(self, limits: Limits, half_track: float) -> None:
         self._limits = limits
         self._half_track = half_track
-        self._owed = (0.0, 0.0)
+        self._rest = (0.0, 0.0)
 
-    def say(self, twist: Twist2D) -> tuple[list[Command], Twist2D]:
-        """The commands for this velocity, cut to the limits, and the one that they mean."""
+    def commands_for(self, twist: Twist2D) -> tuple[list[Command], Twist2D]:
+        """Return the commands for this velocity, cut to the limits, and the velocity that they mean."""
         if twist == Twist2D():
-            self._owed = (0.0, 0.0)
-        wanted = [a + b for a, b in zip(self._speeds(self._within_limits(twist)), self._owed, strict=True)]
+            self._rest = (0.0, 0.0)
+        wanted = [a + b for a, b in zip(self._speeds(self._within_limits(twist)), self._rest, strict=True)]
         first, second = (round(speed / step) * step for speed, step in zip(wanted, self.step, strict=True))
-        self._owed = wanted[0] - first, wanted[1] - second
+        self._rest = wanted[0] - first, wanted[1] - second
         return self._commands(first, second), self._twist(first, second)
 
     def _within_limits(self, twist: Twist2D) -> Twist2D:
@@ -44,7 +46,7 @@ class SpeedCommands(ABC):
 
 
 class BaseSpeeds(SpeedCommands):
-    """VEL and RVEL: the base's speeds, in steps of 1 mm/s and 1 deg/s."""
+    """Commands VEL and RVEL: the base's speeds, in steps of 1 mm/s and 1 deg/s."""
 
     step = SI_PER_UNIT[CommandId.VEL], SI_PER_UNIT[CommandId.RVEL]
 
@@ -59,7 +61,7 @@ class BaseSpeeds(SpeedCommands):
 
 
 class WheelSpeeds(SpeedCommands):
-    """VEL2: the speeds of the left and the right wheel, in steps of 20 mm/s."""
+    """Command VEL2: the speeds of the left and the right wheel, in steps of 20 mm/s."""
 
     step = VEL2_UNIT, VEL2_UNIT
 

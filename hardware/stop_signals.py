@@ -1,4 +1,4 @@
-"""Signals that end or suspend a program, made visible before they do so."""
+"""Signals that end or suspend a program, passed on before they do so."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class StopSignals:
         self._previous_fd = signal.set_wakeup_fd(self._fd, warn_on_full_buffer=False)
         self._installed = True
 
-    def keep(self) -> None:
+    def reclaim(self) -> None:
         """Take the numbers back from whoever has asked for them since, an event loop for example, and pass them on."""
         if self._installed and _in_main_thread():
             other = signal.set_wakeup_fd(self._fd, warn_on_full_buffer=False)
@@ -88,7 +88,7 @@ class StopSignals:
 
 
 def name_of(number: int) -> str:
-    """``SIGTERM`` for 15; those of real time have a number only."""
+    """Name a signal, ``SIGTERM`` for 15; those of real time have a number only."""
     try:
         return signal.Signals(number).name
     except ValueError:
@@ -113,4 +113,4 @@ def _leave(number: int, _: FrameType | None) -> NoReturn:
 
 
 def _go_on(_number: int, _: FrameType | None) -> None:
-    """Nothing: that there is a handler lets the number through to the file descriptor."""
+    """Do nothing: a handler lets the number through to the file descriptor."""

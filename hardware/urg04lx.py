@@ -6,39 +6,30 @@ import logging
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from typing import Final
 
 import numpy as np
 
-from hardware.backoff import Backoff
 from hardware.scip.partial_scans import partial_scans
 from hardware.scip.reply import Reply, find_reply
-from hardware.scip.scan_data import TIME_WRAP, ScanData
-from hardware.scip.status import is_fine, meaning
-from hardware.scip_session import Frame, ScipLine, choose_request, connect, identify, stop
-from hardware.sensor_clock import SensorClock
-from hardware.serial_port import SerialPort
+from hardware.scip.scan_data import ScanData
+from hardware.scip.status import is_ok, status_meaning
+from hardware.scip.time_stamp import SensorClock
+from hardware.scip_session import Frame, ScipLine, choose_request, connect_lidar, identify, stop_scans
+from hardware.serial_port import SerialPort, attempts
 from slam.errors import RobotError
 from slam.scan import LaserScan
 from slam.scenario.hardware_config import HardwareConfig
 
 _LOG: Final = logging.getLogger("hopslam.urg04lx")
 _POLL: Final = 0.1
-"""Seconds after which the thread looks whether it should end."""
+"""Seconds after which the thread checks whether it should end."""
 _SILENCE: Final = 1.5
 """Seconds without a scan after which the sensor is opened anew."""
 _KEPT: Final = 4
 """Scans that wait for ``take``; older ones are dropped."""
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """A scan, and when its last byte was read, seconds of ``time.monotonic``, as its stamp is."""
-
-    scan: LaserScan
-    arrived: float
 
 
 class Urg04lx:
@@ -53,41 +44,43 @@ class Urg04lx:
         self._range_max = range_max
         self._closing = threading.Event()
         self._news = threading.Condition()
-        self._readings: deque[Reading] = deque(maxlen=_KEPT)
+        self._scans: deque[LaserScan] = deque(maxlen=_KEPT)
         self.scanned_at = time.monotonic()
-        self.damaged = 0
+
         self.trouble: str | None = None
         self._line = self._connect()
         self._thread = threading.Thread(target=self._serve, name="urg04lx", daemon=True)
         self._thread.start()
 
-    def take(self, timeout: float, newest: bool = False) -> Reading | None:
-        """The next scan, oldest first, or the ``newest`` of those that wait; None when none comes within ``timeout``
-        seconds."""
+    def take(self, timeout: float, newest: bool = False) -> LaserScan | None:
+        """Return the next scan, oldest first, or the ``newest`` of those that wait, stamped in ``time.monotonic``.
+
+        None when none comes within ``timeout`` seconds.
+        """
         with self._news:
-            self._news.wait_for(lambda: self._readings, timeout)
-            while newest and len(self._readings) > 1:
-                self._readings.popleft()
-            return self._readings.popleft() if self._readings else None
+            self._news.wait_for(lambda: self._scans, timeout)
+            while newest and len(self._scans) > 1:
+                self._scans.popleft()
+            return self._scans.popleft() if self._scans else None
 
     def close(self) -> None:
-        """Laser off, and let go of the sensor; closing twice is allowed."""
+        """Switch the laser off, and let go of the sensor; closing twice is allowed."""
         if not self._closing.is_set():
             self._closing.set()
             self._thread.join()
 
     def _connect(self) -> ScipLine:
-        """Scans come from the line that is returned."""
+        """Open the sensor, and return the line from which scans come."""
         line = ScipLine(SerialPort(self._config.lidar_port, self._config.lidar_baud), self._closing)
         try:
-            connect(line, self._config.lidar_baud)
-            self.version, self.parameters = identify(line)
-            self._request = choose_request(self.parameters, line.port.baud if line.port.has_baud else None)
-            line.insist(self._request.encode())
+            connect_lidar(line, self._config.lidar_baud)
+            _, self._parameters = identify(line)
+            self._request = choose_request(self._parameters, line.port.baud if line.port.has_baud else None)
+            line.ask_until_answered(self._request.encode())
         except BaseException:
             line.port.close()
             raise
-        self._clock = SensorClock(TIME_WRAP, self.parameters.step_time * (self.parameters.last + 1))
+        self._clock = SensorClock(self._parameters.step_time * (self._parameters.last + 1))
         return line
 
     def _serve(self) -> None:
@@ -96,7 +89,7 @@ class Urg04lx:
                 self._listen()
             except RobotError as error:
                 self._reconnect(str(error))
-        stop(self._line)
+        stop_scans(self._line)
         self._line.port.close()
 
     def _listen(self) -> None:
@@ -110,11 +103,10 @@ class Urg04lx:
                 raise RobotError(f"{self._config.lidar_port}: the lidar sends no scans any more")
 
     def _take(self, frame: Frame) -> bool:
-        """Whether the frame held a scan."""
-        found = [data for data in partial_scans(frame.lines, self.parameters.range_max) if self._is_ours(data)]
+        """Take the scans in a frame; False where it held none."""
+        found = [data for data in partial_scans(frame.lines, self._parameters.range_max) if self._is_ours(data)]
         taken = [self._take_scan(data, frame) for data in found]
         if not found:
-            self.damaged += 1
             self._require_fine(find_reply(frame.lines))
         return any(taken)
 
@@ -126,24 +118,24 @@ class Urg04lx:
         whole = frame.lines[0] == data.request.encode().encode()
         if data.time is None or not (whole or self._clock.running):
             return False
-        reading = Reading(self._scan(data, data.time, frame.began if whole else inf), frame.ended)
+        scan = self._scan(data, data.time, frame.began if whole else inf)
         with self._news:
-            self._readings.append(reading)
+            self._scans.append(scan)
             self.scanned_at, self.trouble = frame.ended, None
             self._news.notify_all()
         return True
 
     def _require_fine(self, reply: Reply | None) -> None:
-        """RobotError for an answer to our request that says why there are no scans."""
-        if reply is not None and reply.echo == self._request.encode() and not is_fine(reply.status):
-            why = meaning(reply.echo, reply.status)
+        """Raise RobotError where an answer to our request says why there are no scans."""
+        if reply is not None and reply.echo == self._request.encode() and not is_ok(reply.status):
+            why = status_meaning(reply.echo, reply.status)
             raise RobotError(f"{self._config.lidar_port}: the lidar stopped: status {reply.status}, {why}")
 
     def _scan(self, data: ScanData, sensor_time: float, arrival: float) -> LaserScan:
-        """With the time of the first beam: the sensor tells that of step 0."""
-        lidar, step_time = self.parameters.lidar, self.parameters.step_time
+        """Make the scan, stamped at its first beam: the sensor stamps step 0."""
+        lidar, step_time = self._parameters.lidar, self._parameters.step_time
         return LaserScan(
-            stamp=self._clock.host_time(sensor_time, arrival) + self.parameters.first * step_time,
+            stamp=self._clock.host_time(sensor_time, arrival) + self._parameters.first * step_time,
             angle_min=lidar.angle_min,
             angle_increment=lidar.angle_increment,
             range_min=lidar.range_min,
@@ -158,7 +150,7 @@ class Urg04lx:
         self.trouble = reason
         _LOG.warning("%s", reason)
         self._line.port.close()
-        for _ in Backoff(self._closing):
+        for _ in attempts(self._closing):
             try:
                 self._line = self._connect()
             except RobotError as error:

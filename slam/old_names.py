@@ -14,6 +14,15 @@ from typing import Final
 MOVED: Final = {
     "sim.bench.long_life": "sim.bench.memory",
     "sim.bench.scene": "sim.bench.speed",
+    "hardware.arcos.identity": "hardware.arcos.model",
+    "hardware.arcos.units": "hardware.arcos.model",
+    "hardware.arcos.wrapping": "hardware.base_odometry",
+    "hardware.emulator.device": "hardware.emulator.connected_device",
+    "hardware.emulator.ramp": "hardware.emulator.motor_controller",
+    "hardware.opened_p3dx": "hardware.p3dx_setup",
+    "hardware.scip.values": "hardware.scip.encoding",
+    "hardware.sensor_clock": "hardware.scip.time_stamp",
+    "hardware.wheel_scales": "hardware.base_odometry",
     "sim.casters": "sim.ray_casters",
     "sim.friction_arm": "sim.furniture",
     "sim.ids": "slam.env.ids",
@@ -116,7 +125,7 @@ MOVED: Final = {
 }
 """Modules and packages of version 0.1 by their old names; the longest name that fits counts."""
 _LONGEST_FIRST: Final = sorted(MOVED, key=len, reverse=True)
-_PACKAGES: Final = ("slam.", "sim.")
+_PACKAGES: Final = ("slam.", "sim.", "hardware.")
 
 
 class _Copy(Loader):

@@ -13,21 +13,20 @@ from contextlib import suppress
 
 import numpy as np
 
+from hardware import DecodeError
 from hardware.arcos.commands import Command, CommandId
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.encoder_packet import WheelTravel
-from hardware.arcos.identity import Identity
+from hardware.arcos.model import P3DX, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import Sip
-from hardware.arcos.units import P3DX
-from hardware.decode_error import DecodeError
-from hardware.scip.commands import Measure
+from hardware.scip.commands import ScanRequest
 from hardware.scip.frames import CommandDecoder, FrameDecoder
-from hardware.scip.information import Parameters, State, VersionInfo, old_fan
+from hardware.scip.information import SensorParameters, SensorState, VersionInfo, scip1_fan
 from hardware.scip.reply import Reply, decode_old_reply, find_reply
 from hardware.scip.scan_data import ScanData, decode_scan, encode_scan
 
-PARAMETERS = Parameters("URG-04LX", 0.02, 5.6, 1024, 44, 725, 384, 0.1)
+PARAMETERS = SensorParameters("URG-04LX", 0.02, 5.6, 1024, 44, 725, 384, 0.1)
 
 
 def arcos_seeds() -> list[bytes]:
@@ -40,14 +39,14 @@ def arcos_seeds() -> list[bytes]:
 
 def scip_seeds() -> list[bytes]:
     """One valid answer of each kind, and a few commands."""
-    scan = ScanData(Measure("MD", 44, 83), np.linspace(0.0, 5.0, 40), 1.0)
+    scan = ScanData(ScanRequest("MD", 44, 83), np.linspace(0.0, 5.0, 40), 1.0)
     old = Reply(
         "V", "0", VersionInfo("a", "b", "c(20-4095[mm],240[deg],44-725[step],600[rpm])", "d", "e").encode("V").lines
     )
     replies = [
         VersionInfo("a", "b", "c", "d", "e").encode(),
         PARAMETERS.encode(),
-        State("a", True, "b", "c", "d", 1.0, "e").encode(),
+        SensorState("a", True, "b", "c", "d", 1.0, "e").encode(),
         encode_scan(scan, "99"),
         old,
         Reply("SCIP2.0", "0"),
@@ -93,9 +92,9 @@ def try_scip(lines: tuple[bytes, ...]) -> None:
         for read in (
             decode_scan,
             VersionInfo.decode,
-            Parameters.decode,
-            State.decode,
-            lambda r: old_fan(VersionInfo.decode(r)),
+            SensorParameters.decode,
+            SensorState.decode,
+            lambda r: scip1_fan(VersionInfo.decode(r)),
         ):
             with suppress(DecodeError):
                 read(reply)
@@ -136,7 +135,7 @@ def fuzz_scip(size: int, seed: int) -> int:
             try_scip(lines)
         for text in commands.feed(piece):
             with suppress(DecodeError):
-                Measure.decode(text)
+                ScanRequest.decode(text)
         assert len(frames._buffer) <= 8192
         assert len(commands._buffer) <= 8192
     return found

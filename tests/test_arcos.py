@@ -8,15 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hardware import DecodeError
 from hardware.arcos.commands import Command, CommandId, decode_vel2, encode_vel2
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.encoder_packet import WheelTravel, travel_wrap
-from hardware.arcos.identity import Identity
+from hardware.arcos.model import P3DX, P3DX_SH, Identity, units_of
 from hardware.arcos.packet import MAX_DATA, PacketDecoder, checksum, encode_packet
 from hardware.arcos.sip import Sip
-from hardware.arcos.units import P3DX, P3DX_SH, units_of
-from hardware.arcos.wrapping import unwrapped_step
-from hardware.decode_error import DecodeError
+from hardware.base_odometry import unwrapped_step
 from tests.fuzz_codecs import fuzz_arcos
 
 DATA = st.binary(min_size=1, max_size=MAX_DATA)

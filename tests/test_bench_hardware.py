@@ -1,4 +1,4 @@
-"""What the bench of the drivers computes and prints."""
+"""The benchmarks of the drivers: what they compute and print."""
 
 from functools import partial
 
@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from hardware.bench.env_runs import emulated_env_way, simulated_env_way
-from hardware.bench.way_difference import WayDifference
+from hardware.bench.driven_path import PathDifference
+from hardware.bench.sim_comparison import drive_env_emulated, drive_env_simulated
 from slam.cli.main import app
 from slam.scenario.file import load_scenario
 
@@ -20,8 +20,8 @@ def out_and_back(offset: float, late: int) -> np.ndarray:
     return np.concatenate([np.repeat(out[:1], late, axis=0), out, turn, np.add(out[::-1], [0.0, 0.0, np.pi])])
 
 
-def test_ways_are_compared_at_the_same_place_whatever_the_clock() -> None:
-    apart = WayDifference.between(out_and_back(0.0, 3), out_and_back(0.04, 17))
+def test_paths_are_compared_at_the_same_place_whatever_the_clock() -> None:
+    apart = PathDifference.between(out_and_back(0.0, 3), out_and_back(0.04, 17))
     assert apart.largest == pytest.approx(0.04, abs=1e-6)
     assert apart.rms == pytest.approx(0.04, abs=1e-6)
     assert apart.heading == pytest.approx(0.0, abs=1e-9)
@@ -30,9 +30,9 @@ def test_ways_are_compared_at_the_same_place_whatever_the_clock() -> None:
 
 
 def test_a_robot_that_had_to_wait_is_still_on_the_same_leg() -> None:
-    way = out_and_back(0.02, 3)
-    waited = np.concatenate([way[:60], np.repeat(way[60:61], 40, axis=0), way[60:]])
-    apart = WayDifference.between(out_and_back(0.0, 3), waited)
+    path = out_and_back(0.02, 3)
+    waited = np.concatenate([path[:60], np.repeat(path[60:61], 40, axis=0), path[60:]])
+    apart = PathDifference.between(out_and_back(0.0, 3), waited)
     assert apart.largest == pytest.approx(0.02, abs=1e-6)
     assert apart.length == pytest.approx(20.0, abs=0.3)
 
@@ -40,10 +40,10 @@ def test_a_robot_that_had_to_wait_is_still_on_the_same_leg() -> None:
 def test_a_policy_drives_emulated_devices_as_it_drives_the_simulated_robot() -> None:
     goal = (0.5, 0.0)
     load = partial(load_scenario, "corridor")
-    simulated, emulated = simulated_env_way(load, [], goal), emulated_env_way(load, [], goal, "plan")
-    for way in (simulated, emulated):
-        assert np.hypot(*(way.truth[-1, :2] - goal)) < 0.3  # a busy machine may stop late
-        assert np.abs(way.truth[:, 1]).max() < 0.05
+    simulated, emulated = drive_env_simulated(load, [], goal), drive_env_emulated(load, [], goal, "plan")
+    for path in (simulated, emulated):
+        assert np.hypot(*(path.truth[-1, :2] - goal)) < 0.3  # a busy machine may stop late
+        assert np.abs(path.truth[:, 1]).max() < 0.05
     assert emulated.errors.max() < 0.05
     assert simulated.errors.max() == 0.0
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hardware.wheel_scales import WheelScales
+from hardware.base_odometry import WheelScales
 from slam.cli.main import main
 from slam.errors import InputError
 from slam.odometry import Twist2D

@@ -9,16 +9,14 @@ import pytest
 from hardware.arcos.commands import Command, CommandId, encode_vel2
 from hardware.arcos.config_packet import CONFIG_PACKET, ArcosConfig
 from hardware.arcos.encoder_packet import WheelTravel
-from hardware.arcos.identity import Identity
+from hardware.arcos.model import P3DX_SH, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import Sip
-from hardware.arcos.units import P3DX_SH
-from hardware.emulator.device import Device
+from hardware.emulator.connected_device import Device
 from hardware.emulator.kinematic_plant import KinematicPlant
-from hardware.emulator.motion import FACTORY
-from hardware.emulator.p3dx import EmulatedP3dx
+from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
+from hardware.emulator.serial_line import LineNoise, SerialLine
 from hardware.emulator.urg04lx import EmulatedUrg04lx
-from hardware.emulator.wire import Line, Noise
 from hardware.scip.frames import FrameDecoder
 from hardware.scip.reply import Reply, decode_old_reply, find_reply
 from hardware.scip.scan_data import ScanData, decode_scan
@@ -45,7 +43,7 @@ def say(robot: EmulatedP3dx, *commands: Command) -> list[bytes]:
     return PacketDecoder().feed(robot.receive(wire, robot.due))
 
 
-def opened(config: ArcosConfig = FACTORY) -> EmulatedP3dx:
+def opened(config: ArcosConfig = FACTORY_CONFIG) -> EmulatedP3dx:
     robot = EmulatedP3dx(plant(), config=config)
     for number in (0, 1, 2):
         assert say(robot, Command(number))[0][0] == number
@@ -107,7 +105,7 @@ def test_a_way_and_a_turn_end_where_they_should() -> None:
     for _ in range(4):
         assert len(sips(robot, 1.0)) == 10
         say(robot, Command(CommandId.PULSE))
-    assert robot.motion.setpoint == Twist2D()
+    assert robot.motors.setpoint == Twist2D()
     (last,) = sips(robot, 0.1)[-1:]
     assert (last.left, last.right) == (0.0, 0.0)
     assert robot._plant.travel[0] + robot._plant.travel[1] == pytest.approx(0.8, abs=2e-3)
@@ -116,7 +114,7 @@ def test_a_way_and_a_turn_end_where_they_should() -> None:
     run(robot, 1.0)
     say(robot, Command.of(CommandId.VEL, 0.0))
     assert sips(robot, 1.5)[-1].theta == pytest.approx(np.pi / 2, abs=4e-3)
-    assert not robot.motion.moving
+    assert not robot.motors.moving
 
 
 def test_sonar_and_outputs_are_switched() -> None:
@@ -144,25 +142,25 @@ def test_emergency_stop() -> None:
     run(robot, 4.0)
     say(robot, Command.of(CommandId.VEL, 1.0))
     run(robot, 2.0)
-    robot.motion.press(True)
+    robot.motors.press_e_stop(True)
     (last,) = sips(robot, 0.3)[-1:]
     assert (last.moving, last.e_stop, last.motors_enabled) == (False, True, False)
     say(robot, Command(CommandId.ENABLE, 1))
     assert not sips(robot, 0.2)[-1].motors_enabled
-    robot.motion.press(False)
+    robot.motors.press_e_stop(False)
     say(robot, Command(CommandId.ENABLE, 1))
     assert sips(robot, 0.2)[-1].motors_enabled
 
 
 def test_settings_encoders_origin_and_bit_rate() -> None:
-    robot = opened(replace(FACTORY, watchdog=1.5))
+    robot = opened(replace(FACTORY_CONFIG, watchdog=1.5))
     (answer,) = say(robot, Command(CommandId.CONFIG, 1))
     assert answer[0] == CONFIG_PACKET
     assert ArcosConfig.decode(answer).watchdog == 1.5
     commands = Command(CommandId.ENCODER, 2), Command(CommandId.ENABLE, 1), Command.of(CommandId.VEL, 0.3)
     say(robot, *commands)
     packets = PacketDecoder().feed(run(robot, 1.0))
-    travel = [WheelTravel.decode(p, FACTORY.ticks_per_metre) for p in packets if p[0] == 0x90]
+    travel = [WheelTravel.decode(p, FACTORY_CONFIG.ticks_per_metre) for p in packets if p[0] == 0x90]
     assert len(travel) == 10
     assert travel[-1].left == pytest.approx(0.15, abs=0.01)
     assert sips(robot, 0.1)[-1].x > 0.1
@@ -271,24 +269,24 @@ def test_beams_see_what_is_there_when_they_fire() -> None:
 
 
 def test_a_line_takes_its_time() -> None:
-    line = Line()
+    line = SerialLine()
     line.send(bytes(96), 0.0, 9600)
-    arrived = [b"".join(chunk for chunk, _ in line.arrived(now)) for now in (0.05, 0.1001)]
+    arrived = [b"".join(chunk for chunk, _ in line.take_arrived(now)) for now in (0.05, 0.1001)]
     assert [len(data) for data in arrived] == [48, 48]
     line.send(bytes(96), 1.0, None)
-    assert line.arrived(1.0) == [(bytes(96), None)]
+    assert line.take_arrived(1.0) == [(bytes(96), None)]
     for _ in range(1000):
         line.send(bytes(1000), 2.0, 9600)
-    assert sum(len(chunk) for chunk, _ in line.arrived(1e9)) <= 16_384
+    assert sum(len(chunk) for chunk, _ in line.take_arrived(1e9)) <= 16_384
 
 
 def test_noise_damages_about_as_many_bytes_as_it_says() -> None:
     clean = bytes(10_000)
-    damaged = Noise(bit_errors=0.01).damage(clean, Random(1))
+    damaged = LineNoise(bit_errors=0.01).damage(clean, Random(1))
     assert 50 < sum(map(bool, damaged)) < 200
-    assert 9800 < len(Noise(dropped=0.01).damage(clean, Random(1))) < 9950
-    assert 10_050 < len(Noise(duplicated=0.01).damage(clean, Random(1))) < 10_200
-    assert Noise().damage(clean, Random(1)) is clean
+    assert 9800 < len(LineNoise(dropped=0.01).damage(clean, Random(1))) < 9950
+    assert 10_050 < len(LineNoise(duplicated=0.01).damage(clean, Random(1))) < 10_200
+    assert LineNoise().damage(clean, Random(1)) is clean
 
 
 @pytest.mark.parametrize(

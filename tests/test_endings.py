@@ -7,12 +7,12 @@ import time
 
 import pytest
 
-from hardware.bench.bench import emulated, port_settings
 from hardware.bench.driving_program import OWN_PROGRAM, DrivingProgram
-from hardware.bench.endings import ENDINGS, Ending, end_result
-from hardware.consent import Consent
+from hardware.bench.emulated_robot import emulated_devices
+from hardware.bench.endings import ENDINGS, Ending, ending_result
 from hardware.emulator.emulator import Emulator
-from hardware.process_watch import Stop, process_watch
+from hardware.operator_consent import OperatorConsent
+from hardware.process_watch import StopCallbacks, process_watch
 from slam.errors import OutputLost, RobotError
 from slam.scenario.file import load_scenario
 
@@ -24,7 +24,7 @@ IN_TIME = 0.9
 def own(name: str) -> Ending:
     """The same, of a program of somebody's own, which starts faster."""
     ending = BY_NAME[name]
-    return Ending(name, ending.act, own_program=True, on_terminal=ending.on_terminal)
+    return Ending(name, ending.action, own_program=True, on_terminal=ending.on_terminal)
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,7 @@ def own(name: str) -> Ending:
     ids=lambda value: value.name if isinstance(value, Ending) else "",
 )
 def test_the_robot_stands_when_its_program_ends(ending: Ending, exit_codes: set[int]) -> None:
-    result = end_result(ending, "plan", IN_TIME)
+    result = ending_result(ending, "plan", IN_TIME)
     assert result.to_command is not None
     assert result.to_stand is not None
     assert result.exit_code in exit_codes
@@ -50,16 +50,16 @@ def test_the_robot_stands_when_its_program_ends(ending: Ending, exit_codes: set[
 
 @pytest.mark.parametrize(("name", "exit_code", "recorded"), [("SIGHUP", 129, True), ("disk full", 3, False)])
 def test_the_robot_of_a_run_stands_when_it_ends(name: str, exit_code: int, recorded: bool) -> None:
-    result = end_result(BY_NAME[name], "plan", IN_TIME)
+    result = ending_result(BY_NAME[name], "plan", IN_TIME)
     assert result.to_stand is not None
     assert (result.exit_code, result.recorded) == (exit_code, recorded)
 
 
 def test_a_robot_whose_reader_ended_while_it_was_opened_never_moves() -> None:
     with (
-        emulated(load_scenario("corridor"), plant="plan") as emulator,
+        emulated_devices(load_scenario("corridor"), plant="plan") as emulator,
         emulator,
-        DrivingProgram(port_settings(emulator), OWN_PROGRAM) as program,
+        DrivingProgram(emulator.port_settings, OWN_PROGRAM) as program,
     ):
         start = emulator.truth[1]
         program.close_output()
@@ -69,19 +69,19 @@ def test_a_robot_whose_reader_ended_while_it_was_opened_never_moves() -> None:
 
 def wait_for_motion(emulator: Emulator, moving: bool) -> None:
     until = time.monotonic() + 30.0
-    while emulator.p3dx.motion.moving != moving:
+    while emulator.p3dx.motors.moving != moving:
         assert time.monotonic() < until
         time.sleep(0.01)
 
 
 def test_a_closed_terminal_does_not_end_a_program_started_with_nohup() -> None:
     ignoring = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
-    with emulated(load_scenario("corridor"), plant="plan") as emulator, emulator:
-        with DrivingProgram(port_settings(emulator), ignoring + OWN_PROGRAM) as program:
+    with emulated_devices(load_scenario("corridor"), plant="plan") as emulator, emulator:
+        with DrivingProgram(emulator.port_settings, ignoring + OWN_PROGRAM) as program:
             wait_for_motion(emulator, True)
             program.send(signal.SIGHUP)
             time.sleep(0.5)
-            assert emulator.p3dx.motion.linear.target > 0.0
+            assert emulator.p3dx.motors.linear.target > 0.0
         wait_for_motion(emulator, False)
 
 
@@ -92,7 +92,7 @@ class Notes:
         self.ends: list[tuple[str, RobotError | None]] = []
         self.suspended: list[str] = []
         self.told = threading.Event()
-        self.stop = Stop(self.end, self.suspended.append)
+        self.stop = StopCallbacks(self.end, self.suspended.append)
 
     def end(self, reason: str, error: RobotError | None) -> None:
         self.ends.append((reason, error))
@@ -204,7 +204,7 @@ def test_an_event_loop_that_asks_for_signals_later_does_not_keep_them() -> None:
 
 
 def test_consent_that_was_revoked_is_asked_for_even_with_yes() -> None:
-    consent = Consent(True)
+    consent = OperatorConsent(True)
     consent.withdraw()
     assert consent.given
     consent.revoke()

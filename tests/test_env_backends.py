@@ -48,8 +48,7 @@ def quiet(caplog: pytest.LogCaptureFixture) -> None:
 def devices(*ports: PtyPort, scenario: str = "corridor") -> Iterator[tuple[Emulator, list[str]]]:
     """Emulated devices without physics, and the settings that name their ports."""
     with Emulator(scenario_plant(load_scenario(scenario)), *ports, paced=False) as emulator:
-        robot, lidar = emulator.robot.port.address, emulator.lidar.port.address
-        yield emulator, [f"hardware.robot_port={robot}", f"hardware.lidar_port={lidar}"]
+        yield emulator, emulator.port_settings
 
 
 @contextmanager
@@ -67,7 +66,7 @@ def simulated(*settings: str, **arguments: object) -> Iterator[tuple[gymnasium.E
 
 
 def still(emulator: Emulator) -> bool:
-    return not emulator.p3dx.motion.moving
+    return not emulator.p3dx.motors.moving
 
 
 def wait_until(condition: Callable[[], object]) -> None:
@@ -225,7 +224,7 @@ def test_without_a_yes_and_in_a_dry_run_it_never_moves() -> None:
         env.reset(seed=0)
         *_, info = env.step(FORWARD)
         np.testing.assert_array_equal(info["applied"], [0.0, 0.0])
-        assert not emulator.p3dx.motion.enabled
+        assert not emulator.p3dx.motors.enabled
     with on_devices(yes=False) as (env, emulator):
         env.reset(seed=0)
         with pytest.raises(RobotError, match="nobody can be asked"):

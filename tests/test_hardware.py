@@ -1,4 +1,4 @@
-"""The drivers against emulated devices, in real time: what goes wrong on a bench, and what must not."""
+"""The drivers against emulated devices, in real time: faults, and what must go right in spite of them."""
 
 import logging
 import os
@@ -18,19 +18,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hardware.arcos.model import P3DX_SH
 from hardware.arcos.sip import Sip
-from hardware.arcos.units import P3DX_SH
-from hardware.base_odometry import PositionOdometry
+from hardware.base_odometry import PositionOdometry, WheelScales
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.kinematic_plant import KinematicPlant
-from hardware.emulator.motion import FACTORY
+from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.ports import PtyPort, TcpPort
-from hardware.emulator.wire import Noise
+from hardware.emulator.serial_line import LineNoise
 from hardware.odometry_track import OdometryTrack
 from hardware.robot import HardwareRobot
-from hardware.sensor_clock import SensorClock
+from hardware.scip.time_stamp import SensorClock
 from hardware.serial_port import PortLost, SerialPort
-from hardware.wheel_scales import WheelScales
 from slam.errors import RobotError, RobotTimeout, ScenarioError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
@@ -49,8 +48,7 @@ def plant() -> KinematicPlant:
 
 
 def scenario(emulator: Emulator, *settings: str) -> Scenario:
-    ports = f"hardware.robot_port={emulator.robot.port.address}", f"hardware.lidar_port={emulator.lidar.port.address}"
-    return load_scenario("corridor", [*ports, *settings])
+    return load_scenario("corridor", [*emulator.port_settings, *settings])
 
 
 def wait_until(condition: Callable[[], object]) -> None:
@@ -75,7 +73,7 @@ def drive_until(robot: HardwareRobot, condition: Callable[[Observation | None], 
 
 
 @contextmanager
-def bench(*settings: str, **options: bool) -> Iterator[tuple[Emulator, HardwareRobot]]:
+def emulated_robot(*settings: str, **options: bool) -> Iterator[tuple[Emulator, HardwareRobot]]:
     with (
         Emulator(plant(), paced=False) as emulator,
         HardwareRobot(scenario(emulator, *settings), **({"yes": True} | options)) as robot,
@@ -84,7 +82,7 @@ def bench(*settings: str, **options: bool) -> Iterator[tuple[Emulator, HardwareR
 
 
 def still(emulator: Emulator) -> bool:
-    return not emulator.p3dx.motion.moving
+    return not emulator.p3dx.motors.moving
 
 
 @pytest.fixture(autouse=True)
@@ -96,7 +94,7 @@ def test_faults_one_after_another(tmp_path: Path, caplog: pytest.LogCaptureFixtu
     """Each stops the robot and names its reason; after each cure the run goes on."""
     links = PtyPort(tmp_path / "p3dx"), PtyPort(tmp_path / "urg04lx")
     with (
-        Emulator(plant(), *links, robot_config=replace(FACTORY, watchdog=0.8)) as emulator,
+        Emulator(plant(), *links, robot_config=replace(FACTORY_CONFIG, watchdog=0.8)) as emulator,
         HardwareRobot(scenario(emulator), yes=True) as robot,
     ):
 
@@ -107,14 +105,14 @@ def test_faults_one_after_another(tmp_path: Path, caplog: pytest.LogCaptureFixtu
         wait_until(lambda: still(emulator))  # nobody commands
         assert "no command" in str(robot.trouble)
         goes()
-        emulator.do(lambda: emulator.p3dx.motion.press(True))
+        emulator.do(lambda: emulator.p3dx.motors.press_e_stop(True))
         drive_until(robot, lambda _: "emergency stop" in str(robot.trouble) and still(emulator))
         assert robot.drive(FORWARD) == Twist2D()
-        emulator.do(lambda: emulator.p3dx.motion.press(False))
+        emulator.do(lambda: emulator.p3dx.motors.press_e_stop(False))
         goes()
-        emulator.do(lambda: emulator.p3dx.motion.enable(False))
+        emulator.do(lambda: emulator.p3dx.motors.enable(False))
         drive_until(robot, lambda _: "switched off" in str(robot.trouble) and still(emulator))
-        emulator.do(lambda: emulator.p3dx.motion.enable(True))
+        emulator.do(lambda: emulator.p3dx.motors.enable(True))
         goes()
         emulator.do(emulator.lidar.unplug)
         drive_until(robot, lambda seen: seen is None and still(emulator))
@@ -147,12 +145,10 @@ with HardwareRobot(load_scenario("corridor", sys.argv[1:]), yes=True) as robot:
         robot.drive(Twist2D(0.3, 0.0))
         print("driving", flush=True)
 """
-    with Emulator(plant(), robot_config=replace(FACTORY, watchdog=0.8)) as emulator:
-        config = scenario(emulator).hardware
-        ports = f"hardware.robot_port={config.robot_port}", f"hardware.lidar_port={config.lidar_port}"
+    with Emulator(plant(), robot_config=replace(FACTORY_CONFIG, watchdog=0.8)) as emulator:
 
         def start() -> subprocess.Popen[str]:
-            command = [sys.executable, "-c", script, *ports]
+            command = [sys.executable, "-c", script, *emulator.port_settings]
             program = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=os.environ | {"PYTHONPATH": "."})
             wait_until(lambda: not still(emulator))
             return program
@@ -165,7 +161,7 @@ with HardwareRobot(load_scenario("corridor", sys.argv[1:]), yes=True) as robot:
         with start() as program:  # finds a robot left open, at another bit rate, and a stream left running
             program.send_signal(signal.SIGTERM)
             assert program.wait(PATIENCE) == 128 + signal.SIGTERM
-        assert still(emulator) or not emulator.p3dx.motion.enabled
+        assert still(emulator) or not emulator.p3dx.motors.enabled
         assert not emulator.p3dx.open
         assert not emulator.urg04lx.laser
 
@@ -182,20 +178,20 @@ def test_over_tcp_by_wheels_and_encoders() -> None:
 
 
 def test_a_dry_run_and_a_refusal_never_move() -> None:
-    with bench(dry_run=True) as (emulator, robot):
+    with emulated_robot(dry_run=True) as (emulator, robot):
         for _ in range(3):
             assert robot.observe() is not None
             assert robot.drive(FORWARD) == Twist2D()
-        assert not emulator.p3dx.motion.enabled
-    with bench(yes=False) as (emulator, robot):
+        assert not emulator.p3dx.motors.enabled
+    with emulated_robot(yes=False) as (emulator, robot):
         assert robot.drive(Twist2D()) == Twist2D()
         with pytest.raises(RobotError, match="nobody can be asked"):
             robot.drive(FORWARD)
-        assert not emulator.p3dx.motion.enabled
+        assert not emulator.p3dx.motors.enabled
 
 
 def test_on_a_noisy_line_nothing_hangs_and_no_range_is_wrong() -> None:
-    noise = Noise(bit_errors=1e-4, dropped=2e-5, duplicated=2e-5)
+    noise = LineNoise(bit_errors=1e-4, dropped=2e-5, duplicated=2e-5)
     truth = plant().ranges((np.arange(44, 726) - 384) * 2 * pi / 1024)
     with (
         Emulator(plant(), noise=noise, seed=3, paced=False) as emulator,
@@ -258,7 +254,7 @@ def test_an_emulator_that_is_not_a_robot_is_named(tmp_path: Path) -> None:
 def test_the_clock_of_a_sensor_is_followed_through_drift_delay_and_wrap(drift: float, seed: int) -> None:
     wrap, start, delay = 100.0, 97.0, 0.07
     rng = np.random.default_rng(seed)
-    clock = SensorClock(wrap, delay)
+    clock = SensorClock(delay, wrap)
     errors = []
     for k in range(3000):
         at = 1000.0 + 0.1 * k
@@ -297,7 +293,7 @@ def test_a_step_that_cannot_be_is_left_out() -> None:
 
 
 def test_closing_while_the_devices_are_gone_does_not_hang() -> None:
-    with bench() as (emulator, robot):
+    with emulated_robot() as (emulator, robot):
         emulator.do(emulator.lidar.unplug)
         emulator.do(emulator.robot.unplug)
         wait_until(lambda: robot.trouble)

@@ -1,4 +1,4 @@
-"""The commands for the bench: emulate, doctor, and run on the hardware back end."""
+"""The commands of the devices: emulate, doctor, and run on the hardware back end."""
 
 import json
 import os
@@ -10,11 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from hardware.bench.bench import bench as running_bench
-from hardware.bench.load import measure_load
+from hardware.bench.emulated_robot import emulated_robot, measure_load
 from hardware.doctor import examine
 from hardware.emulator.emulator import Emulator
-from hardware.emulator.faults import Fault
+from hardware.emulator.faults import TimedFault
 from hardware.emulator.kinematic_plant import scenario_plant
 from hardware.emulator.ports import TcpPort
 from slam.cli.main import main
@@ -30,9 +29,9 @@ def command(*words: str) -> list[str]:
 
 
 @pytest.fixture
-def bench(tmp_path: Path) -> Iterator[dict[str, str]]:
-    """Where the devices of a running ``hopslam emulate`` are."""
-    words = command("emulate", "corridor", "--link-dir", str(tmp_path / "bench"), "--fault", "robot:stall@60+1")
+def devices(tmp_path: Path) -> Iterator[dict[str, str]]:
+    """Addresses of the devices of a running ``hopslam emulate``."""
+    words = command("emulate", "corridor", "--link-dir", str(tmp_path / "robot"), "--fault", "robot:stall@60+1")
     words += ["--truth", str(tmp_path / "truth.tum")]
     environment = os.environ | {"PYTHONPATH": "."}
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment) as program:
@@ -40,12 +39,12 @@ def bench(tmp_path: Path) -> Iterator[dict[str, str]]:
         yield json.loads(program.stdout.readline())
         program.send_signal(signal.SIGINT)
         assert program.wait(20) == 0
-    assert not list((tmp_path / "bench").iterdir())
+    assert not list((tmp_path / "robot").iterdir())
 
 
-def test_a_run_on_emulated_devices(bench: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_on_emulated_devices(devices: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     out = tmp_path / "run"
-    settings = [f"hardware.robot_port={bench['p3dx']}", f"hardware.lidar_port={bench['urg04lx']}", "duration=1.5"]
+    settings = [f"hardware.robot_port={devices['p3dx']}", f"hardware.lidar_port={devices['urg04lx']}", "duration=1.5"]
     words = [word for setting in settings for word in ("--set", setting)]
     monkeypatch.setattr(
         sys, "argv", ["hopslam", "run", "corridor", "--backend", "hardware", "--yes", "--out", str(out), *words]
@@ -61,10 +60,10 @@ def test_a_run_on_emulated_devices(bench: dict[str, str], tmp_path: Path, monkey
     assert poses[-1, 0] > 0.1
 
 
-def test_the_bench_measures_load_and_latency_of_a_driving_robot() -> None:
-    with running_bench() as at:
-        load = measure_load(at, 0.5)
-        assert not at.standing
+def test_load_and_latency_of_a_driving_robot_are_measured() -> None:
+    with emulated_robot() as emulated:
+        load = measure_load(emulated, 0.5)
+        assert not emulated.standing
     assert load.scans >= 2
     assert load.cpu > 0.0
     assert load.latency_p99 >= load.latency_median
@@ -111,19 +110,19 @@ def test_what_does_not_fit_is_refused(
 
 
 def test_faults_are_read() -> None:
-    assert Fault.parse("lidar:unplug@10+5") == Fault("lidar", "unplug", 10.0, 5.0)
-    assert Fault.parse("robot:e-stop@3") == Fault("robot", "e-stop", 3.0, None)
+    assert TimedFault.parse("lidar:unplug@10+5") == TimedFault("lidar", "unplug", 10.0, 5.0)
+    assert TimedFault.parse("robot:e-stop@3") == TimedFault("robot", "e-stop", 3.0, None)
     for text in ("lidar:e-stop@3", "lidar:unplug", "robot:stall@x"):
         with pytest.raises(InputError, match="expected for example"):
-            Fault.parse(text)
+            TimedFault.parse(text)
 
 
 def test_planned_faults_happen() -> None:
     emulator = Emulator(scenario_plant(load_scenario("corridor")))
     for text in ("robot:e-stop@0.05+600", "lidar:dead@0", "lidar:unplug@0+0.01", "robot:motors-off@0+0"):
-        Fault.parse(text).plan(emulator)
+        TimedFault.parse(text).schedule(emulator)
     with emulator:
-        while not (emulator.p3dx.motion.e_stop and emulator.urg04lx.dead):
+        while not (emulator.p3dx.motors.e_stop and emulator.urg04lx.dead):
             import_by_name("time:sleep")(0.01)
         assert emulator.lidar.port.filenos()
 

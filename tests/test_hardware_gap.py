@@ -7,10 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from hardware.bench.bench import port_settings
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.kinematic_plant import scenario_plant
-from hardware.emulator.motion import FACTORY
+from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.ports import PtyPort
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
@@ -43,14 +42,14 @@ class Course:
 def test_a_cable_out_for_a_while(device: str, tmp_path: Path) -> None:
     ports = PtyPort(tmp_path / "p3dx"), PtyPort(tmp_path / "urg04lx")
     plant = scenario_plant(load_scenario("corridor"))
-    with Emulator(plant, *ports, paced=False, robot_config=replace(FACTORY, watchdog=0.8)) as emulator:
+    with Emulator(plant, *ports, paced=False, robot_config=replace(FACTORY_CONFIG, watchdog=0.8)) as emulator:
 
         def pull() -> None:
-            station = getattr(emulator, device)
-            emulator.do(station.unplug)
-            threading.Timer(1.2, emulator.do, [station.port.open]).start()
+            connected = getattr(emulator, device)
+            emulator.do(connected.unplug)
+            threading.Timer(1.2, emulator.do, [connected.port.open]).start()
 
-        experiment = scenario_experiment(load_scenario("corridor", port_settings(emulator)), "hardware", yes=True)
+        experiment = scenario_experiment(load_scenario("corridor", emulator.port_settings), "hardware", yes=True)
         course = Course(pull)
         outcome = replace(experiment, pilot=course).run(tmp_path / "run")
         assert course.estimate.distance(emulator.truth[1]) < 0.03

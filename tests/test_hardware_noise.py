@@ -5,29 +5,29 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.bench.noise import HEARERS, Hail, hear_scans
-from hardware.scip.commands import Measure
+from hardware.bench.noise import RECEIVERS, ByteDamage, receive_scans
+from hardware.scip.commands import ScanRequest
 from hardware.scip.partial_scans import partial_scans
 from hardware.scip.scan_data import ScanData, encode_scan
 
-REQUEST = Measure("MD", 44, 725)
+REQUEST = ScanRequest("MD", 44, 725)
 RANGES = np.round(np.random.default_rng(1).uniform(0.02, 5.6, REQUEST.values), 3)
 WIRE = tuple(encode_scan(ScanData(REQUEST, RANGES, 1.0), "99").encode()[:-2].split(b"\n"))
 FIRST = 3
 """Lines before the ranges: echo, status, time."""
 
 
-@pytest.mark.parametrize("hail", [Hail(0.01), Hail(0.01, 64), Hail(0.01, 1, True)])
-@pytest.mark.parametrize("name", HEARERS)
-def test_nothing_wrong_is_believed(name: str, hail: Hail) -> None:
-    score = HEARERS[name](300, hail)
+@pytest.mark.parametrize("damage", [ByteDamage(0.01), ByteDamage(0.01, 64), ByteDamage(0.01, 1, True)])
+@pytest.mark.parametrize("name", RECEIVERS)
+def test_nothing_wrong_is_believed(name: str, damage: ByteDamage) -> None:
+    score = RECEIVERS[name](300, damage)
     assert score.wrong == 0
-    assert score.survived == score.good
+    assert score.received == score.unharmed
 
 
 def test_runs_of_damage_cost_the_beams_around_them_only() -> None:
-    score = hear_scans(100, Hail(0.01, 64))
-    assert score.good < 85
+    score = receive_scans(100, ByteDamage(0.01, 64))
+    assert score.unharmed < 85
     assert score.beams > 0.85
 
 

@@ -37,6 +37,6 @@ def test_module_of_old_package_is_found() -> None:
 
 
 def test_current_names_warn_of_nothing(tmp_path: Path) -> None:
-    words = "import slam.run.experiment, slam.sweep.sweep, slam.env.p3dx_env, sim, slam.cli.main"
+    words = "import slam.run.experiment, slam.sweep.sweep, slam.env.p3dx_env, sim, hardware.robot, slam.cli.main"
     done = subprocess.run([sys.executable, "-W", "error::FutureWarning", "-c", words], cwd=tmp_path, check=False)
     assert done.returncode == 0

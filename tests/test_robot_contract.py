@@ -31,11 +31,8 @@ def hardware_robot(log: Path, devices: ExitStack) -> Robot:
     """On emulated devices at two pseudo-terminals."""
     room = np.array([[-2.0, -2.0], [3.5, -2.0], [3.5, 2.0], [-2.0, 2.0]])
     emulator = devices.enter_context(Emulator(KinematicPlant([room], Pose2D(), Pose2D(0.16)), paced=False))
-    ports = [
-        f"hardware.robot_port={emulator.robot.port.address}",
-        f"hardware.lidar_port={emulator.lidar.port.address}",
-    ]
-    return make_robot("hardware", load_scenario("corridor", [*ports, f"duration={0.1 * SCANS}"]), yes=True)
+    settings = [*emulator.port_settings, f"duration={0.1 * SCANS}"]
+    return make_robot("hardware", load_scenario("corridor", settings), yes=True)
 
 
 MAKERS: dict[str, Callable[[Path, ExitStack], Robot]] = {

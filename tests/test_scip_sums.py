@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hardware.decode_error import DecodeError
+from hardware import DecodeError
 from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.emulator.urg04lx import EmulatedUrg04lx
-from hardware.scip.line_sum import unseal, unseal_entry
+from hardware.scip.encoding import check_entry_sum, check_sum
 from hardware.scip.reply import Reply, decode_reply
 from slam.pose import FloatArray, Pose2D
 
@@ -83,9 +83,9 @@ def test_the_reader_of_data_takes_no_other_sum() -> None:
     data, entry = b"0Ab;", b"SCAN:600;"
     with_all = {text: text + bytes([(sum(text) & 63) + 48]) for text in (data, entry)}
     without = {text: text + bytes([(sum(text[:-1]) & 63) + 48]) for text in (data, entry)}
-    assert unseal(with_all[data]) == data
+    assert check_sum(with_all[data]) == data
     with pytest.raises(DecodeError):
-        unseal(without[data])
-    assert unseal_entry(with_all[entry]) == unseal_entry(without[entry]) == entry
+        check_sum(without[data])
+    assert check_entry_sum(with_all[entry]) == check_entry_sum(without[entry]) == entry
     assert decode_reply((b"PP", b"00P", with_all[entry])).lines == (entry,)
     assert Reply("PP", "00", (entry,)).encode() == b"PP\n00P\n" + without[entry] + b"\n\n"

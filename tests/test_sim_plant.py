@@ -6,11 +6,10 @@ from math import pi
 import numpy as np
 import pytest
 
+from hardware.arcos.model import P3DX_SH
 from hardware.arcos.packet import PacketDecoder
 from hardware.arcos.sip import Sip
-from hardware.arcos.units import P3DX_SH
-from hardware.emulator.motion import FACTORY
-from hardware.emulator.p3dx import EmulatedP3dx
+from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
 from sim.plant import SimPlant
 from slam.errors import ScenarioError
 from slam.odometry import Twist2D
@@ -52,13 +51,13 @@ def test_its_lidar_sees_the_wall_from_where_it_is() -> None:
 
 
 def test_bumpers_stall_and_sonar_are_in_the_reports() -> None:
-    robot = EmulatedP3dx(plant(robot={"sonar": True}), config=replace(FACTORY, watchdog=0.0))
+    robot = EmulatedP3dx(plant(robot={"sonar": True}), config=replace(FACTORY_CONFIG, watchdog=0.0))
     robot.open = True
     (free,) = reports(robot, 0.1)
     assert dict(free.sonar)[3] == pytest.approx(0.95 - 0.166, abs=0.02)
     assert dict(free.sonar)[0] == 5.0
-    robot.motion.enable(True)
-    robot.motion.ask(linear=0.3)
+    robot.motors.enable(True)
+    robot.motors.set_targets(linear=0.3)
     blocked = reports(robot, 5.0)[-1]
     assert blocked.stalled
     assert blocked.front_bumpers

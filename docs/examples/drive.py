@@ -1,8 +1,8 @@
 """A policy drives: in the simulator, or the real robot, or devices that are emulated.
 
-    hopslam emulate random_office --link-dir /tmp/bench     # in another terminal, where there is no robot
-    python docs/examples/drive.py runs/train/policy.zip --backend hardware --set hardware.robot_port=/tmp/bench/p3dx \
-        --set hardware.lidar_port=/tmp/bench/urg04lx
+    hopslam emulate random_office --link-dir /tmp/robot     # in another terminal, where there is no robot
+    python docs/examples/drive.py runs/train/policy.zip --backend hardware --set hardware.robot_port=/tmp/robot/p3dx \
+        --set hardware.lidar_port=/tmp/robot/urg04lx
 
 `by-hand` in the place of the file is a policy that nobody had to train, and needs nothing installed.
 """

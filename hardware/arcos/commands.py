@@ -1,4 +1,4 @@
-"""What a client tells an ARCOS robot: a number, and an argument of one of four forms."""
+"""Commands to an ARCOS robot: a number, and an argument of one of four forms."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import IntEnum
 from math import radians
 from typing import Final
 
-from hardware.decode_error import DecodeError
+from hardware import DecodeError
 
 
 class CommandId(IntEnum):
@@ -43,19 +43,12 @@ class CommandId(IntEnum):
     BATTERYINFO = 62
 
 
-SI_PER_UNIT: Final[dict[int, float]] = {
-    CommandId.SETA: 0.001,
-    CommandId.SETV: 0.001,
-    CommandId.MOVE: 0.001,
-    CommandId.VEL: 0.001,
-    CommandId.ROTATE: radians(1.0),
-    CommandId.SETRV: radians(1.0),
-    CommandId.HEAD: radians(1.0),
-    CommandId.DHEAD: radians(1.0),
-    CommandId.RVEL: radians(1.0),
-    CommandId.SETRA: radians(1.0),
-}
-"""What one unit of the argument is in metres, radians and seconds: the wire has whole mm and degrees."""
+_IN_MILLIMETRES: Final[tuple[int, ...]] = (CommandId.SETA, CommandId.SETV, CommandId.MOVE, CommandId.VEL)
+_IN_DEGREES: Final[tuple[int, ...]] = (
+    CommandId.ROTATE, CommandId.SETRV, CommandId.HEAD, CommandId.DHEAD, CommandId.RVEL, CommandId.SETRA,
+)  # fmt: skip
+SI_PER_UNIT: Final[dict[int, float]] = dict.fromkeys(_IN_MILLIMETRES, 0.001) | dict.fromkeys(_IN_DEGREES, radians(1.0))
+"""One unit of the argument in metres, radians and seconds: the wire has whole mm and degrees."""
 
 BAUDS: Final = (9600, 19200, 38400, 57600, 115200)
 """The argument of HOSTBAUD is an index into these."""
@@ -74,19 +67,19 @@ class Command:
 
     @classmethod
     def of(cls, id: CommandId, quantity: float) -> Command:
-        """The command whose argument comes nearest to a quantity in SI units."""
+        """Make the command whose argument comes nearest to a quantity in SI units."""
         return cls(id, max(-32767, min(32767, round(quantity / SI_PER_UNIT[id]))))
 
     @property
     def quantity(self) -> float:
-        """The argument in SI units; Damaged for a command that has none."""
+        """Argument in SI units; DecodeError for a command that has none."""
         scale = SI_PER_UNIT.get(self.id)
         if scale is None or not isinstance(self.argument, int):
             raise DecodeError(f"command {self.id} with {self.argument!r} has no quantity")
         return self.argument * scale
 
     def encode(self) -> bytes:
-        """The data of its packet."""
+        """Return the data of its packet."""
         if self.argument is None:
             return bytes([self.id])
         if isinstance(self.argument, bytes):
@@ -96,7 +89,7 @@ class Command:
 
     @classmethod
     def decode(cls, data: bytes) -> Command:
-        """The command in a packet's data; Damaged for no known form.
+        """Read a command from a packet's data; DecodeError for no known form.
 
         Player's SETO is cut off after the kind of its argument; it is taken for one without.
         """
@@ -112,14 +105,14 @@ class Command:
 
 
 def encode_vel2(left: float, right: float) -> Command:
-    """VEL2 as Aria sends it: two signed bytes in one word, left the high one; m/s, in steps of 20 mm/s."""
+    """Make VEL2 as Aria sends it: two signed bytes in one word, left the high one; m/s, in steps of 20 mm/s."""
     left_byte, right_byte = (max(-128, min(127, round(speed / VEL2_UNIT))) & 0xFF for speed in (left, right))
     word = (left_byte << 8) | right_byte
     return Command(CommandId.VEL2, word if word < 0x8000 else word - 0x10000)
 
 
 def decode_vel2(argument: int) -> tuple[float, float]:
-    """Left and right wheel, m/s, from Aria's signed word as well as from Player's raw one."""
+    """Return the speeds of the left and the right wheel, m/s, from Aria's signed word or Player's raw one."""
     word = argument & 0xFFFF
     left, right = (byte - 256 if byte > 127 else byte for byte in (word >> 8, word & 0xFF))
     return left * VEL2_UNIT, right * VEL2_UNIT

@@ -5,136 +5,86 @@ Layout: ArRobotConfigPacketReader::packetHandler, AriaCoda. Packets of older fir
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from math import radians
 from typing import Any, Final
 
-from hardware.arcos.fields import Field, FieldReader
-from hardware.decode_error import DecodeError
+from hardware import DecodeError
+from hardware.arcos.fields import FieldReader, number, number_fields
 
 CONFIG_PACKET: Final = 0x20
 AUTOBAUD_SWITCH: Final = 2
 """The value of ``autobaud`` that lets a client change the bit rate."""
 _DEG: Final = radians(1.0)
-_LAYOUT: Final[tuple[Field | str, ...]] = (
-    "robot_type",
-    "subtype",
-    "serial_number",
-    Field("reserved", "B"),
-    Field("top_angular", "H", _DEG),
-    Field("top_linear", "H", 0.001),
-    Field("top_angular_acceleration", "H", _DEG),
-    Field("top_acceleration", "H", 0.001),
-    Field("pwm_max", "H"),
-    "name",
-    Field("sip_cycle", "B", 0.001),
-    Field("host_baud", "B"),
-    Field("aux1_baud", "B"),
-    Field("gripper", "H"),
-    Field("front_sonar", "H"),
-    Field("rear_sonar", "B"),
-    Field("low_battery", "H", 0.1),
-    Field("rev_count", "H"),
-    Field("watchdog", "H", 0.001),
-    Field("extra_packets", "B"),
-    Field("stall_value", "H"),
-    Field("stall_count", "H"),
-    Field("joystick_linear", "H", 0.001),
-    Field("joystick_angular", "H", _DEG),
-    Field("max_angular", "H", _DEG),
-    Field("max_linear", "H", 0.001),
-    Field("angular_acceleration", "H", _DEG),
-    Field("angular_deceleration", "H", _DEG),
-    Field("angular_kp", "H"),
-    Field("angular_kv", "H"),
-    Field("angular_ki", "H"),
-    Field("acceleration", "H", 0.001),
-    Field("deceleration", "H", 0.001),
-    Field("linear_kp", "H"),
-    Field("linear_kv", "H"),
-    Field("linear_ki", "H"),
-    Field("front_bumpers", "B"),
-    Field("rear_bumpers", "B"),
-    Field("charger", "B"),
-    Field("sonar_cycle", "B", 0.001),
-    Field("autobaud", "B"),
-    Field("gyro", "B"),
-    Field("drift", "h"),
-    Field("aux2_baud", "B"),
-    Field("aux3_baud", "B"),
-    Field("ticks_per_metre", "H", 1000.0),
-    Field("shutdown_voltage", "H", 0.1),
-    "firmware",
-    Field("gyro_clockwise", "H"),
-    Field("gyro_counter_clockwise", "H"),
-    Field("kinematics_delay", "B", 0.001),
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ArcosConfig:
-    """The settings; SI units and radians, volts for batteries. What the packet leaves out is 0 or empty."""
+    """The settings, in the order of the packet; SI units and radians, volts for batteries.
+
+    Settings that the packet leaves out are 0 or empty. Strings end with a NUL.
+    """
 
     robot_type: str = ""
     subtype: str = ""
     serial_number: str = ""
-    reserved: int = 0
-    top_angular: float = 0.0
+    reserved: int = number("B")
+    top_angular: float = number("H", _DEG)
     """The fastest that SETRV can ask for, rad/s; the other tops alike."""
-    top_linear: float = 0.0
-    top_angular_acceleration: float = 0.0
-    top_acceleration: float = 0.0
-    pwm_max: int = 0
+    top_linear: float = number("H", 0.001)
+    top_angular_acceleration: float = number("H", _DEG)
+    top_acceleration: float = number("H", 0.001)
+    pwm_max: int = number("H")
     name: str = ""
-    sip_cycle: float = 0.0
+    sip_cycle: float = number("B", 0.001)
     """Seconds."""
-    host_baud: int = 0
+    host_baud: int = number("B")
     """An index into ``BAUDS``."""
-    aux1_baud: int = 0
-    gripper: int = 0
-    front_sonar: int = 0
-    rear_sonar: int = 0
-    low_battery: float = 0.0
-    rev_count: int = 0
-    watchdog: float = 0.0
+    aux1_baud: int = number("B")
+    gripper: int = number("H")
+    front_sonar: int = number("H")
+    rear_sonar: int = number("B")
+    low_battery: float = number("H", 0.1)
+    rev_count: int = number("H")
+    watchdog: float = number("H", 0.001)
     """Seconds without a command after which the robot stops; 0: never."""
-    extra_packets: int = 0
-    stall_value: int = 0
-    stall_count: int = 0
-    joystick_linear: float = 0.0
-    joystick_angular: float = 0.0
-    max_angular: float = 0.0
-    max_linear: float = 0.0
-    angular_acceleration: float = 0.0
-    angular_deceleration: float = 0.0
-    angular_kp: int = 0
-    angular_kv: int = 0
-    angular_ki: int = 0
-    acceleration: float = 0.0
-    deceleration: float = 0.0
-    linear_kp: int = 0
-    linear_kv: int = 0
-    linear_ki: int = 0
-    front_bumpers: int = 0
-    """How many segments."""
-    rear_bumpers: int = 0
-    charger: int = 0
-    sonar_cycle: float = 0.0
-    autobaud: int = 0
-    gyro: int = 0
-    drift: int = 0
-    aux2_baud: int = 0
-    aux3_baud: int = 0
-    ticks_per_metre: float = 0.0
-    """Of the wheel encoders, of which the packet says whole ticks a millimetre."""
-    shutdown_voltage: float = 0.0
+    extra_packets: int = number("B")
+    stall_value: int = number("H")
+    stall_count: int = number("H")
+    joystick_linear: float = number("H", 0.001)
+    joystick_angular: float = number("H", _DEG)
+    max_angular: float = number("H", _DEG)
+    max_linear: float = number("H", 0.001)
+    angular_acceleration: float = number("H", _DEG)
+    angular_deceleration: float = number("H", _DEG)
+    angular_kp: int = number("H")
+    angular_kv: int = number("H")
+    angular_ki: int = number("H")
+    acceleration: float = number("H", 0.001)
+    deceleration: float = number("H", 0.001)
+    linear_kp: int = number("H")
+    linear_kv: int = number("H")
+    linear_ki: int = number("H")
+    front_bumpers: int = number("B")
+    """Number of segments."""
+    rear_bumpers: int = number("B")
+    charger: int = number("B")
+    sonar_cycle: float = number("B", 0.001)
+    autobaud: int = number("B")
+    gyro: int = number("B")
+    drift: int = number("h")
+    aux2_baud: int = number("B")
+    aux3_baud: int = number("B")
+    ticks_per_metre: float = number("H", 1000.0)
+    """Ticks of the wheel encoders; the packet has whole ticks a millimetre."""
+    shutdown_voltage: float = number("H", 0.1)
     firmware: str = ""
-    gyro_clockwise: int = 0
-    gyro_counter_clockwise: int = 0
-    kinematics_delay: float = 0.0
+    gyro_clockwise: int = number("H")
+    gyro_counter_clockwise: int = number("H")
+    kinematics_delay: float = number("B", 0.001)
 
     def encode(self) -> bytes:
-        """The data of the packet."""
+        """Return the data of the packet."""
         data = bytes([CONFIG_PACKET])
         for item in _LAYOUT:
             if isinstance(item, str):
@@ -145,7 +95,7 @@ class ArcosConfig:
 
     @classmethod
     def decode(cls, data: bytes) -> ArcosConfig:
-        """From the data of a packet, which may end anywhere; Damaged when it is another one."""
+        """Read the data of a packet, which may end anywhere; DecodeError when it is another one."""
         if data[0] != CONFIG_PACKET:
             raise DecodeError(f"packet {data[0]:#04x} has no configuration")
         reader = FieldReader(data[1:])
@@ -158,3 +108,8 @@ class ArcosConfig:
             else:
                 break
         return cls(**values)
+
+
+_NUMBERS: Final = {field.name: field for field in number_fields(ArcosConfig)}
+_LAYOUT: Final = tuple(_NUMBERS.get(field.name, field.name) for field in fields(ArcosConfig))
+"""The fields of the packet one after another; a name alone is that of a string."""

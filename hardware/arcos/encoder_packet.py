@@ -1,12 +1,12 @@
-"""ENCODERpac: how far the wheels have turned, far finer than the position in a SIP."""
+"""ENCODERpac: the travel of both wheels, far finer than the position in a SIP."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Final
 
+from hardware import DecodeError
 from hardware.arcos.fields import Field, FieldReader
-from hardware.decode_error import DecodeError
 
 ENCODER_PACKET: Final = 0x90
 _TICKS: Final = Field("ticks", "i")
@@ -21,13 +21,13 @@ class WheelTravel:
     right: float
 
     def encode(self, ticks_per_metre: float) -> bytes:
-        """The data of the packet."""
-        ticks = [round(way * ticks_per_metre) % _WRAP for way in (self.left, self.right)]
+        """Return the data of the packet."""
+        ticks = [round(metres * ticks_per_metre) % _WRAP for metres in (self.left, self.right)]
         return bytes([ENCODER_PACKET]) + b"".join(count.to_bytes(4, "little") for count in ticks)
 
     @classmethod
     def decode(cls, data: bytes, ticks_per_metre: float) -> WheelTravel:
-        """From the data of a packet; Damaged when it is another one."""
+        """Read the data of a packet; DecodeError when it is another one."""
         if data[0] != ENCODER_PACKET:
             raise DecodeError(f"packet {data[0]:#04x} has no encoders")
         reader = FieldReader(data[1:])
@@ -35,5 +35,5 @@ class WheelTravel:
 
 
 def travel_wrap(ticks_per_metre: float) -> float:
-    """After this many metres the counts of 32 bits begin anew."""
+    """Return the metres after which the counts of 32 bits begin anew."""
     return _WRAP / ticks_per_metre

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
+from typing import Any
 
-from hardware.decode_error import DecodeError
+from hardware import DecodeError
 
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """One field: its attribute's name, its code in ``struct``, and what one unit of it is in SI units."""
+    """One field: the name of its attribute, its code in ``struct``, and one unit of it in SI units."""
 
     name: str
     code: str
@@ -18,19 +19,30 @@ class Field:
 
     @property
     def size(self) -> int:
-        """Bytes."""
+        """Number of bytes."""
         return struct.calcsize("<" + self.code)
 
     def encode(self, value: float) -> bytes:
-        """The nearest value that the field can hold."""
+        """Return the nearest value that the field can hold."""
         bits, signed = 8 * self.size, self.code.islower()
         low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
         return struct.pack("<" + self.code, max(low, min(high, round(value / self.unit))))
 
     def decode(self, data: bytes) -> float:
-        """The value in SI units; a plain whole number where the unit is 1."""
+        """Return the value in SI units; a plain whole number where the unit is 1."""
         value: int = struct.unpack("<" + self.code, data)[0]
         return value if self.unit == 1 else value * self.unit
+
+
+def number(code: str, unit: float = 1, optional: bool = False) -> Any:
+    """Declare an attribute of a dataclass as a field: its code in ``struct``, and one unit of it in SI units."""
+    default = None if optional else 0 if unit == 1 else 0.0
+    return field(default=default, metadata={"code": code, "unit": unit})
+
+
+def number_fields(packet: type) -> tuple[Field, ...]:
+    """Return the fields of the attributes that are declared as ``number``, in their order."""
+    return tuple(Field(f.name, **f.metadata) for f in fields(packet) if f.metadata)
 
 
 class FieldReader:
@@ -41,21 +53,17 @@ class FieldReader:
 
     @property
     def left(self) -> int:
-        """Bytes not yet taken."""
+        """Number of bytes not yet taken."""
         return len(self._data)
 
     def take(self, field: Field) -> float:
-        """The next field; Damaged when the data end before it does."""
-        return field.decode(self.take_bytes(field.size))
-
-    def take_bytes(self, size: int) -> bytes:
-        """The next ``size`` bytes; Damaged when there are fewer."""
-        if len(self._data) < size:
-            raise DecodeError(f"{size} bytes expected where {len(self._data)} are left")
-        head, self._data = self._data[:size], self._data[size:]
-        return head
+        """Take the next field; DecodeError when the data end before it does."""
+        if len(self._data) < field.size:
+            raise DecodeError(f"{field.size} bytes expected where {len(self._data)} are left")
+        head, self._data = self._data[: field.size], self._data[field.size :]
+        return field.decode(head)
 
     def take_string(self) -> str:
-        """The next string, without the NUL that ends it; Latin-1."""
+        """Take the next string, without the NUL that ends it; Latin-1."""
         head, _, self._data = self._data.partition(b"\0")
         return head.decode("latin-1")

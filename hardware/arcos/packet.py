@@ -4,23 +4,22 @@ from __future__ import annotations
 
 from typing import Final
 
-from hardware.decode_error import DecodeError
+from hardware import DecodeError
 
 HEADER: Final = b"\xfa\xfb"
 MAX_DATA: Final = 195
 """Bytes of data in the longest packet, which is 200 bytes long."""
-_OVERHEAD: Final = 5
 
 
 def checksum(data: bytes) -> int:
-    """The sum of the data taken as big-endian words; a last odd byte is xor-ed in (ArRobotPacket::calcCheckSum)."""
+    """Sum the data as big-endian words, and xor a last odd byte in (ArRobotPacket::calcCheckSum)."""
     even = len(data) & ~1
     total = (sum(data[0:even:2]) << 8) + sum(data[1:even:2])
     return (total & 0xFFFF) ^ (data[-1] if len(data) & 1 else 0)
 
 
 def encode_packet(data: bytes) -> bytes:
-    """The packet around these data, of which there are 1 to MAX_DATA bytes."""
+    """Return the packet around these data, of which there are 1 to MAX_DATA bytes."""
     if not 1 <= len(data) <= MAX_DATA:
         raise ValueError(f"a packet holds 1 to {MAX_DATA} bytes of data, not {len(data)}")
     return HEADER + bytes([len(data) + 2]) + data + checksum(data).to_bytes(2, "big")
@@ -36,20 +35,20 @@ class PacketDecoder:
     def __init__(self) -> None:
         self._buffer = bytearray()
         self.damaged = 0
-        """How many headers were followed by no valid packet."""
+        """Number of headers that no valid packet followed."""
 
     @property
     def pending(self) -> bool:
-        """Whether a packet has begun that is not whole yet."""
+        """True while a packet has begun that is not whole yet."""
         return bool(self._buffer)
 
     def feed(self, data: bytes) -> list[bytes]:
-        """The data of each packet that is now whole."""
+        """Take bytes, and return the data of each packet that is now whole."""
         self._buffer += data
         return self._whole()
 
     def flush(self) -> list[bytes]:
-        """The line fell silent: what had begun is damaged, and no more of it will come. The packets behind its header.
+        """Give up a packet that had begun, as the line fell silent, and return the packets found behind its header.
 
         Without this a damaged count would hold back the packets after it.
         """
@@ -67,7 +66,7 @@ class PacketDecoder:
             if len(self._buffer) < size:
                 break
             try:
-                packets.append(_open(bytes(self._buffer[:size])))
+                packets.append(_unwrap(bytes(self._buffer[:size])))
                 del self._buffer[:size]
             except DecodeError:
                 self.damaged += 1
@@ -75,7 +74,7 @@ class PacketDecoder:
         return packets
 
     def _seek(self) -> bool:
-        """Drop what cannot begin a packet; whether header and count are there."""
+        """Drop bytes that cannot begin a packet, and return True once header and count are there."""
         start = self._buffer.find(HEADER)
         if start < 0:
             start = len(self._buffer) - self._buffer.endswith(HEADER[:1])
@@ -89,7 +88,7 @@ class PacketDecoder:
         return True
 
 
-def _open(packet: bytes) -> bytes:
+def _unwrap(packet: bytes) -> bytes:
     data, tail = packet[3:-2], packet[-2:]
     if checksum(data) != int.from_bytes(tail, "big"):
         raise DecodeError("checksum")

@@ -1,4 +1,4 @@
-"""The standard server information packet (SIP): what the robot says of itself every cycle.
+"""The standard server information packet (SIP): the robot's report of itself, sent every cycle.
 
 Layout: ArRobot::processMotorPacket and the functions after it, AriaCoda.
 """
@@ -9,48 +9,19 @@ from dataclasses import dataclass
 from math import radians
 from typing import Any, Final
 
-from hardware.arcos.fields import Field, FieldReader
-from hardware.arcos.units import ArcosUnits
-from hardware.decode_error import DecodeError
+from hardware import DecodeError
+from hardware.arcos.fields import Field, FieldReader, number, number_fields
+from hardware.arcos.model import ArcosUnits
 
 _STOPPED, _MOVING = 0x32, 0x33
 _IDS: Final = range(0x30, 0x35)
 _SONAR: Final = (Field("index", "B"), Field("range", "H", 0.001))
-_LEGACY: Final = (Field("gripper", "B"), Field("analog_port", "B"), Field("analog", "B"))
-_DIGITAL: Final = (Field("digital_in", "B"), Field("digital_out", "B"))
-_TAIL: Final = (
-    Field("fine_battery", "H", 0.1),
-    Field("charge_state", "B"),
-    Field("turning", "h", radians(0.1)),
-    Field("faults", "H"),
-    Field("lateral", "h", 0.001),
-    Field("temperature", "b"),
-    Field("charge", "B"),
-    Field("time", "I", 1e-6),
-    Field("flags3", "I"),
-)
 _MOTORS_ENABLED, _E_STOP = 1 << 0, 1 << 5
-
-
-def _head(units: ArcosUnits) -> tuple[Field, ...]:
-    return (
-        Field("x", "H", units.distance),
-        Field("y", "H", units.distance),
-        Field("theta", "h", units.angle),
-        Field("left", "h", 0.001),
-        Field("right", "h", 0.001),
-        Field("battery", "B", 0.1),
-        Field("left_contacts", "B"),
-        Field("right_contacts", "B"),
-        Field("control", "h"),
-        Field("flags", "H"),
-        Field("compass", "B"),
-    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sip:
-    """One report. The fields after ``digital_out`` are None where the robot's firmware leaves them out."""
+    """One report; the fields after ``digital_out`` are None where the robot's firmware leaves them out."""
 
     moving: bool = False
     x: float = 0.0
@@ -58,44 +29,44 @@ class Sip:
     y: float = 0.0
     theta: float = 0.0
     """Radians."""
-    left: float = 0.0
-    """Wheel, m/s."""
-    right: float = 0.0
-    battery: float = 0.0
+    left: float = number("h", 0.001)
+    """Speed of the left wheel, m/s."""
+    right: float = number("h", 0.001)
+    battery: float = number("B", 0.1)
     """Volts."""
-    left_contacts: int = 0
-    """Bit 0: the left wheel stalls; bits 1 and up: the rear bumpers."""
-    right_contacts: int = 0
-    """Bit 0: the right wheel stalls; bits 1 and up: the front bumpers."""
-    control: int = 0
-    flags: int = 0
-    compass: int = 0
+    left_contacts: int = number("B")
+    """Contact bits: 0 for a stalled left wheel, 1 and up for the rear bumpers."""
+    right_contacts: int = number("B")
+    """Contact bits: 0 for a stalled right wheel, 1 and up for the front bumpers."""
+    control: int = number("h")
+    flags: int = number("H")
+    compass: int = number("B")
     sonar: tuple[tuple[int, float], ...] = ()
-    """(transducer, metres) of those that have a new reading."""
-    gripper: int = 0
-    analog_port: int = 0
-    analog: int = 0
-    digital_in: int = 0
-    digital_out: int = 0
-    fine_battery: float | None = None
+    """(transducer, metres) for each that has a new reading."""
+    gripper: int = number("B")
+    analog_port: int = number("B")
+    analog: int = number("B")
+    digital_in: int = number("B")
+    digital_out: int = number("B")
+    fine_battery: float | None = number("H", 0.1, optional=True)
     """Volts."""
-    charge_state: int | None = None
-    turning: float | None = None
+    charge_state: int | None = number("B", optional=True)
+    turning: float | None = number("h", radians(0.1), optional=True)
     """rad/s."""
-    faults: int | None = None
-    lateral: float | None = None
+    faults: int | None = number("H", optional=True)
+    lateral: float | None = number("h", 0.001, optional=True)
     """m/s."""
-    temperature: int | None = None
+    temperature: int | None = number("b", optional=True)
     """Degrees Celsius."""
-    charge: int | None = None
+    charge: int | None = number("B", optional=True)
     """Per cent."""
-    time: float | None = None
+    time: float | None = number("I", 1e-6, optional=True)
     """The robot's clock, seconds."""
-    flags3: int | None = None
+    flags3: int | None = number("I", optional=True)
 
     @property
     def stalled(self) -> bool:
-        """Whether a wheel cannot turn as it should."""
+        """True while a wheel cannot turn as it should."""
         return bool((self.left_contacts | self.right_contacts) & 1)
 
     @property
@@ -110,23 +81,23 @@ class Sip:
 
     @property
     def motors_enabled(self) -> bool:
-        """Whether the motors have power."""
+        """True while the motors have power."""
         return bool(self.flags & _MOTORS_ENABLED)
 
     @property
     def e_stop(self) -> bool:
-        """Whether the emergency stop is pressed."""
+        """True while the emergency stop is pressed."""
         return bool(self.flags & _E_STOP)
 
     def encode(self, units: ArcosUnits) -> bytes:
-        """The data of the packet; x and y count on in 16 bits, which readers of 15 and of 12 bits understand."""
-        wrapped = {"x": round(self.x / units.distance) & 0xFFFF, "y": round(self.y / units.distance) & 0xFFFF}
+        """Return the data of the packet; x and y count on in 16 bits, which readers of 15 and of 12 bits understand."""
         data = bytes([_MOVING if self.moving else _STOPPED])
-        data += b"".join(wrapped[f.name].to_bytes(2, "little") for f in _head(units)[:2])
-        data += b"".join(field.encode(getattr(self, field.name)) for field in _head(units)[2:])
+        data += b"".join((round(v / units.distance) & 0xFFFF).to_bytes(2, "little") for v in (self.x, self.y))
+        data += _pose_fields(units)[2].encode(self.theta)
+        data += b"".join(field.encode(getattr(self, field.name)) for field in _HEAD)
         data += bytes([len(self.sonar)])
         data += b"".join(field.encode(value) for echo in self.sonar for field, value in zip(_SONAR, echo, strict=True))
-        data += b"".join(field.encode(getattr(self, field.name)) for field in _LEGACY + _DIGITAL)
+        data += b"".join(field.encode(getattr(self, field.name)) for field in _PORTS)
         for field in _TAIL:
             value = getattr(self, field.name)
             if value is None:
@@ -136,16 +107,16 @@ class Sip:
 
     @classmethod
     def decode(cls, data: bytes, units: ArcosUnits) -> Sip:
-        """From the data of a packet; Damaged when it is another one, or ends too early."""
+        """Read the data of a packet; DecodeError when it is another one, or ends too early."""
         if data[0] not in _IDS:
             raise DecodeError(f"packet {data[0]:#04x} is no SIP")
         reader = FieldReader(data[1:])
-        values: dict[str, Any] = {field.name: reader.take(field) for field in _head(units)}
+        values: dict[str, Any] = {field.name: reader.take(field) for field in (*_pose_fields(units), *_HEAD)}
         values["x"] %= units.wrap
         values["y"] %= units.wrap
         count = reader.take(Field("count", "B"))
         values["sonar"] = tuple(tuple(reader.take(field) for field in _SONAR) for _ in range(int(count)))
-        values |= {field.name: reader.take(field) for field in _LEGACY + _DIGITAL}
+        values |= {field.name: reader.take(field) for field in _PORTS}
         for field in _TAIL:
             if reader.left < field.size:
                 break
@@ -153,16 +124,25 @@ class Sip:
         return cls(moving=data[0] == _MOVING, **values)
 
 
+_NUMBERS: Final = number_fields(Sip)
+_HEAD, _PORTS, _TAIL = _NUMBERS[:8], _NUMBERS[8:13], _NUMBERS[13:]
+"""The numbers before the sonar's, behind them, and those that may be left out: from ``fine_battery`` on."""
+
+
+def _pose_fields(units: ArcosUnits) -> tuple[Field, Field, Field]:
+    return Field("x", "H", units.distance), Field("y", "H", units.distance), Field("theta", "h", units.angle)
+
+
 def is_sip(data: bytes) -> bool:
-    """Whether a packet with these data is a standard SIP."""
+    """Tell whether a packet with these data is a standard SIP."""
     return data[0] in _IDS
 
 
 def is_standing(data: bytes) -> bool:
-    """Whether a packet with these data is the SIP of a robot whose motors stand."""
+    """Tell whether a packet with these data is the SIP of a robot whose motors stand."""
     return data[0] == _STOPPED
 
 
 def flags(motors_enabled: bool, e_stop: bool) -> int:
-    """The flags of a SIP."""
+    """Return the flags of a SIP."""
     return _MOTORS_ENABLED * motors_enabled | _E_STOP * e_stop

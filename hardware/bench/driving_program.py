@@ -38,7 +38,7 @@ _GRACE: Final = 20.0
 
 
 class DrivingProgram(Closing):
-    """The command ``hopslam`` with these words, or Python source, on a terminal of its own or on pipes."""
+    """Runs the command ``hopslam`` with these words, or Python source, on a terminal of its own or on pipes."""
 
     def __init__(self, words: Sequence[str], source: str = _HOPSLAM, on_terminal: bool = False) -> None:
         self._master, slave = pty.openpty()
@@ -60,14 +60,14 @@ class DrivingProgram(Closing):
         """Send it this signal."""
         self._process.send_signal(number)
 
-    def say(self, line: str) -> None:
+    def write_line(self, line: str) -> None:
         """Write a line to its standard input, a pipe."""
         assert self._process.stdin is not None
         self._process.stdin.write(line.encode() + b"\n")
         self._process.stdin.flush()
 
     def drain(self) -> None:
-        """Read what it has written to its terminal, which would fill up otherwise."""
+        """Read its output on its terminal, which would fill up otherwise."""
         with suppress(OSError):  # nothing has come, or nobody is there
             os.read(self._master, 65536)
 
@@ -89,7 +89,7 @@ class DrivingProgram(Closing):
             return None
 
     def close(self) -> None:
-        """End it, if it has not ended, and free what it had."""
+        """End it, if it has not ended, and free its streams."""
         for number in (SIGCONT, SIGTERM, SIGKILL):
             if self._process.poll() is None:
                 self.send(number)

@@ -1,4 +1,4 @@
-"""How soon a robot is told to stop, and stands, when the program that drives it ends or is suspended."""
+"""Benchmark of endings: how soon a robot is told to stop, and stands, when its program ends or is suspended."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from hardware.bench.bench import FORWARD, emulated, port_settings
 from hardware.bench.driving_program import OWN_PROGRAM, DrivingProgram
+from hardware.bench.emulated_robot import FORWARD, emulated_devices, seconds_until
 from hardware.emulator.emulator import Emulator
 from slam.errors import RobotError
 from slam.scenario.file import load_scenario
@@ -31,15 +31,15 @@ class Ending:
     """An event that ends or suspends a program, and the kind of program that it happens to."""
 
     name: str
-    act: Callable[[DrivingProgram], None]
+    action: Callable[[DrivingProgram], None]
     own_program: bool = False
-    """Whether the program is a user's own; else it is ``hopslam run``."""
+    """True for a user's own program, False for ``hopslam run``."""
     on_terminal: bool = False
-    """Whether it runs on a terminal; else its streams are pipes."""
+    """True for a program on a terminal, False for one whose streams are pipes."""
 
 
 @dataclass(frozen=True, slots=True)
-class EndResult:
+class EndingResult:
     """The outcome of an ending; seconds are counted from it, None for never."""
 
     name: str
@@ -47,12 +47,12 @@ class EndResult:
     """Seconds until a command to stand had arrived."""
     to_stand: float | None
     """Seconds until the robot stood for good."""
-    way: float
+    distance: float
     """Metres driven after it."""
     exit_code: int | None
     """The program's exit code, negative for a signal; None while it has not ended."""
     recorded: bool
-    """Whether the run's folder has its metrics."""
+    """True where the run's folder has its metrics."""
 
 
 def _fill_disk(program: DrivingProgram) -> None:
@@ -75,32 +75,34 @@ ENDINGS: Final = (
     Ending("reader of the output ended", DrivingProgram.close_output),
     Ending("disk full", _fill_disk),
     Ending("own program: SIGTERM", lambda program: program.send(signal.SIGTERM), own_program=True),
-    Ending("own program: a thread fails", lambda program: program.say("fail"), own_program=True),
+    Ending("own program: a thread fails", lambda program: program.write_line("fail"), own_program=True),
 )
 
 
-def end_results(plant: str) -> Iterator[EndResult]:
+def ending_results(plant: str) -> Iterator[EndingResult]:
     """Measure each ending, with a robot that this plant moves."""
     for ending in ENDINGS:
-        yield end_result(ending, plant)
+        yield ending_result(ending, plant)
 
 
-def end_result(ending: Ending, plant: str, watched: float = _WATCHED) -> EndResult:
+def ending_result(ending: Ending, plant: str, watched: float = _WATCHED) -> EndingResult:
     """Start the program, wait until its robot drives, let it end, and watch the robot for so many seconds."""
-    with TemporaryDirectory(prefix="hopslam-") as folder, emulated(load_scenario("corridor"), plant=plant) as emulator:
+    scenario = load_scenario("corridor")
+    with TemporaryDirectory(prefix="hopslam-") as folder, emulated_devices(scenario, plant=plant) as emulator:
         out = Path(folder) / "run"
         with emulator, _program(ending, emulator, out) as program:
             _await_drive(emulator, program)
             began = time.monotonic()
             before = emulator.truth[1]
-            ending.act(program)
+            ending.action(program)
             to_command, to_stand = _watch(emulator, began, watched)
-            way = before.distance(emulator.truth[1])
-            return EndResult(ending.name, to_command, to_stand, way, program.wait(), (out / "metrics.json").exists())
+            driven = before.distance(emulator.truth[1])
+            exit_code, recorded = program.wait(), (out / "metrics.json").exists()
+            return EndingResult(ending.name, to_command, to_stand, driven, exit_code, recorded)
 
 
 def _program(ending: Ending, emulator: Emulator, out: Path) -> DrivingProgram:
-    settings = port_settings(emulator)
+    settings = emulator.port_settings
     if ending.own_program:
         return DrivingProgram(settings, OWN_PROGRAM, ending.on_terminal)
     options = [word for setting in (*settings, f"route.speed={FORWARD.linear}") for word in ("--set", setting)]
@@ -109,12 +111,12 @@ def _program(ending: Ending, emulator: Emulator, out: Path) -> DrivingProgram:
 
 
 def _await_drive(emulator: Emulator, program: DrivingProgram) -> None:
-    until = time.monotonic() + _START
-    while emulator.p3dx.motion.setpoint.linear < 0.99 * FORWARD.linear:
-        if time.monotonic() > until:
-            raise RobotError(f"the program does not drive within {_START:g} s; is the machine busy?")
+    def drain() -> None:
         program.drain()
         time.sleep(0.01)
+
+    if seconds_until(lambda: emulator.p3dx.motors.setpoint.linear >= 0.99 * FORWARD.linear, _START, drain) is None:
+        raise RobotError(f"the program does not drive within {_START:g} s; is the machine busy?")
 
 
 def _watch(emulator: Emulator, began: float, watched: float) -> tuple[float | None, float | None]:
@@ -122,7 +124,7 @@ def _watch(emulator: Emulator, began: float, watched: float) -> tuple[float | No
     told, moved, last = None, began, emulator.truth
     while time.monotonic() < began + watched:
         time.sleep(0.005)
-        if told is None and emulator.p3dx.motion.linear.target == 0.0:
+        if told is None and emulator.p3dx.motors.linear.target == 0.0:
             told = time.monotonic() - began
         now = emulator.truth
         if now[0] - last[0] >= 0.02:

@@ -1,86 +1,81 @@
-"""Faults, one after another: how soon the robot stands, what it says, and whether the cure brings it back."""
+"""Benchmark of faults: how soon the robot stands, which reason it names, and whether the cure brings it back."""
 
 from __future__ import annotations
 
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import Final
 
-from hardware.bench.bench import FORWARD, Bench, bench, emulated, port_settings
+from hardware.bench.emulated_robot import FORWARD, EmulatedRobot, emulated_devices, emulated_robot, seconds_until
 from hardware.emulator.emulator import Emulator
-from hardware.emulator.motion import Motion
+from hardware.emulator.faults import DEVICE_FAULTS, Action
+from hardware.emulator.motor_controller import MotorController
 from hardware.robot import HardwareRobot
 from slam.scenario.file import load_scenario
 from slam.scenario.schema import Scenario
 
-Act = Callable[[Emulator], object]
-
 
 @dataclass(frozen=True, slots=True)
 class FaultResult:
-    """Seconds from the fault to a standing robot, what made it stand, the reason that was named, and seconds from the
-    cure to the next motion; None for never."""
+    """The outcome of a fault; seconds are None for never."""
 
     name: str
     to_stand: float | None
+    """Seconds from the fault until the robot stands."""
     stopped_by: str
     reason: str
+    """Reason that the robot named."""
     to_drive: float | None
+    """Seconds from the cure to the next motion."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Fault:
-    name: str
-    begin: Act
-    end: Act
-
-
-FAULTS: Final = (
-    _Fault("lidar unplugged, plugged in", lambda e: e.lidar.unplug(), lambda e: e.lidar.port.open()),
-    _Fault("lidar stalls for 3 s", lambda e: e.lidar.stall(float("inf")), lambda e: e.lidar.stall(float("-inf"))),
-    _Fault("lidar dead, alive", lambda e: e.urg04lx.die(True), lambda e: e.urg04lx.die(False)),
-    _Fault("emergency stop, released", lambda e: e.p3dx.motion.press(True), lambda e: e.p3dx.motion.press(False)),
-    _Fault("motors switched off, on", lambda e: e.p3dx.motion.enable(False), lambda e: e.p3dx.motion.enable(True)),
-)
-"""Where a command still reaches the robot, or somebody's hand does."""
-CUT_OFF: Final = (
-    _Fault("robot unplugged, plugged in", lambda e: e.robot.unplug(), lambda e: e.robot.port.open()),
-    _Fault("robot stalls for 3 s", lambda e: e.robot.stall(float("inf")), lambda e: e.robot.stall(float("-inf"))),
-)
-"""Where nothing reaches it."""
+FAULTS: Final = {
+    "lidar unplugged, plugged in": ("lidar", "unplug"),
+    "lidar stalls for 3 s": ("lidar", "stall"),
+    "lidar dead, alive": ("lidar", "dead"),
+    "emergency stop, released": ("robot", "e-stop"),
+    "motors switched off, on": ("robot", "motors-off"),
+}
+"""Faults during which a command still reaches the robot, or somebody's hand does: device and kind by name."""
+CUT_OFF: Final = {
+    "robot unplugged, plugged in": ("robot", "unplug"),
+    "robot stalls for 3 s": ("robot", "stall"),
+}
+"""Faults during which nothing reaches it."""
 _LASTS: Final = 3.0
 """Seconds from a fault to its cure."""
+_PATIENCE: Final = 30.0
+"""Seconds in which a program begins to drive, or its robot stands."""
 
 
-def fault_results(faults: Sequence[_Fault], watchdog: float) -> Iterator[FaultResult]:
-    """Each fault while a robot drives whose watchdog waits for so long, seconds."""
-    with bench(watchdog) as at:
-        for fault in faults:
-            yield _happen(at, fault)
+def fault_results(faults: Mapping[str, tuple[str, str]], watchdog: float) -> Iterator[FaultResult]:
+    """Measure each fault while a robot drives whose watchdog waits for so long, seconds."""
+    with emulated_robot(watchdog) as emulated:
+        for name, fault in faults.items():
+            yield _fault_result(emulated, name, *DEVICE_FAULTS[fault])
 
 
-def _happen(at: Bench, fault: _Fault) -> FaultResult:
-    motion = at.emulator.p3dx.motion
-    at.drive_until(lambda: at.emulator.p3dx.motion.setpoint.linear > 0.9 * FORWARD.linear)
-    at.emulator.do(partial(fault.begin, at.emulator))
+def _fault_result(emulated: EmulatedRobot, name: str, begin: Action, end: Action) -> FaultResult:
+    emulator, motors = emulated.emulator, emulated.emulator.p3dx.motors
+    emulated.drive_until(lambda: emulator.p3dx.motors.setpoint.linear > 0.9 * FORWARD.linear)
+    emulator.do(lambda: begin(emulator))
     cured_at = time.monotonic() + _LASTS
-    to_stand = at.drive_until(lambda: at.standing, _LASTS)
-    stopped_by = _stopper(motion)
+    to_stand = emulated.drive_until(lambda: emulated.standing, _LASTS)
+    stopped_by = _stopper(motors)
     while time.monotonic() < cured_at:
-        at.step()
-    reason = (at.robot.trouble or "none").split(";")[0]
-    at.emulator.do(partial(fault.end, at.emulator))
-    return FaultResult(fault.name, to_stand, stopped_by, reason, at.drive_until(lambda: not at.standing))
+        emulated.step()
+    reason = (emulated.robot.trouble or "none").split(";")[0]
+    emulator.do(lambda: end(emulator))
+    return FaultResult(name, to_stand, stopped_by, reason, emulated.drive_until(lambda: not emulated.standing))
 
 
 def kill_result(watchdog: float) -> FaultResult:
-    """kill -9 of a program that drives: a fork of this one, whose emulated robot stays. The next program finds it."""
-    with emulated(load_scenario("corridor"), watchdog) as emulator:
-        scenario = load_scenario("corridor", port_settings(emulator))
+    """Kill a program that drives, a fork of this one, with SIGKILL, and let another one find its emulated robot."""
+    with emulated_devices(load_scenario("corridor"), watchdog) as emulator:
+        scenario = load_scenario("corridor", emulator.port_settings)
         program = os.fork()
         if not program:
             _drive_for_ever(scenario)
@@ -89,14 +84,14 @@ def kill_result(watchdog: float) -> FaultResult:
 
 
 def _killed(emulator: Emulator, scenario: Scenario, program: int) -> FaultResult:
-    _wait(lambda: emulator.p3dx.motion.setpoint.linear > 0.9 * FORWARD.linear)
+    seconds_until(lambda: emulator.p3dx.motors.setpoint.linear > 0.9 * FORWARD.linear, _PATIENCE)
     os.kill(program, signal.SIGKILL)
     os.waitpid(program, 0)
-    to_stand = _wait(lambda: not emulator.p3dx.motion.moving)
-    stopped_by = _stopper(emulator.p3dx.motion)
+    to_stand = seconds_until(lambda: not emulator.p3dx.motors.moving, _PATIENCE)
+    stopped_by = _stopper(emulator.p3dx.motors)
     with HardwareRobot(scenario, yes=True) as robot:
-        again = Bench(emulator, robot)
-        to_drive = again.drive_until(lambda: not again.standing)
+        emulated = EmulatedRobot(emulator, robot)
+        to_drive = emulated.drive_until(lambda: not emulated.standing)
     return FaultResult("kill -9, started again", to_stand, stopped_by, "(nobody is left to name one)", to_drive)
 
 
@@ -107,19 +102,10 @@ def _drive_for_ever(scenario: Scenario) -> None:
             robot.observe()
 
 
-def _stopper(motion: Motion) -> str:
-    """What keeps the robot from moving, as its firmware knows it."""
-    if motion.e_stop:
+def _stopper(motors: MotorController) -> str:
+    """Name the reason why the robot does not move, as its firmware knows it."""
+    if motors.e_stop:
         return "emergency stop"
-    if not motion.enabled:
+    if not motors.enabled:
         return "motor button"
-    return "watchdog" if motion.starved else "driver"
-
-
-def _wait(condition: Callable[[], bool], patience: float = 30.0) -> float | None:
-    began = time.monotonic()
-    while time.monotonic() - began < patience:
-        if condition():
-            return time.monotonic() - began
-        time.sleep(0.002)
-    return None
+    return "watchdog" if motors.watchdog_expired else "driver"

@@ -1,4 +1,4 @@
-"""What gets through a noisy wire, and what of it is wrong."""
+"""Benchmark of noise: the messages that get through a noisy wire, and those of them that are wrong."""
 
 from __future__ import annotations
 
@@ -10,35 +10,33 @@ from typing import Final
 
 import numpy as np
 
+from hardware import DecodeError
 from hardware.arcos.commands import Command, CommandId
+from hardware.arcos.model import P3DX_SH
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import Sip, is_sip
-from hardware.arcos.units import P3DX_SH
-from hardware.base_odometry import PositionOdometry
-from hardware.decode_error import DecodeError
+from hardware.base_odometry import PositionOdometry, WheelScales
 from hardware.odometry_track import OdometryTrack
-from hardware.scip.commands import Measure
+from hardware.scip.commands import ScanRequest
 from hardware.scip.frames import FrameDecoder
 from hardware.scip.partial_scans import partial_scans
 from hardware.scip.scan_data import ScanData, encode_scan
-from hardware.wheel_scales import WheelScales
 from slam.pose import wrap_angle
 
-_REQUEST: Final = Measure("MD", 44, 725)
+_REQUEST: Final = ScanRequest("MD", 44, 725)
 _REACH: Final = 5.6
 
 
 @dataclass(frozen=True, slots=True)
-class Hail:
-    """Damages a ``share`` of the bytes, in runs of ``burst``; with ``bits`` one bit of each, else it becomes any other
-    byte."""
+class ByteDamage:
+    """Damages a ``share`` of the bytes, in runs of ``burst``: with ``bits`` one bit of each, else any of its bits."""
 
     share: float
     burst: int = 1
     bits: bool = False
 
-    def on(self, data: bytes, rng: np.random.Generator) -> bytes:
-        """The bytes as they arrive."""
+    def apply(self, data: bytes, rng: np.random.Generator) -> bytes:
+        """Return the bytes as they arrive."""
         begins = np.flatnonzero(rng.random(len(data) + self.burst - 1) < self.share / self.burst)
         hit = np.unique(begins[:, None] - np.arange(self.burst))
         hit = hit[(hit >= 0) & (hit < len(data))]
@@ -50,25 +48,27 @@ class Hail:
 
 @dataclass(slots=True)
 class Score:
-    """Messages sent, and how many of these were not hit; what was received: of those that were not hit, and wrongly."""
+    """Counts of messages."""
 
     sent: int = 0
-    good: int = 0
-    survived: int = 0
+    unharmed: int = 0
+    """Messages that no damage hit ..."""
+    received: int = 0
+    """... and those of them that were received."""
     wrong: int = 0
-    """Messages of which anything was believed that was not sent; of scans, how many ranges."""
+    """Messages of which anything was believed that was not sent; for scans, ranges."""
     beams: float = 0.0
-    """Of scans, the share of all ranges that were received rightly."""
+    """Share of all ranges of scans that were received rightly."""
 
 
-def hear_sips(count: int, hail: Hail, seed: int = 0) -> Score:
-    """Reports of a robot that drives a circle, as the driver reads them; a pose is wrong where it is 5 mm off."""
+def receive_sips(count: int, damage: ByteDamage, seed: int = 0) -> Score:
+    """Receive reports of a robot that drives a circle, as the driver does; a pose that is 5 mm off is wrong."""
     score, decoder, track, rng = Score(), PacketDecoder(), OdometryTrack(), np.random.default_rng(seed)
     odometry = PositionOdometry(P3DX_SH, WheelScales(P3DX_SH.half_track), track)
     odometry.add(-0.1, Sip(left=0.25, right=0.35))
     for k, (x, y, heading) in zip(range(count), _circle(), strict=False):
         sip = Sip(moving=True, x=x, y=y, theta=heading, left=0.25, right=0.35, fine_battery=12.6)
-        arrived, unharmed = _sent(score, encode_packet(sip.encode(P3DX_SH)), hail, rng)
+        arrived, unharmed = _sent(score, encode_packet(sip.encode(P3DX_SH)), damage, rng)
         right = 0
         for data in [*decoder.feed(arrived), *decoder.flush()]:
             with suppress(DecodeError):
@@ -76,58 +76,58 @@ def hear_sips(count: int, hail: Hail, seed: int = 0) -> Score:
                     assert track.last is not None
                     off = hypot(track.last[1].x - x, track.last[1].y - y)
                     right, score.wrong = right + (off < 0.005), score.wrong + (off >= 0.005)
-        score.survived += unharmed and right > 0
+        score.received += unharmed and right > 0
     return score
 
 
-def hear_commands(count: int, hail: Hail, seed: int = 0) -> Score:
-    """Velocities on their way to a robot."""
+def receive_commands(count: int, damage: ByteDamage, seed: int = 0) -> Score:
+    """Receive velocities, as the robot does."""
     score, decoder, rng = Score(), PacketDecoder(), np.random.default_rng(seed)
     for _ in range(count):
         command = Command(CommandId.VEL, int(rng.integers(-1200, 1200)))
-        arrived, unharmed = _sent(score, encode_packet(command.encode()), hail, rng)
+        arrived, unharmed = _sent(score, encode_packet(command.encode()), damage, rng)
         heard = []
         for data in [*decoder.feed(arrived), *decoder.flush()]:
             with suppress(DecodeError):
                 heard.append(Command.decode(data))
-        score.survived += unharmed and command in heard
+        score.received += unharmed and command in heard
         score.wrong += sum(other != command and other.id == CommandId.VEL for other in heard)
     return score
 
 
-def hear_scans(count: int, hail: Hail, seed: int = 0) -> Score:
-    """Full scans with ranges of their own, as the driver reads them."""
+def receive_scans(count: int, damage: ByteDamage, seed: int = 0) -> Score:
+    """Receive full scans with ranges of their own, as the driver does."""
     score, decoder, rng = Score(), FrameDecoder(), np.random.default_rng(seed)
     for k in range(count):
         ranges = np.round(rng.uniform(0.02, _REACH, _REQUEST.values), 3)
-        arrived, unharmed = _sent(score, encode_scan(ScanData(_REQUEST, ranges, k / 10.0), "99").encode(), hail, rng)
+        arrived, unharmed = _sent(score, encode_scan(ScanData(_REQUEST, ranges, k / 10.0), "99").encode(), damage, rng)
         frames = decoder.feed(arrived)
         decoder.flush()
         for scan in [scan for lines in frames for scan in partial_scans(lines, _REACH) if scan.request == _REQUEST]:
             right = (scan.ranges == ranges) & (scan.time == k / 10.0)
-            score.survived += unharmed and bool(right.all())
+            score.received += unharmed and bool(right.all())
             score.wrong += int(np.count_nonzero(~right & ~np.isnan(scan.ranges)))
             score.beams += float(np.mean(right)) / count
     return score
 
 
-HEARERS: Final[dict[str, Callable[[int, Hail], Score]]] = {
-    "reports of the robot": hear_sips,
-    "commands to the robot": hear_commands,
-    "scans": hear_scans,
+RECEIVERS: Final[dict[str, Callable[[int, ByteDamage], Score]]] = {
+    "reports of the robot": receive_sips,
+    "commands to the robot": receive_commands,
+    "scans": receive_scans,
 }
 
 
-def _sent(score: Score, wire: bytes, hail: Hail, rng: np.random.Generator) -> tuple[bytes, bool]:
-    """What arrives of a message, after which the line falls silent, and whether that is all of it."""
-    arrived = hail.on(wire, rng)
+def _sent(score: Score, wire: bytes, damage: ByteDamage, rng: np.random.Generator) -> tuple[bytes, bool]:
+    """Return the bytes that arrive of a message, after which the line falls silent, and True where none was hit."""
+    arrived = damage.apply(wire, rng)
     score.sent += 1
-    score.good += arrived == wire
+    score.unharmed += arrived == wire
     return arrived, arrived == wire
 
 
 def _circle() -> Iterator[tuple[float, float, float]]:
-    """Poses every 0.1 s."""
+    """Yield poses every 0.1 s."""
     x = y = heading = 0.0
     while True:
         yield x, y, heading

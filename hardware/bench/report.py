@@ -9,39 +9,37 @@ from typing import Final
 
 import numpy as np
 
-from hardware.bench.bench import bench
-from hardware.bench.endings import ENDINGS, EndResult, end_results
-from hardware.bench.env_runs import emulated_env_way, simulated_env_way
+from hardware.bench.driven_path import DrivenPath, PathDifference
+from hardware.bench.emulated_robot import emulated_robot, measure_load
+from hardware.bench.endings import ENDINGS, EndingResult, ending_results
 from hardware.bench.faults import CUT_OFF, FAULTS, FaultResult, fault_results, kill_result
-from hardware.bench.load import measure_load
-from hardware.bench.noise import HEARERS, Hail, Score
-from hardware.bench.twin_runs import DrivenWay, emulated_way, simulated_way
-from hardware.bench.way_difference import WayDifference
+from hardware.bench.noise import RECEIVERS, ByteDamage, Score
+from hardware.bench.sim_comparison import drive_emulated, drive_env_emulated, drive_env_simulated, drive_simulated
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.run.backends import PLANTS
 from slam.scenario.file import load_scenario
 
-_HAIL: Final = {
-    "1 % of bytes, anywhere": Hail(0.01),
-    "1 % of bytes, in runs of 64": Hail(0.01, 64),
-    "a bit in 1 % of bytes": Hail(0.01, bits=True),
-    "0.1 % of bytes, anywhere": Hail(0.001),
-    "a bit in 0.1 % of bytes": Hail(0.001, bits=True),
+_DAMAGES: Final = {
+    "1 % of bytes, anywhere": ByteDamage(0.01),
+    "1 % of bytes, in runs of 64": ByteDamage(0.01, 64),
+    "a bit in 1 % of bytes": ByteDamage(0.01, bits=True),
+    "0.1 % of bytes, anywhere": ByteDamage(0.001),
+    "a bit in 0.1 % of bytes": ByteDamage(0.001, bits=True),
 }
 _QUIET: Final = ("lidar.noise=none", "robot.odometry.travel_noise=0")
 _GOAL: Final = (10.0, 0.0)
-"""Where the policy in the environment drives to: x, y in the map frame, metres."""
+"""Goal of the policy in the environment: x, y in the map frame, metres."""
 _WATCHDOGS: Final = (2.0, 0.4)
-"""Seconds: as delivered, and as docs/bench.md says to set it."""
+"""Watchdogs, seconds: as delivered, and as docs/hardware.md says to set it."""
 
 
 def load_table(seconds: float, console: Terminal) -> ResultTable:
-    """What drivers and emulator cost, and how late scans are."""
-    with console.progress(transient=True, still=True) as bar, bench() as at:
+    """Measure the processor time of drivers and emulator, and how late scans are."""
+    with console.progress(transient=True, still=True) as bar, emulated_robot() as emulated:
         bar.add_task(f"driving for {seconds:g} s", total=None)
         bar.refresh()
-        load = measure_load(at, seconds)
+        load = measure_load(emulated, seconds)
     return ResultTable(
         "Drivers and emulator, in real time",
         ("", "value"),
@@ -56,7 +54,7 @@ def load_table(seconds: float, console: Terminal) -> ResultTable:
 
 
 def fault_table(console: Terminal) -> ResultTable:
-    """Every fault, and those in which the robot is alone with both watchdogs."""
+    """Measure every fault, and with both watchdogs those in which the robot is alone."""
     total = len(FAULTS) + len(_WATCHDOGS) * (len(CUT_OFF) + 1)
     with console.progress(still=True) as bar:
         rows = [_fault_row(*found) for found in bar.track(_faults(), total, description="faults")]
@@ -66,7 +64,7 @@ def fault_table(console: Terminal) -> ResultTable:
 
 
 def _faults() -> Iterator[tuple[FaultResult, str]]:
-    """Each fault's result, and the condition under which it was measured."""
+    """Yield each fault's result, and the condition under which it was measured."""
     killed = [(kill_result(watchdog), watchdog) for watchdog in _WATCHDOGS]  # forks, while there are no threads
     yield from ((result, _watchdog_note(watchdog)) for result, watchdog in killed)
     yield from ((result, "") for result in fault_results(FAULTS, _WATCHDOGS[0]))
@@ -79,8 +77,8 @@ def _watchdog_note(watchdog: float) -> str:
 
 
 def ending_table(console: Terminal) -> ResultTable:
-    """Every way in which a program ends, with both plants."""
-    results = ((plant, result) for plant in PLANTS for result in end_results(plant))
+    """Measure every way in which a program ends, with both plants."""
+    results = ((plant, result) for plant in PLANTS for result in ending_results(plant))
     with console.progress(still=True) as bar:
         total = len(PLANTS) * len(ENDINGS)
         rows = [_end_row(*found) for found in bar.track(results, total, description="endings")]
@@ -90,31 +88,31 @@ def ending_table(console: Terminal) -> ResultTable:
 
 
 def noise_table(packets: int, console: Terminal) -> ResultTable:
-    """What a noisy wire lets through."""
-    lines = [(name, hear, *wire) for name, hear in HEARERS.items() for wire in _HAIL.items()]
+    """Measure which messages get through a noisy wire."""
+    messages = [(name, receive, *damage) for name, receive in RECEIVERS.items() for damage in _DAMAGES.items()]
     with console.progress(still=True) as bar:
         rows = [
-            _noise_row(name, wire, hear(packets, hail))
-            for name, hear, wire, hail in bar.track(lines, description="noise")
+            _noise_row(name, kind, receive(packets, damage))
+            for name, receive, kind, damage in bar.track(messages, description="noise")
         ]
     columns = ("", "damage", "sent", "not hit", "of these\nreceived %", "believed\nwrongly", "ranges\nkept %")
     notes = "Wrong scans are counted by their ranges. Kept are, of all ranges of all scans, those received rightly."
     return ResultTable("A noisy wire", columns, rows, notes)
 
 
-def twin_table(
+def sim_table(
     scenario: str, settings: Sequence[str], console: Terminal, allow_modules: Sequence[str] = ()
 ) -> ResultTable:
-    """The same scenario simulated and on emulated devices, without noise and with it; and with another one."""
+    """Compare a scenario simulated and on emulated devices, without noise, with it, and with that of another seed."""
     load = partial(load_scenario, scenario, allow_modules=allow_modules)
     quiet, other = [*settings, *_QUIET], [*settings, f"seed={load(settings).seed + 1000}"]
-    calm, noisy = simulated_way(load, quiet, console), simulated_way(load, settings, console)
+    calm, noisy = drive_simulated(load, quiet, console), drive_simulated(load, settings, console)
     rows = [
-        _twin_row("no noise: sim", calm, None),
-        _twin_row("no noise: hardware", emulated_way(load, quiet, console), calm),
-        _twin_row("noise: sim", noisy, None),
-        _twin_row("noise: sim, another seed", simulated_way(load, other, console), noisy),
-        _twin_row("noise: hardware", emulated_way(load, settings, console), noisy),
+        _sim_row("no noise: sim", calm, None),
+        _sim_row("no noise: hardware", drive_emulated(load, quiet, console), calm),
+        _sim_row("noise: sim", noisy, None),
+        _sim_row("noise: sim, another seed", drive_simulated(load, other, console), noisy),
+        _sim_row("noise: hardware", drive_emulated(load, settings, console), noisy),
     ]
     columns = (
         "", "SLAM error\nrms, cm", "largest\ncm", "way from sim\nrms, cm", "largest\ncm", "heading\ndeg",
@@ -128,15 +126,15 @@ def twin_table(
 
 
 def env_table(scenario: str, settings: Sequence[str], allow_modules: Sequence[str] = ()) -> ResultTable:
-    """One policy in the environment, simulated and on emulated devices, from the start to ``_GOAL``."""
+    """Compare a policy in the environment, simulated and on emulated devices, from the start to ``_GOAL``."""
     load = partial(load_scenario, scenario, allow_modules=allow_modules)
-    twin = simulated_env_way(load, settings, _GOAL)
-    ways = {f"hardware, plant {plant}": emulated_env_way(load, settings, _GOAL, plant) for plant in PLANTS}
+    simulated = drive_env_simulated(load, settings, _GOAL)
+    paths = {f"hardware, plant {plant}": drive_env_emulated(load, settings, _GOAL, plant) for plant in PLANTS}
     columns = (
         "", "pose error\nrms, cm", "largest\ncm", "way from sim\nrms, cm", "largest\ncm", "heading\ndeg",
         "at rest\ncm",
     )  # fmt: skip
-    rows = [_env_row("sim", twin, twin), *(_env_row(name, way, twin) for name, way in ways.items())]
+    rows = [_env_row("sim", simulated, simulated), *(_env_row(name, path, simulated) for name, path in paths.items())]
     notes = (
         "The true ways. Simulated, the policy is told where the goal truly is; on devices, where SLAM says that it is. "
         "The plant plan has no noise, and wheels without errors. At rest: between the places where the robot ends."
@@ -146,16 +144,18 @@ def env_table(scenario: str, settings: Sequence[str], allow_modules: Sequence[st
     )
 
 
-def _env_row(name: str, way: DrivenWay, twin: DrivenWay) -> tuple[str, ...]:
-    rest = 100.0 * float(np.hypot(*(way.truth[-1] - twin.truth[-1])[:2]))
-    return (*_twin_row(name, way, None if way is twin else twin)[:-1], "" if way is twin else f"{rest:.1f}")
+def _env_row(name: str, path: DrivenPath, simulated: DrivenPath) -> tuple[str, ...]:
+    if path is simulated:
+        return _sim_row(name, path, None)
+    rest = 100.0 * float(np.hypot(*(path.truth[-1] - simulated.truth[-1])[:2]))
+    return (*_sim_row(name, path, simulated)[:-1], f"{rest:.1f}")
 
 
-def _twin_row(name: str, way: DrivenWay, twin: DrivenWay | None) -> tuple[str, ...]:
-    own = (100.0 * float(np.sqrt(np.mean(way.errors**2))), 100.0 * float(way.errors.max()))
-    if twin is None:
+def _sim_row(name: str, path: DrivenPath, simulated: DrivenPath | None) -> tuple[str, ...]:
+    own = (100.0 * float(np.sqrt(np.mean(path.errors**2))), 100.0 * float(path.errors.max()))
+    if simulated is None:
         return (name, *(f"{value:.1f}" for value in own), "", "", "", "")
-    apart = WayDifference.between(twin.truth, way.truth)
+    apart = PathDifference.between(simulated.truth, path.truth)
     metres = (apart.rms, apart.largest, apart.ends)
     rms, largest, ends = (f"{100.0 * value:.1f}" for value in metres)
     return (name, *(f"{value:.1f}" for value in own), rms, largest, f"{degrees(apart.heading):.2f}", ends)
@@ -166,16 +166,16 @@ def _fault_row(result: FaultResult, condition: str) -> tuple[str, ...]:
     return result.name + condition, times[0], result.stopped_by, times[1], result.reason
 
 
-def _end_row(plant: str, result: EndResult) -> tuple[str, ...]:
+def _end_row(plant: str, result: EndingResult) -> tuple[str, ...]:
     code = "goes on" if result.exit_code is None else str(result.exit_code)
-    times = (_seconds(result.to_command), _seconds(result.to_stand), f"{100.0 * result.way:.1f}")
+    times = (_seconds(result.to_command), _seconds(result.to_stand), f"{100.0 * result.distance:.1f}")
     return result.name, plant, *times, code, "yes" if result.recorded else "no"
 
 
-def _noise_row(name: str, wire: str, score: Score) -> tuple[str, ...]:
-    survived = f"{100.0 * score.survived / score.good:.1f}" if score.good else ""
+def _noise_row(name: str, damage: str, score: Score) -> tuple[str, ...]:
+    received = f"{100.0 * score.received / score.unharmed:.1f}" if score.unharmed else ""
     kept = f"{100.0 * score.beams:.1f}" if name == "scans" else ""
-    return name, wire, f"{score.sent:,}", f"{score.good:,}", survived, str(score.wrong), kept
+    return name, damage, f"{score.sent:,}", f"{score.unharmed:,}", received, str(score.wrong), kept
 
 
 def _seconds(seconds: float | None) -> str:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from slam.console.result_table import ResultTable
 
 
-class Part(StrEnum):
-    """What is measured."""
+class Benchmark(StrEnum):
+    """The benchmarks, one table each."""
 
     LOAD = "load"
     FAULTS = "faults"
@@ -26,10 +26,10 @@ class Part(StrEnum):
 
 
 def bench_hardware(
-    parts: Annotated[list[Part] | None, typer.Argument(help="What to measure; all without one.")] = None,
-    seconds: Annotated[float, typer.Option(min=2.0, metavar="S", help="load: to drive.")] = 20.0,
+    parts: Annotated[list[Benchmark] | None, typer.Argument(help="Benchmarks; all without one.")] = None,
+    seconds: Annotated[float, typer.Option(min=2.0, metavar="S", help="load: seconds to drive.")] = 20.0,
     packets: Annotated[int, typer.Option(min=1, help="noise: messages of each kind.")] = 10_000,
-    scenario: Annotated[str, typer.Option(metavar="NAME", help="sim, env: what is driven twice.")] = "corridor",
+    scenario: Annotated[str, typer.Option(metavar="NAME", help="sim, env: scenario to drive twice.")] = "corridor",
     settings: Annotated[
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="sim, env: change one setting of it.")
     ] = None,
@@ -65,14 +65,14 @@ def bench_hardware(
     console = Terminal()
     from hardware.bench import report
 
-    tables: dict[Part, Callable[[], ResultTable]] = {
-        Part.FAULTS: lambda: report.fault_table(console),
-        Part.ENDINGS: lambda: report.ending_table(console),
-        Part.LOAD: lambda: report.load_table(seconds, console),
-        Part.NOISE: lambda: report.noise_table(packets, console),
-        Part.SIM: lambda: report.twin_table(scenario, settings or [], console, allow_modules or []),
-        Part.ENV: lambda: report.env_table(scenario, settings or [], allow_modules or []),
+    tables: dict[Benchmark, Callable[[], ResultTable]] = {
+        Benchmark.FAULTS: lambda: report.fault_table(console),
+        Benchmark.ENDINGS: lambda: report.ending_table(console),
+        Benchmark.LOAD: lambda: report.load_table(seconds, console),
+        Benchmark.NOISE: lambda: report.noise_table(packets, console),
+        Benchmark.SIM: lambda: report.sim_table(scenario, settings or [], console, allow_modules or []),
+        Benchmark.ENV: lambda: report.env_table(scenario, settings or [], allow_modules or []),
     }
-    for part, table in tables.items():
-        if not parts or part in parts:
+    for benchmark, table in tables.items():
+        if not parts or benchmark in parts:
             console.print(table().for_terminal())

@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 
 def doctor(
-    ports: Annotated[list[str] | None, typer.Argument(help="Ports to look at; default: all that there are.")] = None,
-    lidar_baud: Annotated[int, typer.Option(metavar="RATE", help="Bit rate to try a lidar at first.")] = 500000,
-    png: Annotated[Path, typer.Option(metavar="FILE", help="Where a lidar's scan is drawn.")] = Path("scan.png"),
+    ports: Annotated[list[str] | None, typer.Argument(help="Ports to examine; all by default.")] = None,
+    lidar_baud: Annotated[int, typer.Option(metavar="RATE", help="First bit rate to try with a lidar.")] = 500000,
+    png: Annotated[Path, typer.Option(metavar="FILE", help="Picture of a lidar's scan.")] = Path("scan.png"),
 ) -> None:
-    """What answers on the serial ports, and what keeps them from answering. Nothing moves.
+    """Find out which devices answer on the serial ports, or what keeps them from answering. Nothing moves.
 
     [bold]Examples[/bold]
 

@@ -9,7 +9,7 @@ import typer
 
 from slam.console.options import Rerun, ScenarioName, Settings
 
-Share = Annotated[float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="Of the bytes, in both directions.")]
+Share = Annotated[float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="Share of the bytes, both directions.")]
 
 
 def emulate(
@@ -23,51 +23,50 @@ def emulate(
     bit_errors: Share = 0.0,
     dropped: Share = 0.0,
     duplicated: Share = 0.0,
-    drift: Annotated[float, typer.Option(metavar="SHARE", help="How much faster the lidar's clock runs.")] = 0.0,
+    drift: Annotated[float, typer.Option(metavar="SHARE", help="Share by which the lidar's clock runs faster.")] = 0.0,
     rs232: Annotated[bool, typer.Option("--rs232", help="The lidar on RS-232: its bit rate limits it.")] = False,
-    watchdog: Annotated[float, typer.Option(min=0.0, max=60.0, metavar="S", help="Of the robot; 0 is none.")] = 2.0,
-    plant: Annotated[str, typer.Option(metavar="NAME", help="What moves it: sim, or plan: no physics.")] = "sim",
-    seed: Annotated[int, typer.Option(min=0, help="Of the damage to bytes.")] = 0,
-    truth: Annotated[Path | None, typer.Option(metavar="FILE", help="Where the robot really is, as TUM text.")] = None,
+    watchdog: Annotated[float, typer.Option(min=0.0, max=60.0, metavar="S", help="The robot's; 0 is none.")] = 2.0,
+    plant: Annotated[str, typer.Option(metavar="NAME", help="Simulation: sim, or plan, without physics.")] = "sim",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the damage to bytes.")] = 0,
+    truth: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the true poses there, as TUM text.")] = None,
     settings: Settings = None,
     rerun: Rerun = None,
 ) -> None:
-    """A P3-DX and a URG-04LX that are not there, for any ARCOS or SCIP software.
+    """Emulate a P3-DX and a URG-04LX, for any ARCOS or SCIP software.
 
-    The scenario's world moves them in real time. One line of JSON says where they are once they are ready; they run
+    The scenario's world moves them in real time. One line of JSON has their addresses once they are ready; they run
     until Ctrl-C.
 
     [bold]Examples[/bold]
 
-    hopslam emulate corridor --link-dir /tmp/bench
+    hopslam emulate corridor --link-dir /tmp/robot
 
     hopslam emulate crowded_corridor --truth truth.tum --set lidar.noise=realistic --set robot.sonar=true
 
-    hopslam emulate office_loop --link-dir /tmp/bench --rerun serve
+    hopslam emulate office_loop --link-dir /tmp/robot --rerun serve
 
     hopslam emulate corridor --tcp --fault lidar:unplug@10+5 --fault robot:e-stop@20+3
 
-    hopslam run corridor --backend hardware --yes --set hardware.robot_port=/tmp/bench/p3dx --set
-    hardware.lidar_port=/tmp/bench/urg04lx
+    hopslam run corridor --backend hardware --yes --set hardware.robot_port=/tmp/robot/p3dx --set
+    hardware.lidar_port=/tmp/robot/urg04lx
     """
     from contextlib import ExitStack
 
-    from hardware.emulator.serve import serve
-    from hardware.emulator.show import Show, setting_of
-    from hardware.emulator.wire import Noise
+    from hardware.emulator.serial_line import LineNoise
+    from hardware.emulator.serve import EmulatorView, emulator_scene, serve
     from slam.console.terminal import Terminal
     from slam.run.backends import make_plant
     from slam.run.viewer.viewers import Viewers
     from slam.scenario.file import read_scenario
 
-    noise = Noise(bit_errors, dropped, duplicated)
+    noise = LineNoise(bit_errors, dropped, duplicated)
     loaded = read_scenario(scenario, settings or [])
     moved = make_plant(plant, loaded)
     with ExitStack() as stack:
         show, viewers = None, stack.enter_context(Viewers(rerun or (), Terminal(stderr=True)))
         if rerun:
-            setting = setting_of(loaded)
-            broadcast = viewers.open(setting)
+            scene = emulator_scene(loaded)
+            broadcast = viewers.open(scene)
             assert broadcast is not None  # there are targets
-            show = Show(stack.enter_context(broadcast), setting).look
+            show = EmulatorView(stack.enter_context(broadcast), scene).show
         serve(moved, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog, show)

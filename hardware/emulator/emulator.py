@@ -1,4 +1,4 @@
-"""Both devices in real time, on a thread of their own."""
+"""Both emulated devices in real time, on a thread of their own."""
 
 from __future__ import annotations
 
@@ -8,26 +8,41 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Final, Self
+from dataclasses import dataclass
+from typing import Final, Self, TypeVar
 
 import numpy as np
 
 from hardware.arcos.config_packet import ArcosConfig
-from hardware.emulator.emulator_state import EmulatorState
-from hardware.emulator.motion import FACTORY
-from hardware.emulator.p3dx import EmulatedP3dx
+from hardware.emulator.connected_device import ConnectedDevice
+from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort
-from hardware.emulator.station import Station
+from hardware.emulator.serial_line import LineNoise
 from hardware.emulator.urg04lx import EmulatedUrg04lx
-from hardware.emulator.wire import Noise
 from slam.closing import Closing
-from slam.pose import Pose2D, unit_vectors
+from slam.pose import FloatArray, Pose2D, unit_vectors
 
 _FARTHEST_BEHIND: Final = 1.0
-"""Seconds: a machine that falls behind by more than this lets the emulated world skip time."""
+"""Seconds by which the emulated world may fall behind the clock; beyond, it skips time."""
 _LONGEST_WAIT: Final = 60.0
-"""Seconds: a stall without an end has no time at which it ends."""
+"""Seconds to wait at most, since a stall without an end has no time at which it ends."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EmulatorState:
+    """The emulated world as a viewer shows it; metres, radians, seconds since the emulator was made."""
+
+    stamp: float
+    T_map_base: Pose2D
+    T_odom_base: Pose2D
+    """Pose of the base by its wheels, in the frame where it was put down."""
+    points: FloatArray
+    """(N, 2): the ends of the beams of the last turn, sensor frame; none while the laser is off."""
+    stalled: bool
+
+
+_T = TypeVar("_T")
 
 
 class Emulator(Closing):
@@ -45,22 +60,22 @@ class Emulator(Closing):
         plant: Plant,
         robot_port: Port | None = None,
         lidar_port: Port | None = None,
-        noise: Noise = Noise(),  # noqa: B008  # frozen
+        noise: LineNoise = LineNoise(),  # noqa: B008  # frozen
         drift: float = 0.0,
         lidar_on_usb: bool = True,
         paced: bool = True,
         seed: int = 0,
-        robot_config: ArcosConfig = FACTORY,
+        robot_config: ArcosConfig = FACTORY_CONFIG,
     ) -> None:
         now = time.monotonic()
         self._plant = plant
         self.p3dx = EmulatedP3dx(plant, now, robot_config)
         self.urg04lx = EmulatedUrg04lx(plant, now, drift, paced)
-        self.robot = Station(self.p3dx, robot_port or PtyPort(), True, 2 * seed, noise)
-        self.lidar = Station(self.urg04lx, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise)
-        self._stations = (self.robot, self.lidar)
+        self.robot = ConnectedDevice(self.p3dx, robot_port or PtyPort(), True, 2 * seed, noise)
+        self.lidar = ConnectedDevice(self.urg04lx, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise)
+        self._devices = (self.robot, self.lidar)
         self._calls: deque[Callable[[], object]] = deque()
-        self._plan: list[tuple[float, Callable[[], object]]] = []
+        self._schedule: list[tuple[float, Callable[[], object]]] = []
         self._began = now
         self._wake_read, self._wake_write = os.pipe()
         self._stopping = False
@@ -72,39 +87,43 @@ class Emulator(Closing):
         return self
 
     @property
+    def port_settings(self) -> list[str]:
+        """Settings of a scenario that name both ports."""
+        return [f"hardware.robot_port={self.robot.port.address}", f"hardware.lidar_port={self.lidar.port.address}"]
+
+    @property
     def now(self) -> float:
-        """The time of the emulated world, seconds: the host's monotonic clock, less what was skipped."""
+        """Time of the emulated world, seconds: the host's monotonic clock, less the time skipped."""
         return time.monotonic() - self._lag
 
     @property
     def truth(self) -> tuple[float, Pose2D]:
-        """Where the base really is, ``T_map_base``, and when that was, seconds of the host's monotonic clock."""
-        told: list[tuple[float, Pose2D]] = []
-        self.do(lambda: told.append((self.p3dx.moved_until + self._lag, self._plant.T_map_base)))
-        return told[0]
+        """True pose ``T_map_base``, and its time, seconds of the host's monotonic clock."""
+        return self.do(lambda: (self.p3dx.moved_until + self._lag, self._plant.T_map_base))
 
-    def look(self) -> EmulatorState:
-        """What a viewer shows of it now."""
-        seen: list[EmulatorState] = []
-        self.do(lambda: seen.append(self._glimpse()))
-        return seen[0]
+    @property
+    def state(self) -> EmulatorState:
+        """The world as it is now."""
+        return self.do(self._state)
 
-    def plan(self, at: float, call: Callable[[], object]) -> None:
-        """Let the thread do this ``at`` seconds after the emulator was made; before it is entered only."""
-        self._plan.append((self._began + at, call))
-        self._plan.sort(key=lambda item: -item[0])
+    def schedule(self, at: float, call: Callable[[], object]) -> None:
+        """Let the thread call this ``at`` seconds after the emulator was made; before it is entered only."""
+        self._schedule.append((self._began + at, call))
+        self._schedule.sort(key=lambda item: -item[0])
 
-    def do(self, call: Callable[[], object]) -> None:
-        """Let the thread do this, between two things of its own, and wait until it has."""
+    def do(self, call: Callable[[], _T]) -> _T:
+        """Let the thread call this, between two actions of its own, and return the result."""
         done = threading.Event()
+        results: list[_T] = []
 
         def run() -> None:
-            call()
+            results.append(call())
             done.set()
 
         self._calls.append(run)
         os.write(self._wake_write, b"!")
         done.wait()
+        return results[0]
 
     def close(self) -> None:
         """Stop, and pull both plugs."""
@@ -115,7 +134,7 @@ class Emulator(Closing):
             os.close(self._wake_read)
             os.close(self._wake_write)
 
-    def _glimpse(self) -> EmulatorState:
+    def _state(self) -> EmulatorState:
         bearings, ranges = self.urg04lx.sweep
         echoes = np.isfinite(ranges) & self.urg04lx.laser
         near = ranges[echoes, None] * unit_vectors(bearings[echoes])
@@ -125,30 +144,30 @@ class Emulator(Closing):
     def _serve(self) -> None:
         while not self._stopping:
             self._catch_up()
-            for station in self._stations:
-                station.take(self.now)
-            while self._plan and self._plan[-1][0] <= self.now:
-                self._calls.append(self._plan.pop()[1])
+            for connected in self._devices:
+                connected.take(self.now)
+            while self._schedule and self._schedule[-1][0] <= self.now:
+                self._calls.append(self._schedule.pop()[1])
             while self._calls:
                 self._calls.popleft()()
-            for station in self._stations:
-                station.flush(self.now)
+            for connected in self._devices:
+                connected.flush(self.now)
             self._wait()
-        for station in self._stations:
-            station.port.close()
+        for connected in self._devices:
+            connected.port.close()
 
     def _catch_up(self) -> None:
-        """Everything that was due until now, in the order of time."""
-        first = min(self._stations, key=lambda station: station.device.due)
+        """Do everything that was due until now, in the order of time."""
+        first = min(self._devices, key=lambda connected: connected.device.due)
         self._lag += max(0.0, self.now - first.device.due - _FARTHEST_BEHIND)
         while first.device.due <= self.now:
             first.step()
-            first = min(self._stations, key=lambda station: station.device.due)
+            first = min(self._devices, key=lambda connected: connected.device.due)
 
     def _wait(self) -> None:
-        times = [station.wake for station in self._stations] + [at for at, _ in self._plan[-1:]]
+        times = [connected.wake for connected in self._devices] + [at for at, _ in self._schedule[-1:]]
         timeout = min(max(0.0, min(times) - self.now), _LONGEST_WAIT)
-        filenos = [fileno for station in self._stations for fileno in station.filenos(self.now)]
+        filenos = [fileno for connected in self._devices for fileno in connected.filenos(self.now)]
         ready, _, _ = select.select([*filenos, self._wake_read], [], [], timeout)
         if self._wake_read in ready:
             os.read(self._wake_read, 64)

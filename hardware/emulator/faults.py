@@ -1,22 +1,34 @@
-"""Faults by the clock: ``lidar:unplug@10+5`` pulls the lidar's plug after ten seconds, for five."""
+"""Faults of emulated devices, also by the clock: ``lidar:unplug@10+5`` pulls the lidar's plug after 10 s, for 5 s."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 from typing import Final
 
 from hardware.emulator.emulator import Emulator
 from slam.errors import InputError
 
 _FORM: Final = re.compile(r"(robot|lidar):([a-z-]+)@(\d+(?:\.\d*)?)(?:\+(\d+(?:\.\d*)?))?")
-Call = Callable[[], object]
+Action = Callable[[Emulator], object]
+
+DEVICE_FAULTS: Final[dict[tuple[str, str], tuple[Action, Action]]] = {
+    ("robot", "unplug"): (lambda e: e.robot.unplug(), lambda e: e.robot.port.open()),
+    ("lidar", "unplug"): (lambda e: e.lidar.unplug(), lambda e: e.lidar.port.open()),
+    ("robot", "stall"): (lambda e: e.robot.stall(inf), lambda e: e.robot.stall(-inf)),
+    ("lidar", "stall"): (lambda e: e.lidar.stall(inf), lambda e: e.lidar.stall(-inf)),
+    ("robot", "e-stop"): (lambda e: e.p3dx.motors.press_e_stop(True), lambda e: e.p3dx.motors.press_e_stop(False)),
+    ("robot", "motors-off"): (lambda e: e.p3dx.motors.enable(False), lambda e: e.p3dx.motors.enable(True)),
+    ("lidar", "dead"): (lambda e: e.urg04lx.set_dead(True), lambda e: e.urg04lx.set_dead(False)),
+}
+"""Begin and end of each fault, by device and kind; both are called on the emulator's thread."""
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
-    """What happens to which device, when, and for how long, seconds; without an end it stays."""
+class TimedFault:
+    """A fault of a device, its beginning and its duration, seconds; without a duration it stays."""
 
     device: str
     kind: str
@@ -24,56 +36,17 @@ class Fault:
     seconds: float | None
 
     @classmethod
-    def parse(cls, text: str) -> Fault:
-        """From ``device:kind@at+seconds``; InputError for anything else."""
+    def parse(cls, text: str) -> TimedFault:
+        """Read ``device:kind@at+seconds``; InputError for anything else."""
         found = _FORM.fullmatch(text)
-        if found is None or (found[1], found[2]) not in _KINDS:
-            known = ", ".join(f"{device}:{kind}" for device, kind in _KINDS)
+        if found is None or (found[1], found[2]) not in DEVICE_FAULTS:
+            known = ", ".join(f"{device}:{kind}" for device, kind in DEVICE_FAULTS)
             raise InputError(f"--fault {text}: expected for example lidar:unplug@10+5; known are {known}")
         return cls(found[1], found[2], float(found[3]), None if found[4] is None else float(found[4]))
 
-    def plan(self, emulator: Emulator) -> None:
-        """Let it happen."""
-        begin, end = _KINDS[self.device, self.kind](emulator)
-        emulator.plan(self.at, begin)
+    def schedule(self, emulator: Emulator) -> None:
+        """Let the fault happen, before the emulator is entered."""
+        begin, end = DEVICE_FAULTS[self.device, self.kind]
+        emulator.schedule(self.at, lambda: begin(emulator))
         if self.seconds is not None:
-            emulator.plan(self.at + self.seconds, end)
-
-
-def _plug(device: str) -> Callable[[Emulator], tuple[Call, Call]]:
-    def calls(emulator: Emulator) -> tuple[Call, Call]:
-        station = getattr(emulator, device)
-        return station.unplug, station.port.open
-
-    return calls
-
-
-def _stall(device: str) -> Callable[[Emulator], tuple[Call, Call]]:
-    def calls(emulator: Emulator) -> tuple[Call, Call]:
-        station = getattr(emulator, device)
-        return lambda: station.stall(float("inf")), lambda: station.stall(float("-inf"))
-
-    return calls
-
-
-def _e_stop(emulator: Emulator) -> tuple[Call, Call]:
-    return lambda: emulator.p3dx.motion.press(True), lambda: emulator.p3dx.motion.press(False)
-
-
-def _motors(emulator: Emulator) -> tuple[Call, Call]:
-    return lambda: emulator.p3dx.motion.enable(False), lambda: emulator.p3dx.motion.enable(True)
-
-
-def _dead(emulator: Emulator) -> tuple[Call, Call]:
-    return lambda: emulator.urg04lx.die(True), lambda: emulator.urg04lx.die(False)
-
-
-_KINDS: Final = {
-    ("robot", "unplug"): _plug("robot"),
-    ("lidar", "unplug"): _plug("lidar"),
-    ("robot", "stall"): _stall("robot"),
-    ("lidar", "stall"): _stall("lidar"),
-    ("robot", "e-stop"): _e_stop,
-    ("robot", "motors-off"): _motors,
-    ("lidar", "dead"): _dead,
-}
+            emulator.schedule(self.at + self.seconds, lambda: end(emulator))

@@ -1,17 +1,18 @@
-"""The P3-DX of the emulator: ARCOS on one side, a plant on the other."""
+"""The emulated P3-DX: ARCOS on one side, a plant on the other."""
 
 from __future__ import annotations
 
 from contextlib import suppress
+from math import radians
 from typing import Final
 
+from hardware import DecodeError
 from hardware.arcos.commands import BAUDS, Command, CommandId
 from hardware.arcos.config_packet import ArcosConfig
-from hardware.arcos.identity import Identity
+from hardware.arcos.model import Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
-from hardware.decode_error import DecodeError
-from hardware.emulator.motion import FACTORY, Motion
-from hardware.emulator.p3dx_orders import P3dxOrders
+from hardware.emulator.motor_controller import MotorController
+from hardware.emulator.p3dx_commands import execute
 from hardware.emulator.p3dx_reports import P3dxReports
 from hardware.emulator.plant import Plant
 
@@ -21,12 +22,39 @@ _SILENCE: Final = 0.1
 """Seconds between two bytes after which they belong to different packets."""
 _SYNC0, _SYNC1, _SYNC2 = 0, 1, 2
 _IDENTITY: Final = Identity("emulated", "Pioneer", "p3dx-sh")
+FACTORY_CONFIG: Final = ArcosConfig(
+    robot_type="Pioneer",
+    subtype="p3dx-sh",
+    serial_number="EMULATED",
+    top_angular=radians(500),
+    top_linear=2.2,
+    top_angular_acceleration=radians(600),
+    top_acceleration=4.0,
+    pwm_max=500,
+    name="emulated",
+    sip_cycle=0.1,
+    low_battery=11.5,
+    rev_count=16570,
+    watchdog=2.0,
+    max_angular=radians(300),
+    max_linear=1.2,
+    angular_acceleration=radians(100),
+    angular_deceleration=radians(100),
+    acceleration=0.3,
+    deceleration=0.6,
+    front_bumpers=5,
+    rear_bumpers=5,
+    autobaud=2,
+    ticks_per_metre=128_000,
+    firmware="2.9",
+)
+"""Settings in the FLASH of a P3-DX with an SH controller."""
 
 
 class EmulatedP3dx:
-    """Moves its plant and talks of it. Also kept open, and at its bit rate, when a client dies."""
+    """Moves its plant, and reports on it; it stays open, and at its bit rate, when a client dies."""
 
-    def __init__(self, plant: Plant, now: float = 0.0, config: ArcosConfig = FACTORY) -> None:
+    def __init__(self, plant: Plant, now: float = 0.0, config: ArcosConfig = FACTORY_CONFIG) -> None:
         self._plant = plant
         self._config = config
         self.due = now + _TICK
@@ -37,36 +65,31 @@ class EmulatedP3dx:
         self.open = False
         self.baud = BAUDS[config.host_baud]
         self._reports = P3dxReports(plant, config)
-        self._begin_anew()
+        self._reset()
 
     @property
     def wake(self) -> float:
-        """The next report."""
+        """Time of the next report."""
         return self._sip_at
 
     @property
     def moved_until(self) -> float:
-        """The time up to which its plant has moved."""
+        """Time up to which its plant has moved."""
         return self.due - _TICK
 
-    @property
-    def damaged(self) -> int:
-        """Packets that came in damaged."""
-        return self._decoder.damaged
-
     def step(self) -> bytes:
-        """One turn of the firmware's loop: motors, then a report every cycle."""
+        """Do one turn of the firmware's loop: motors, then a report every cycle."""
         now = self.due
         self.due += _TICK
-        self.motion.advance(_TICK, now)
-        self._plant.advance(_TICK, self.motion.setpoint)
+        self.motors.advance(_TICK, now)
+        self._plant.advance(_TICK, self.motors.setpoint)
         if now < self._sip_at - _TICK / 2.0:
             return b""
         self._sip_at += self._config.sip_cycle
-        return self._reports.packets(self.motion) if self.open else b""
+        return self._reports.packets(self.motors) if self.open else b""
 
     def receive(self, data: bytes, now: float) -> bytes:
-        """Obey; some commands are answered at once."""
+        """Execute the commands in these bytes; some are answered at once."""
         if now - self._heard_at > _SILENCE:
             self._decoder.flush()
         self._heard_at = now
@@ -74,23 +97,23 @@ class EmulatedP3dx:
         for packet in self._decoder.feed(data):
             with suppress(DecodeError):
                 command = Command.decode(packet)
-                answers += self._obey(command, now) if self.open else self._handshake(command, packet, now)
+                answers += self._execute(command, now) if self.open else self._handshake(command, packet, now)
         return answers
 
     def _handshake(self, command: Command, packet: bytes, now: float) -> bytes:
-        """SYNC0, SYNC1 and SYNC2 in this order, then OPEN, which has the number of SYNC1."""
+        """Answer SYNC0, SYNC1 and SYNC2 in this order, then take OPEN, which has the number of SYNC1."""
         if command.id == CommandId.OPEN and self._synced == _SYNC2 + 1:
             self.open = True
-            self._begin_anew()
-            self.motion.feed(now)
+            self._reset()
+            self.motors.feed_watchdog(now)
             return b""
         if command.id not in (_SYNC0, _SYNC1, _SYNC2):
             return b""
         self._synced = command.id + 1
         return encode_packet(_IDENTITY.encode() if command.id == _SYNC2 else packet)
 
-    def _obey(self, command: Command, now: float) -> bytes:
-        self.motion.feed(now)
+    def _execute(self, command: Command, now: float) -> bytes:
+        self.motors.feed_watchdog(now)
         if command.id == CommandId.CONFIG:
             return encode_packet(self._config.encode())
         if command.id == CommandId.CLOSE:
@@ -98,18 +121,17 @@ class EmulatedP3dx:
         elif command.id == CommandId.HOSTBAUD:
             self._set_baud(command)
         else:
-            self._orders.obey(command)
+            execute(command, self.motors, self._reports)
         return b""
 
-    def _begin_anew(self) -> None:
-        """As after power-up, with the settings of the FLASH; but the odometry goes on."""
-        self.motion = Motion(self._config)
+    def _reset(self) -> None:
+        """Reset all but the odometry as at power-up, with the settings of the FLASH."""
+        self.motors = MotorController(self._config)
         self._reports.encoders, self._reports.sonar = False, True
-        self._orders = P3dxOrders(self._config, self.motion, self._reports)
 
     def _close(self) -> None:
         self.open, self._synced = False, 0
-        self.motion.enable(False)
+        self.motors.enable(False)
         self.baud = BAUDS[self._config.host_baud]
 
     def _set_baud(self, command: Command) -> None:

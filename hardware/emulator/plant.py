@@ -1,4 +1,4 @@
-"""The seam between the emulated devices and the world that they stand in."""
+"""The plant, in the sense of control engineering: the robot's body and world, which the emulated devices control."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class Plant(Protocol):
 
     @property
     def T_map_base(self) -> Pose2D:
-        """Where the base really is."""
+        """True pose of the base."""
         ...
 
     @property
@@ -23,17 +23,17 @@ class Plant(Protocol):
 
     @property
     def odometry(self) -> Pose2D:
-        """Where the wheels say that the base is, in the frame where it was put down."""
+        """Pose of the base by its wheels, in the frame where it was put down."""
         ...
 
     @property
     def travel(self) -> tuple[float, float]:
-        """Metres that the left and the right wheel have rolled, as the encoders say."""
+        """Metres that the left and the right wheel have rolled, by the encoders."""
         ...
 
     @property
     def stalled(self) -> bool:
-        """Whether the wheels cannot turn as they should."""
+        """True while the wheels cannot turn as they should."""
         ...
 
     def advance(self, seconds: float, setpoint: Twist2D) -> None:
@@ -41,15 +41,18 @@ class Plant(Protocol):
         ...
 
     def ranges(self, bearings: FloatArray, ahead: float = 0.0, increment: float = 0.0) -> FloatArray:
-        """What the lidar would measure in these directions of its own frame, metres, inf without an echo: the first
-        beam fires ``ahead`` seconds from now, the others ``increment`` seconds after one another, all at the speed of
-        now."""
+        """Return the ranges that the lidar measures in these directions of its own frame, metres, inf without an echo.
+
+        The first beam fires ``ahead`` seconds from now, the others ``increment`` seconds after one another, all at the
+        speed of now.
+        """
         ...
 
     def bumpers(self) -> tuple[bool, ...]:
-        """Which segments were pressed since the last call: front, then rear, each from left to right; () for none."""
+        """Return True for each segment pressed since the last call: front, then rear, each from left to right; () for
+        none."""
         ...
 
     def sonar(self) -> tuple[float, ...]:
-        """The front ring, metres from left to right, inf without an echo; () without a ring."""
+        """Return the ranges of the front ring, metres from left to right, inf without an echo; () without a ring."""
         ...

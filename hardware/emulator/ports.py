@@ -23,23 +23,23 @@ class Port(Protocol):
 
     @property
     def address(self) -> str:
-        """What a client opens."""
+        """Name or URL that a client opens."""
         ...
 
     def filenos(self) -> list[int]:
-        """What to wait for; none while it is unplugged."""
+        """List the file descriptors to wait for; none while it is unplugged."""
         ...
 
     def read(self) -> bytes:
-        """What the client has sent."""
+        """Return the bytes that the client has sent."""
         ...
 
     def write(self, data: bytes) -> None:
-        """Send; what finds no room is lost."""
+        """Send bytes; those that find no room are lost."""
         ...
 
     def client_baud(self) -> int | None:
-        """The bit rate that the client has set; None where there is no such thing."""
+        """Return the bit rate that the client has set; None where there is no such thing."""
         ...
 
     def close(self) -> None:
@@ -61,11 +61,11 @@ class PtyPort:
 
     @property
     def address(self) -> str:
-        """The link, or the device."""
+        """Path of the link, or of the device."""
         return str(self._link) if self._link else os.ttyname(self._slave)
 
     def open(self) -> None:
-        """A new terminal; its own end stays open, so that the other one outlives every client."""
+        """Make a new terminal; its own end stays open, so that the other one outlives every client."""
         self._master, self._slave = pty.openpty()
         tty.setraw(self._slave)
         os.set_blocking(self._master, False)
@@ -74,7 +74,7 @@ class PtyPort:
             self._link.symlink_to(os.ttyname(self._slave))
 
     def close(self) -> None:
-        """The client's reads and writes fail from now on."""
+        """Close the terminal; the client's reads and writes fail from now on."""
         if self._link is not None:
             self._link.unlink(missing_ok=True)
         for end in (self._master, self._slave):
@@ -83,11 +83,9 @@ class PtyPort:
         self._master = self._slave = -1
 
     def filenos(self) -> list[int]:
-        """The master's."""
         return [self._master] if self._master >= 0 else []
 
     def read(self) -> bytes:
-        """What is there."""
         if self._master < 0:
             return b""
         try:
@@ -96,13 +94,13 @@ class PtyPort:
             return b""
 
     def write(self, data: bytes) -> None:
-        """Nobody reads a terminal that no client has open: it fills up, and the rest is lost."""
+        """Send bytes; a terminal that no client reads fills up, and the rest is lost."""
         with suppress(BlockingIOError):
             if self._master >= 0:
                 os.write(self._master, data)
 
     def client_baud(self) -> int | None:
-        """From the terminal's settings; any rate, also those that have no constant in termios."""
+        """Read the bit rate from the terminal's settings; any rate, also those without a constant in termios."""
         if self._master < 0:
             return None
         settings = bytearray(_TERMIOS2.size)
@@ -121,11 +119,11 @@ class TcpPort:
 
     @property
     def address(self) -> str:
-        """As pyserial opens it."""
+        """URL as pyserial opens it."""
         return f"socket://127.0.0.1:{self._number}"
 
     def open(self) -> None:
-        """Listen; after the first time on the same port."""
+        """Listen, after the first time on the same port."""
         self._listener = socket.create_server(("127.0.0.1", self._number))
         self._listener.setblocking(False)
         self._number = self._listener.getsockname()[1]
@@ -138,11 +136,10 @@ class TcpPort:
         self._client = self._listener = None
 
     def filenos(self) -> list[int]:
-        """The listener's, and the client's."""
         return [end.fileno() for end in (self._listener, self._client) if end is not None]
 
     def read(self) -> bytes:
-        """What the client has sent; somebody new may come in on the way."""
+        """Return the bytes that the client has sent; a new client may come in meanwhile."""
         if self._listener is not None:
             with suppress(BlockingIOError):
                 newcomer, _ = self._listener.accept()
@@ -161,13 +158,11 @@ class TcpPort:
         return data
 
     def write(self, data: bytes) -> None:
-        """To the client, if there is one."""
         with suppress(OSError):
             if self._client is not None:
                 self._client.send(data)
 
     def client_baud(self) -> int | None:
-        """TCP has none."""
         return None
 
     def _hang_up(self) -> None:

@@ -1,4 +1,4 @@
-"""The emulator as a program: it says where its devices are, and runs until it is interrupted."""
+"""The emulator as a program, which runs until it is interrupted, and its view for the rerun viewer."""
 
 from __future__ import annotations
 
@@ -11,20 +11,26 @@ from pathlib import Path
 from time import sleep
 from typing import Final, TextIO
 
-from hardware.emulator.emulator import Emulator
-from hardware.emulator.emulator_state import EmulatorState
-from hardware.emulator.faults import Fault
-from hardware.emulator.motion import FACTORY
+import numpy as np
+
+from hardware.emulator.emulator import Emulator, EmulatorState
+from hardware.emulator.faults import TimedFault
+from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort, TcpPort
-from hardware.emulator.wire import Noise
+from hardware.emulator.serial_line import LineNoise
 from slam.errors import InputError
 from slam.files.tum import format_tum
+from slam.pose import Pose2D
+from slam.run.viewer.broadcast import Broadcast
+from slam.run.viewer.palette import NO_SEGMENT
+from slam.run.viewer.scene import Event, Frame, Scene
+from slam.scenario.schema import Scenario
 
 _TRUTH_PERIOD: Final = 0.05
-"""Seconds."""
+"""Seconds between two true poses."""
 _SHOWN_EVERY: Final = 2
-"""Of these periods."""
+"""Number of these periods between two states that are shown."""
 
 
 def serve(
@@ -32,7 +38,7 @@ def serve(
     link_dir: Path | None,
     tcp: bool,
     faults: Sequence[str],
-    noise: Noise,
+    noise: LineNoise,
     drift: float,
     rs232: bool,
     seed: int,
@@ -42,16 +48,15 @@ def serve(
 ) -> None:
     """Print one line of JSON with the addresses of both ports when they are ready, and serve until interrupted.
 
-    ``truth`` gets the way of the base as TUM text, 20 poses a second, stamped by the host's monotonic clock; ``show``
-    is shown how things stand 10 times a second. InputError for a fault that is none, or a file or folder that cannot be
-    used.
+    ``truth`` gets the true poses of the base as TUM text, 20 a second, stamped by the host's monotonic clock; ``show``
+    gets the state 10 times a second. InputError for an unknown fault, or a file or folder that cannot be used.
     """
-    planned = [Fault.parse(text) for text in faults]
+    planned = [TimedFault.parse(text) for text in faults]
     robot_port, lidar_port = _ports(link_dir, tcp)
-    config = replace(FACTORY, watchdog=watchdog)
+    config = replace(FACTORY_CONFIG, watchdog=watchdog)
     emulator = Emulator(plant, robot_port, lidar_port, noise, drift, not rs232, seed=seed, robot_config=config)
     for fault in planned:
-        fault.plan(emulator)
+        fault.schedule(emulator)
     with suppress(KeyboardInterrupt), _opened(truth) as file, emulator:
         print(json.dumps({"p3dx": robot_port.address, "urg04lx": lidar_port.address}), flush=True)
         for tick in count():
@@ -59,7 +64,7 @@ def serve(
             if file is not None:
                 file.write(format_tum(*emulator.truth) + "\n")
             if show is not None and tick % _SHOWN_EVERY == 0:
-                show(emulator.look())
+                show(emulator.state)
 
 
 def _opened(truth: Path | None) -> AbstractContextManager[TextIO | None]:
@@ -79,3 +84,35 @@ def _ports(link_dir: Path | None, tcp: bool) -> tuple[Port, Port]:
         return PtyPort(link_dir / "p3dx"), PtyPort(link_dir / "urg04lx")
     except OSError as error:
         raise InputError(f"{link_dir}: cannot hold the links to the devices: {error.strerror}") from error
+
+
+def emulator_scene(scenario: Scenario) -> Scene:
+    """Return a scene of the true walls, without a map and curves, as nothing is estimated."""
+    start, mount = scenario.robot.start.pose, scenario.lidar.mount.pose
+    return Scene(mount, start, outlines=tuple(scenario.world.outlines(scenario.lidar.height)), plots=())
+
+
+class EmulatorView:
+    """Sends one state after another to the viewer."""
+
+    def __init__(self, broadcast: Broadcast, scene: Scene) -> None:
+        self._broadcast, self._scene = broadcast, scene
+        self._index, self._stalled = 0, False
+
+    def show(self, state: EmulatorState) -> None:
+        """Send a state, and an event where the wheels stall or turn again."""
+        events = []
+        if state.stalled is not self._stalled:
+            self._stalled = state.stalled
+            words = "stalled: a wheel cannot turn" if state.stalled else "the wheels turn again"
+            events.append(Event(self._index, state.stamp, "WARN", words))
+        self._broadcast.show(self._frame(state), events)
+        self._index += 1
+
+    def _frame(self, state: EmulatorState) -> Frame:
+        odometry: Pose2D = self._scene.T_map_odom @ state.T_odom_base
+        points = (state.T_map_base @ self._scene.T_base_laser).transform(state.points)
+        grey = np.full(len(points), NO_SEGMENT, np.uint32)
+        return Frame(
+            self._index, state.stamp, None, odometry, state.T_map_base, points, grey, np.empty((0, 2, 2)), grey[:0]
+        )

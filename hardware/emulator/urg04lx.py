@@ -1,4 +1,4 @@
-"""The URG-04LX of the emulator: SCIP 1.1 when it gets power, SCIP 2.0 when asked, one answer a turn."""
+"""The emulated URG-04LX: SCIP 1.1 when it gets power, SCIP 2.0 when asked, one answer a turn."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from typing import Final
 import numpy as np
 
 from hardware.emulator.plant import Plant
-from hardware.emulator.scip_answers import Settings, answer, answer_old
-from hardware.scip.commands import Measure, note_of
+from hardware.emulator.scip_replies import SensorSettings, reply_to, reply_to_scip1
+from hardware.scip.commands import ScanRequest, note_of
 from hardware.scip.frames import CommandDecoder
-from hardware.scip.information import Parameters
+from hardware.scip.information import SensorParameters
 from hardware.scip.reply import Reply
 from hardware.scip.scan_data import ScanData, encode_scan
 from slam.pose import FloatArray
 
-PARAMETERS: Final = Parameters("URG-04LX(Hokuyo Automatic Co.,Ltd.)", 0.02, 5.6, 1024, 44, 725, 384, 0.1)
-"""Of a real one, firmware 3.1.04."""
+PARAMETERS: Final = SensorParameters("URG-04LX(Hokuyo Automatic Co.,Ltd.)", 0.02, 5.6, 1024, 44, 725, 384, 0.1)
+"""Abilities of a real one, firmware 3.1.04."""
 _SECTORS: Final = 8
-"""The fan is swept in so many parts, each with the world as it is in its middle."""
+"""Parts in which the fan is swept, each with the world as it is in its middle."""
 _QUEUE: Final = 16
-"""Commands that wait for their turn; more are forgotten."""
+"""Number of commands that wait for their turn; more are forgotten."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Asked:
+class _WaitingCommand:
     """A command that waits; ``repeated`` if the same one waited already when it came."""
 
     text: str
@@ -37,12 +37,13 @@ class _Asked:
 class EmulatedUrg04lx:
     """Turns all the time; measures while the laser is on; answers one command at the end of every fan.
 
-    ``drift`` is how much faster its clock runs than the plant's, as a share.
+    ``drift`` is the share by which its clock runs faster than the plant's.
     """
 
     def __init__(self, plant: Plant, now: float = 0.0, drift: float = 0.0, paced: bool = True) -> None:
         self._plant = plant
         self._plant_began = now - plant.elapsed
+        self._powered_at = now
         self._drift = drift
         self._paced = paced
         self._turn_began = now
@@ -53,72 +54,70 @@ class EmulatedUrg04lx:
         self._whole = False
         self._latest: tuple[FloatArray, float] | None = None
         self._decoder = CommandDecoder()
-        self._waiting: deque[_Asked] = deque(maxlen=_QUEUE)
+        self._waiting: deque[_WaitingCommand] = deque(maxlen=_QUEUE)
         self._turns_until_scan = 0
-        self._settings = Settings(PARAMETERS, powered_at=now)
+        self._settings = SensorSettings(PARAMETERS)
         self.dead = False
 
     @property
     def baud(self) -> int:
-        """As the client asked for with SS."""
+        """Bit rate that the client asked for with SS."""
         return self._settings.baud
 
     @property
     def due(self) -> float:
-        """The middle of the next sector, or the end of the fan."""
+        """Time of the middle of the next sector, or of the end of the fan."""
         return self._turn_began + self._events[self._next]
 
     @property
     def wake(self) -> float:
-        """While it measures, every sector, so that little is left to do at the end of the fan."""
+        """Time of the next sector while it measures, so that little is left to do at the end of the fan."""
         return self.due if self._settings.laser else self._turn_began + self._events[-1]
 
     @property
     def laser(self) -> bool:
-        """Whether it measures."""
+        """True while it measures."""
         return self._settings.laser
 
     @property
     def sweep(self) -> tuple[FloatArray, FloatArray]:
-        """Bearings in the sensor's frame and the last range measured at each, nan before the first; (N,) each."""
+        """Bearings in the sensor's frame, and the last range measured at each, nan before the first; (N,) each."""
         return self._bearings, self._ranges
 
-    def die(self, dead: bool) -> None:
-        """Say nothing more, or come back to life."""
+    def set_dead(self, dead: bool) -> None:
+        """Fall silent, or come back to life."""
         self.dead = dead
 
     def step(self) -> bytes:
         """Sweep a sector; at the end of the fan, talk."""
-        event = self._next
-        if event < _SECTORS:
-            self._sweep(event)
+        if self._next < _SECTORS:
+            self._sweep(self._next)
             self._next += 1
             return b""
-        said = self._end_of_fan()
+        sent = self._end_of_fan()
         self._next = 0
         self._turn_began += PARAMETERS.scan_time
         self._whole = True
-        return said
+        return sent
 
     def receive(self, data: bytes, now: float) -> bytes:
-        """Commands wait for the end of the fan, unless the sensor is not paced."""
+        """Take commands, which wait for the end of the fan where the sensor is paced; else answer at once."""
         if self.dead:
             return b""
         for text in self._decoder.feed(data):
-            self._waiting.append(_Asked(text, repeated=any(asked.text == text for asked in self._waiting)))
-        said = b""
+            self._waiting.append(_WaitingCommand(text, repeated=any(other.text == text for other in self._waiting)))
+        sent = b""
         while self._waiting and not (self._paced or self._must_wait(self._waiting[0])):
-            said += self._answer(self._waiting.popleft(), now)
-        return said
+            sent += self._answer(self._waiting.popleft(), now)
+        return sent
 
     def _end_of_fan(self) -> bytes:
-        now = self.due
         if self._settings.laser and self._whole:
             self._latest = (self._ranges.copy(), self._time(self._turn_began))
         if self.dead:
             return b""
-        said = self._answer(self._waiting.popleft(), now) if self._waiting else b""
-        return said + self._stream()
+        sent = self._answer(self._waiting.popleft(), self.due) if self._waiting else b""
+        return sent + self._stream()
 
     def _sweep(self, sector: int) -> None:
         if not self._settings.laser:
@@ -128,32 +127,33 @@ class EmulatedUrg04lx:
         ahead = self._turn_began + first * PARAMETERS.step_time - self._plant_began - self._plant.elapsed
         self._ranges[first:last] = self._plant.ranges(self._bearings[first:last], ahead, PARAMETERS.step_time)
 
-    def _answer(self, asked: _Asked, now: float) -> bytes:
-        settings, text = self._settings, asked.text
-        if asked.repeated and settings.scip2:
+    def _answer(self, command: _WaitingCommand, now: float) -> bytes:
+        settings, text = self._settings, command.text
+        if command.repeated and settings.scip2:
             return Reply(text, "0B").encode()
-        settings.time = self._time(now)
+        settings.time = time = self._time(now)
         was_measuring = settings.streaming
-        reply = answer(settings, text) if settings.scip2 else answer_old(settings, text)
+        reply = reply_to(settings, text) if settings.scip2 else reply_to_scip1(settings, text)
+        self._powered_at += time - settings.time  # a reset begins the clock anew
         if settings.streaming is not was_measuring:
             self._turns_until_scan = 0
         if reply.status in ("00", "0") and reply.echo[:1] == "G":
-            return self._single(Measure.decode(reply.echo), asked)
+            return self._single(ScanRequest.decode(reply.echo), command)
         return reply.encode()
 
-    def _must_wait(self, asked: _Asked) -> bool:
-        """Whether a command asks for the latest scan, and there is none yet."""
-        return asked.text[:1] == "G" and self.laser and self._latest is None
+    def _must_wait(self, command: _WaitingCommand) -> bool:
+        """Tell whether a command asks for the latest scan, and there is none yet."""
+        return command.text[:1] == "G" and self.laser and self._latest is None
 
-    def _single(self, request: Measure, asked: _Asked) -> bytes:
-        """The answer to GD, GS and G."""
+    def _single(self, request: ScanRequest, command: _WaitingCommand) -> bytes:
+        """Return the answer to GD, GS and G; none yet where there is no scan."""
         if self._latest is None:
-            self._waiting.appendleft(asked)
+            self._waiting.appendleft(command)
             return b""
-        return self._scan(request, "0" if request.letters == "G" else "00", note_of(asked.text))
+        return self._scan(request, "0" if request.letters == "G" else "00", note_of(command.text))
 
     def _stream(self) -> bytes:
-        """The next scan of MD or MS; the one that comes while its command is answered is still swept without it."""
+        """Return the next scan of MD or MS; the one swept while its command is answered does not count."""
         request = self._settings.streaming
         if request is None or self._latest is None:
             return b""
@@ -167,7 +167,7 @@ class EmulatedUrg04lx:
             self._settings.laser = request.scans > 0
         return self._scan(request, "99", self._settings.note)
 
-    def _scan(self, request: Measure, status: str, note: str) -> bytes:
+    def _scan(self, request: ScanRequest, status: str, note: str) -> bytes:
         assert self._latest is not None
         ranges, time = self._latest
         clustered = _cluster(ranges[request.first : request.last + 1], max(request.cluster, 1))
@@ -175,22 +175,23 @@ class EmulatedUrg04lx:
         return replace(reply, echo=reply.echo + note).encode()
 
     def _time(self, now: float) -> float:
-        return (now - self._settings.powered_at) * (1.0 + self._drift)
+        """Return the sensor's clock, seconds since it was powered or reset."""
+        return (now - self._powered_at) * (1.0 + self._drift)
 
     def _turn_events(self) -> list[float]:
-        """Seconds after step 0: the middles of the sectors, then the end of the fan."""
+        """List the seconds after step 0 of the middles of the sectors, then of the end of the fan."""
         step = PARAMETERS.step_time
         middles = [(_edges(k) + _edges(k + 1)) / 2.0 * step for k in range(_SECTORS)]
         return [*middles, (PARAMETERS.last + 1) * step]
 
 
 def _edges(sector: int) -> int:
-    """The first step of a sector."""
+    """Return the first step of a sector."""
     return PARAMETERS.first + (PARAMETERS.last + 1 - PARAMETERS.first) * sector // _SECTORS
 
 
 def _cluster(ranges: FloatArray, size: int) -> FloatArray:
-    """The least range of every ``size`` neighbours, errors left out; inf where none has an echo."""
+    """Return the least range of every ``size`` neighbours, errors left out; inf where none has an echo."""
     if size == 1:
         return ranges
     padded = np.full(-(-len(ranges) // size) * size, np.nan)

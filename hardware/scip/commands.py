@@ -1,4 +1,4 @@
-"""What a client tells the sensor: two letters, numbers of fixed width, and a line feed."""
+"""Commands to the sensor: two letters, numbers of fixed width, and a line feed."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import Final
 
-from hardware.decode_error import DecodeError
+from hardware import DecodeError
 
 BAUDS: Final = (19200, 38400, 57600, 115200, 250000, 500000, 750000)
 """The bit rates of SS."""
@@ -14,18 +14,21 @@ TO_SCIP2: Final = "SCIP2.0"
 _CONTINUOUS: Final = re.compile(r"(MD|MS)(\d{4})(\d{4})(\d\d)(\d)(\d\d)")
 _LATEST: Final = re.compile(r"(GD|GS)(\d{4})(\d{4})(\d\d)")
 _OLD: Final = re.compile(r"G(\d{3})(\d{3})(\d\d)")
-_KNOWN: Final = re.compile(r"VV|PP|II|BM|QT|RS|RT|TM[012]|SS\d{6}|CR\d\d|HS[01]")
 _NOTE: Final = re.compile(r";[A-Za-z0-9 ._+@]{0,16}")
-"""What a client may append to any command, to know the answer by."""
+"""A client may append this to any command, to know the answer by."""
+_ECHO_AT_END: Final = re.compile(
+    rb"(?:VV|PP|II|BM|QT|RS|RT|TM[012]|SS\d{6}|CR\d\d|HS[01]|(?:MD|MS)\d{13}|(?:GD|GS)\d{10}|SCIP2\.0)"
+    rb"(?:;[A-Za-z0-9 ._+@]{0,16})?\Z"
+)
 
 
 def set_baud(baud: int) -> str:
-    """The command SS for this bit rate."""
+    """Return the command SS for this bit rate."""
     return f"SS{baud:06d}"
 
 
 @dataclass(frozen=True, slots=True)
-class Measure:
+class ScanRequest:
     """A request for ranges: MD and MS for scan after scan, GD and GS for the latest; G is that of SCIP 1.1.
 
     D stands for values of three characters, S (and G) for two. Steps are counted as the sensor does, 1024 a turn.
@@ -39,7 +42,7 @@ class Measure:
     interval: int = 0
     """Scans left out between two that are sent."""
     scans: int = 0
-    """How many to send; 0: until QT. In the answer: how many are left."""
+    """Number to send; 0: until QT. In the answer: the number left."""
 
     @property
     def width(self) -> int:
@@ -48,24 +51,24 @@ class Measure:
 
     @property
     def continuous(self) -> bool:
-        """Whether scans come by themselves."""
+        """True where scans come by themselves."""
         return self.letters in ("MD", "MS")
 
     @property
     def values(self) -> int:
-        """How many values one scan has."""
+        """Number of values in one scan."""
         return -((self.first - self.last - 1) // max(self.cluster, 1))
 
     def encode(self) -> str:
-        """The command, without the line feed."""
+        """Return the command, without the line feed."""
         if self.letters == "G":
             return f"G{self.first:03d}{self.last:03d}{self.cluster:02d}"
         tail = f"{self.interval:d}{self.scans:02d}" if self.continuous else ""
         return f"{self.letters}{self.first:04d}{self.last:04d}{self.cluster:02d}{tail}"
 
     @classmethod
-    def decode(cls, text: str) -> Measure:
-        """From a command or its echo; Damaged for any other."""
+    def decode(cls, text: str) -> ScanRequest:
+        """Read a command or its echo; DecodeError for any other."""
         text = without_note(text)
         if found := _CONTINUOUS.fullmatch(text) or _LATEST.fullmatch(text):
             return cls(found[1], *map(int, found.groups()[1:]))
@@ -75,30 +78,17 @@ class Measure:
 
 
 def without_note(text: str) -> str:
-    """The command without what a client appended to it."""
+    """Return the command without the note that a client appended to it."""
     return _NOTE.sub("", text) if ";" in text else text
 
 
 def note_of(text: str) -> str:
-    """The note that a client appended to the command, with its semicolon; empty where there is none."""
+    """Return the note that a client appended to the command, with its semicolon; empty where there is none."""
     found = _NOTE.search(text)
     return found[0] if found else ""
 
 
-def is_command(text: str) -> bool:
-    """Whether this is a whole command of SCIP 2.0."""
-    bare = without_note(text)
-    patterns = (_KNOWN, _CONTINUOUS, _LATEST)
-    return bare == TO_SCIP2 or any(pattern.fullmatch(bare) for pattern in patterns)
-
-
-_ECHO_AT_END: Final = re.compile(
-    rb"(?:VV|PP|II|BM|QT|RS|RT|TM[012]|SS\d{6}|CR\d\d|HS[01]|(?:MD|MS)\d{13}|(?:GD|GS)\d{10}|SCIP2\.0)"
-    rb"(?:;[A-Za-z0-9 ._+@]{0,16})?\Z"
-)
-
-
 def echo_at_end(line: bytes) -> bytes | None:
-    """The echo of a command that ends this line, where damage has run two answers together."""
+    """Return the echo of a command that ends this line, where damage has run two answers together."""
     found = _ECHO_AT_END.search(line)
     return found[0] if found else None

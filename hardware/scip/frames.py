@@ -1,4 +1,4 @@
-"""Cutting the sensor's stream into answers, which an empty line ends."""
+"""Framing: the sensor's stream is cut into answers, which an empty line ends, and the client's into commands."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ class FrameDecoder:
     def __init__(self) -> None:
         self._buffer = bytearray()
         self._searched = 0
-        self.overlong = 0
-        """How often bytes were dropped because no empty line came."""
+        self.overflows = 0
+        """Number of times that bytes were dropped because no empty line came."""
 
     @property
     def pending(self) -> bool:
-        """Whether an answer has begun that is not whole yet."""
+        """True while an answer has begun that is not whole yet."""
         return bool(self._buffer)
 
     def feed(self, data: bytes) -> list[Lines]:
-        """The lines of each answer that is now whole."""
+        """Take bytes, and return the lines of each answer that is now whole."""
         self._buffer += data
         frames = []
         while (end := self._buffer.find(b"\n\n", self._searched)) >= 0:
@@ -38,7 +38,7 @@ class FrameDecoder:
         return frames
 
     def flush(self) -> None:
-        """The line fell silent: forget what had begun, which would spoil the next answer."""
+        """Forget an answer that had begun, as the line fell silent; it would spoil the next one."""
         self._buffer.clear()
         self._searched = 0
 
@@ -46,19 +46,19 @@ class FrameDecoder:
         while self._buffer[:1] == b"\n" and len(self._buffer) > 1:
             del self._buffer[:1]
         if len(self._buffer) > _LONGEST:
-            self.overlong += 1
+            self.overflows += 1
             del self._buffer[: -_LONGEST // 2]
         self._searched = max(0, len(self._buffer) - 1)
 
 
 class CommandDecoder:
-    """The other direction, for a sensor: commands end with LF, CR or both."""
+    """Collects commands on the sensor's side; they end with LF, CR or both."""
 
     def __init__(self) -> None:
         self._buffer = bytearray()
 
     def feed(self, data: bytes) -> list[str]:
-        """The commands that are now whole; what is no ASCII text is replaced by question marks."""
+        """Take bytes, and return the commands that are now whole; question marks replace what is no ASCII text."""
         self._buffer += data.replace(b"\r", b"\n")
         *lines, rest = self._buffer.split(b"\n")
         self._buffer = rest[-_LONGEST:]

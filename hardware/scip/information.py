@@ -1,4 +1,4 @@
-"""What the sensor says of itself: the answers to VV, PP and II, lines of ``KEY:value;``."""
+"""The sensor's description of itself: the answers to VV, PP and II, lines of ``KEY:value;``."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from math import pi
 from typing import Final, Self
 
-from hardware.decode_error import DecodeError
+from hardware import DecodeError
 from hardware.scip.reply import Reply
+from hardware.scip.time_stamp import decode_hex_time, encode_hex_time
 from slam.scan import Lidar
 
 _LASER: Final = {True: "ON", False: "OFF"}
@@ -16,7 +17,7 @@ _OLD_FIRMWARE: Final = re.compile(r"\((\d+)-(\d+)\[mm\],\d+\[deg\],(\d+)-(\d+)\[
 
 
 def entries(reply: Reply) -> dict[str, str]:
-    """The values by their keys; Damaged for a line of another form. SCIP 1.1 has them without semicolons."""
+    """Return the values by their keys; DecodeError for a line of another form. SCIP 1.1 has no semicolons."""
     pairs = [line.decode("latin-1").removesuffix(";").partition(":") for line in reply.lines]
     if not all(colon for _, colon, _ in pairs):
         raise DecodeError("a line that is no KEY:value")
@@ -27,9 +28,9 @@ def _reply(command: str, values: dict[str, object]) -> Reply:
     return Reply(command, "00", tuple(f"{key}:{value};".encode("latin-1") for key, value in values.items()))
 
 
-def _whole(values: dict[str, str], key: str, base: int = 10) -> int:
+def _whole(values: dict[str, str], key: str) -> int:
     try:
-        return int(values[key], base)
+        return int(values[key])
     except (KeyError, ValueError):
         raise DecodeError(f"no number {key}") from None
 
@@ -43,7 +44,7 @@ def _words(values: dict[str, str], *keys: str) -> list[str]:
 
 @dataclass(frozen=True, slots=True)
 class VersionInfo:
-    """Who the sensor is: VV, or V of SCIP 1.1."""
+    """The sensor's identity: the answer to VV, or to V of SCIP 1.1."""
 
     vendor: str
     product: str
@@ -53,11 +54,11 @@ class VersionInfo:
 
     @classmethod
     def decode(cls, reply: Reply) -> Self:
-        """From the answer; Damaged when something is missing."""
+        """Read the answer; DecodeError when something is missing."""
         return cls(*_words(entries(reply), "VEND", "PROD", "FIRM", "PROT", "SERI"))
 
     def encode(self, command: str = "VV") -> Reply:
-        """The answer."""
+        """Return the answer."""
         values = (self.vendor, self.product, self.firmware, self.protocol, self.serial_number)
         reply = _reply(command, dict(zip(("VEND", "PROD", "FIRM", "PROT", "SERI"), values, strict=True)))
         old = command == "V"
@@ -65,8 +66,8 @@ class VersionInfo:
 
 
 @dataclass(frozen=True, slots=True)
-class Parameters:
-    """What the sensor can do: PP."""
+class SensorParameters:
+    """The sensor's abilities: the answer to PP."""
 
     model: str
     range_min: float
@@ -85,7 +86,7 @@ class Parameters:
 
     @property
     def lidar(self) -> Lidar:
-        """The fan from the first step to the last."""
+        """The sensor's fan from the first step to the last."""
         step = 2.0 * pi / self.resolution
         first = (self.first - self.front) * step
         return Lidar(first, step, self.last - self.first + 1, self.range_min, self.range_max, self.scan_time)
@@ -97,7 +98,7 @@ class Parameters:
 
     @classmethod
     def decode(cls, reply: Reply) -> Self:
-        """From the answer; Damaged when something is missing or cannot be."""
+        """Read the answer; DecodeError when something is missing or cannot be."""
         values = entries(reply)
         near, far, turn, first, last, front, rpm = (
             _whole(values, key) for key in ("DMIN", "DMAX", "ARES", "AMIN", "AMAX", "AFRT", "SCAN")
@@ -107,7 +108,7 @@ class Parameters:
         return cls(_words(values, "MODL")[0], near / 1000.0, far / 1000.0, turn, first, last, front, 60.0 / rpm)
 
     def encode(self) -> Reply:
-        """The answer."""
+        """Return the answer."""
         values = {
             "MODL": self.model,
             "DMIN": round(self.range_min * 1000.0),
@@ -122,8 +123,8 @@ class Parameters:
 
 
 @dataclass(frozen=True, slots=True)
-class State:
-    """How the sensor is: II."""
+class SensorState:
+    """The sensor's state: the answer to II."""
 
     model: str
     laser: bool
@@ -136,27 +137,28 @@ class State:
 
     @classmethod
     def decode(cls, reply: Reply) -> Self:
-        """From the answer; Damaged when something is missing."""
+        """Read the answer; DecodeError when something is missing."""
         values = entries(reply)
         model, laser, motor, mode, rate, condition = _words(values, "MODL", "LASR", "SCSP", "MESM", "SBPS", "STAT")
-        return cls(model, laser == "ON", motor, mode, rate, _whole(values, "TIME", 16) / 1000.0, condition)
+        return cls(model, laser == "ON", motor, mode, rate, decode_hex_time(values.get("TIME", "")), condition)
 
     def encode(self) -> Reply:
-        """The answer."""
+        """Return the answer."""
         values = {
             "MODL": self.model,
             "LASR": _LASER[self.laser],
             "SCSP": self.motor,
             "MESM": self.mode,
             "SBPS": self.bit_rate,
-            "TIME": f"{round(self.time * 1000.0) % 2**24:06X}",
+            "TIME": encode_hex_time(self.time),
             "STAT": self.condition,
         }
         return _reply("II", dict(values))
 
 
-def old_fan(version: VersionInfo) -> tuple[float, float, int, int, float]:
-    """Of SCIP 1.1, where the firmware's name has what PP says in 2.0: reach (metres), steps, seconds a turn."""
+def scip1_fan(version: VersionInfo) -> tuple[float, float, int, int, float]:
+    """Return least and largest range (metres), first and last step, and seconds a turn from a firmware of SCIP 1.1,
+    whose name has what PP says in 2.0."""
     found = _OLD_FIRMWARE.search(version.firmware)
     if found is None:
         raise DecodeError(f"firmware {version.firmware!r} names no fan")

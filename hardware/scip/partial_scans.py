@@ -1,4 +1,4 @@
-"""Scans of which some lines came in damaged: the others are kept.
+"""Scans with damaged lines, of which the other lines are kept.
 
 The sum of a line has six bits. One damaged byte always changes it, or is no digit. Two are missed once in a thousand
 where any byte may become any other, and once in thirty where one bit turns over. So how many lines may be believed
@@ -18,39 +18,39 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.decode_error import DecodeError
-from hardware.scip.commands import Measure
+from hardware import DecodeError
+from hardware.scip.commands import ScanRequest
+from hardware.scip.encoding import check_sum, decode_values
 from hardware.scip.frames import Lines
-from hardware.scip.line_sum import unseal
-from hardware.scip.reply import DATA_LINE, answers, data_lines, decode_reply
-from hardware.scip.scan_data import ScanData, decode_time, to_metres
-from hardware.scip.values import decode_values
+from hardware.scip.reply import DATA_LINE, data_lines, decode_reply, possible_replies
+from hardware.scip.scan_data import ScanData, to_metres
+from hardware.scip.time_stamp import decode_time
 
 _MOST_DAMAGED: Final = 1 / 8
-"""Of the lines."""
+"""Largest share of the lines that may be damaged."""
 _TOO_FAR: Final = 2.0
-"""Times the sensor's reach, beyond which there are no ranges: it tells some damage that the sum does not."""
+"""Multiple of the sensor's reach beyond which a range is damage that its line's sum has missed."""
 _NOTHING: Final = b"0"
 
 Mask = NDArray[np.bool_]
 
 
 def partial_scans(lines: Lines, reach: float = inf) -> list[ScanData]:
-    """The scans of MD or MS in what stands between two empty lines, nan where their lines are lost.
+    """Read the scans of MD or MS among the lines between two empty lines, nan where their lines are lost.
 
     Mostly one; none where too little is left; two where the empty line between them was lost. Echo, status and time
     must be right. ``reach`` is the sensor's, metres.
     """
     scans = []
-    for answer in answers(lines):
+    for answer in possible_replies(lines):
         with suppress(DecodeError):
-            scans.append(_salvaged(answer, reach))
+            scans.append(_partial_scan(answer, reach))
     return scans
 
 
-def _salvaged(lines: Lines, reach: float) -> ScanData:
+def _partial_scan(lines: Lines, reach: float) -> ScanData:
     head = decode_reply(lines[:3])
-    request = Measure.decode(head.echo)
+    request = ScanRequest.decode(head.echo)
     if head.status != "99" or not head.lines or request.values < 1:
         raise DecodeError("no scan that came by itself")
     blank = data_lines(_NOTHING * (request.values * request.width))
@@ -66,39 +66,41 @@ def _salvaged(lines: Lines, reach: float) -> ScanData:
 
 
 def _in_place(lines: Sequence[bytes], blank: Sequence[bytes]) -> list[bytes | None]:
-    """Each line where it belongs: counted from the front, and from the end, as far as all are as long as they should
-    be; None for those between, where a line end was lost or made, or a byte."""
+    """Return each line where it belongs, counted from the front and from the end, as far as all have the right length.
+
+    The lines between are None: there a line end was lost or made, or a byte.
+    """
     sizes = [len(line) + 1 for line in blank]
-    front = _run(lines, sizes)
+    front = _fitting(lines, sizes)
     if front == len(lines) == len(sizes):
         return list(lines)
-    back = min(_run(lines[::-1], sizes[::-1]), len(lines) - front, len(sizes) - front)
+    back = min(_fitting(lines[::-1], sizes[::-1]), len(lines) - front, len(sizes) - front)
     lost = len(sizes) - front - back
     return [*lines[:front], *[None] * lost, *lines[len(lines) - back :]]
 
 
-def _run(lines: Sequence[bytes], sizes: Sequence[int]) -> int:
-    """How many lines, from the first on, have these sizes."""
+def _fitting(lines: Sequence[bytes], sizes: Sequence[int]) -> int:
+    """Count the lines, from the first on, that have these sizes."""
     return sum(1 for _ in takewhile(lambda pair: len(pair[0]) == pair[1], zip(lines, sizes, strict=False)))
 
 
 def _text(line: bytes | None) -> bytes | None:
-    """The digits of a line; None where it is damaged."""
+    """Return the digits of a line; None where it is damaged."""
     with suppress(DecodeError):
         if line is not None:
-            text = unseal(line)
+            text = check_sum(line)
             decode_values(text, 1)
             return text
     return None
 
 
 def _line_of(values: NDArray[np.intp], width: int) -> NDArray[np.intp]:
-    """The lines in which these values begin, and those in which they end."""
+    """Return the lines in which these values begin, and those in which they end."""
     return np.unique([values * width // DATA_LINE, (values * width + width - 1) // DATA_LINE])
 
 
 def _without_neighbours(good: Mask) -> Mask:
-    """Those that stand beside good ones only; the ends of a scan are good."""
+    """Keep the lines that stand beside good ones only; the ends of a scan are good."""
     fenced = np.concatenate([[True], good, [True]])
     believed: Mask = fenced[:-2] & fenced[1:-1] & fenced[2:]
     return believed

@@ -7,9 +7,9 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
-from hardware.decode_error import DecodeError
+from hardware import DecodeError
 from hardware.scip.commands import TO_SCIP2, echo_at_end, without_note
-from hardware.scip.line_sum import seal, seal_entry, unseal, unseal_entry
+from hardware.scip.encoding import add_entry_sum, add_sum, check_entry_sum, check_sum
 
 DATA_LINE: Final = 64
 """Characters of data in a full line."""
@@ -25,26 +25,21 @@ class Reply:
     status: str
     lines: tuple[bytes, ...] = ()
 
-    @property
-    def data(self) -> bytes:
-        """The lines joined: values straddle their ends."""
-        return b"".join(self.lines)
-
     def encode(self) -> bytes:
-        """The bytes on the wire, the empty line at the end included."""
+        """Return the bytes on the wire, the empty line at the end included."""
         status, lines = self.status.encode("latin-1"), self.lines
         if len(status) > 1:
-            status, lines = seal(status), tuple(map(seal_entry if _informs(self.echo) else seal, lines))
+            status, lines = add_sum(status), tuple(map(add_entry_sum if _informs(self.echo) else add_sum, lines))
         return b"\n".join([self.echo.encode("latin-1"), status, *lines, b"", b""])
 
 
 def data_lines(data: bytes) -> tuple[bytes, ...]:
-    """The data cut into lines."""
+    """Cut data into lines."""
     return tuple(data[i : i + DATA_LINE] for i in range(0, len(data), DATA_LINE))
 
 
 def decode_reply(lines: tuple[bytes, ...]) -> Reply:
-    """The answer of SCIP 2.0 in these lines; Damaged when it is none."""
+    """Read an answer of SCIP 2.0 from its lines; DecodeError when it is none."""
     if len(lines) < 2:
         raise DecodeError("no status")
     echo = _text(lines[0])
@@ -52,19 +47,21 @@ def decode_reply(lines: tuple[bytes, ...]) -> Reply:
         return Reply(echo, _text(lines[1]))
     if len(lines[1]) != 3:
         raise DecodeError(f"status of {len(lines[1])} characters")
-    return Reply(echo, _text(unseal(lines[1])), tuple(map(unseal_entry if _informs(echo) else unseal, lines[2:])))
+    return Reply(
+        echo, _text(check_sum(lines[1])), tuple(map(check_entry_sum if _informs(echo) else check_sum, lines[2:]))
+    )
 
 
 def decode_old_reply(lines: tuple[bytes, ...]) -> Reply:
-    """The answer of SCIP 1.1 in these lines, which have no sums; Damaged when it is none."""
+    """Read an answer of SCIP 1.1 from its lines, which have no sums; DecodeError when it is none."""
     if len(lines) < 2 or len(lines[1]) != 1:
         raise DecodeError("no status of one character")
     return Reply(_text(lines[0]), _text(lines[1]), lines[2:])
 
 
-def answers(lines: tuple[bytes, ...]) -> Iterator[tuple[bytes, ...]]:
-    """Where an answer may begin in what stands between two empty lines, which damage may have run together with the
-    remains of others: at the first line, then behind each echo of a command that ends a line."""
+def possible_replies(lines: tuple[bytes, ...]) -> Iterator[tuple[bytes, ...]]:
+    """Yield the lines between two empty lines from each place where an answer may begin: damage may have run it
+    together with the remains of others. It begins at the first line, or with an echo at the end of a line."""
     yield lines
     for start, line in enumerate(lines):
         echo = echo_at_end(line)
@@ -73,8 +70,8 @@ def answers(lines: tuple[bytes, ...]) -> Iterator[tuple[bytes, ...]]:
 
 
 def find_reply(lines: tuple[bytes, ...]) -> Reply | None:
-    """The answer of SCIP 2.0 in what stands between two empty lines; None when there is none."""
-    for answer in answers(lines):
+    """Return the answer of SCIP 2.0 among the lines between two empty lines; None when there is none."""
+    for answer in possible_replies(lines):
         with suppress(DecodeError):
             return decode_reply(answer)
     return None

@@ -1,4 +1,4 @@
-"""What the two characters of a status mean."""
+"""The meaning of a status, the two characters behind an echo."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ _PARAMETERS: Final = {
 }
 
 
-def is_fine(status: str) -> bool:
-    """Whether the command was obeyed: 00 or 99 (a scan that comes by itself), 0 in SCIP 1.1."""
+def is_ok(status: str) -> bool:
+    """Tell whether the command was obeyed: 00 or 99 (a scan that comes by itself), 0 in SCIP 1.1."""
     return status in ("00", "99", "0")
 
 
-def meaning(command: str, status: str) -> str:
-    """In words."""
-    if is_fine(status):
+def status_meaning(command: str, status: str) -> str:
+    """Return the meaning of a status in words."""
+    if is_ok(status):
         return "done"
     words = _SPECIAL.get((command[:2], status)) or _GENERAL.get(status)
     if words is None and command[:2] in ("MD", "MS", "GD", "GS"):

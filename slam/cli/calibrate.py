@@ -58,8 +58,8 @@ def square(
 
     hopslam calibrate square --size 1 --laps 5 --onto corridor --out corridor_right.yaml
 
-    hopslam calibrate square --backend hardware --set hardware.robot_port=/tmp/bench/p3dx --set
-    hardware.lidar_port=/tmp/bench/urg04lx
+    hopslam calibrate square --backend hardware --set hardware.robot_port=/tmp/robot/p3dx --set
+    hardware.lidar_port=/tmp/robot/urg04lx
 
     hopslam run wheels.yaml
     """

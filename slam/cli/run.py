@@ -30,7 +30,7 @@ def run(
 ) -> None:
     """Drive a robot through a scenario, and map it.
 
-    The robot is simulated, or the real one at the ports in the scenario's section hardware: see docs/bench.md.
+    The robot is simulated, or the real one at the ports in the scenario's section hardware: see docs/hardware.md.
 
     [bold]Examples[/bold]
 

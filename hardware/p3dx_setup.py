@@ -1,4 +1,4 @@
-"""A P3-DX that was found on a line, looked at, and told the scenario's limits; its motors have no power."""
+"""Opens a P3-DX: finds it on a line, checks its settings, and sends it the scenario's limits."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from typing import Final
 
 from hardware.arcos.commands import Command, CommandId
 from hardware.arcos.config_packet import ArcosConfig
-from hardware.arcos.units import ArcosUnits, units_of
-from hardware.arcos_session import ArcosLine, connect, read_config, speed_up
+from hardware.arcos.model import ArcosUnits, units_of
+from hardware.arcos_session import ArcosLine, connect_robot, read_config, speed_up
 from hardware.serial_port import SerialPort
 from slam.errors import RobotError
 from slam.scenario.hardware_config import HardwareConfig
@@ -20,12 +20,12 @@ from slam.scenario.robot_config import Limits
 _LOG: Final = logging.getLogger("hopslam.p3dx")
 _FIRST_BAUD: Final = 9600
 _BLIND_SPOT: Final = 0.5
-"""Seconds for which a robot may drive on that nobody reaches any more."""
+"""Seconds for which a robot that nobody reaches any more may drive on without a warning."""
 
 
 @dataclass(frozen=True, slots=True)
 class OpenedP3dx:
-    """The line that its reports come from, what their numbers mean, and what is in its FLASH."""
+    """A robot that reports, its motors without power: its line, the units of its reports, and its FLASH settings."""
 
     line: ArcosLine
     units: ArcosUnits
@@ -33,29 +33,33 @@ class OpenedP3dx:
 
 
 def open_p3dx(config: HardwareConfig, limits: Limits, closing: threading.Event) -> OpenedP3dx:
-    """RobotError when no P3-DX answers, when its watchdog is off or too slow, or when it keeps its ticks to itself."""
+    """Open the robot; RobotError when no P3-DX answers, its watchdog is off or too slow, or it hides its ticks."""
     line = ArcosLine(SerialPort(config.robot_port, _FIRST_BAUD), closing)
     try:
-        return _prepared(line, config, limits)
+        return _set_up(line, config, limits)
     except BaseException:
         line.port.close()
         raise
 
 
-def _prepared(line: ArcosLine, config: HardwareConfig, limits: Limits) -> OpenedP3dx:
-    units = _known_units(line, connect(line).subclass)
+def _set_up(line: ArcosLine, config: HardwareConfig, limits: Limits) -> OpenedP3dx:
+    units = _known_units(line, connect_robot(line).subclass)
     settings = read_config(line)
     _check_watchdog(line, settings.watchdog, config.max_watchdog)
     by_encoders = config.odometry == "encoders"
     if by_encoders and not settings.ticks_per_metre:
         raise RobotError(f"{line.port.url}: the robot does not say its ticks; set hardware.odometry=position")
     speed_up(line, settings)
-    for command in (*_limiting(limits), Command(CommandId.ENABLE, 0), Command(CommandId.ENCODER, 2 * by_encoders)):
+    for command in (
+        *_limit_commands(limits),
+        Command(CommandId.ENABLE, 0),
+        Command(CommandId.ENCODER, 2 * by_encoders),
+    ):
         line.send(command)
     return OpenedP3dx(line, units, settings)
 
 
-def _limiting(limits: Limits) -> list[Command]:
+def _limit_commands(limits: Limits) -> list[Command]:
     return [
         Command.of(command, quantity)
         for command, quantity in (
@@ -88,7 +92,7 @@ def _check_watchdog(line: ArcosLine, watchdog: float, longest: float) -> None:
 
 @cache
 def _warn_of_blind_spot(url: str, watchdog: float) -> None:
-    """Once for each robot, however often it is opened."""
+    """Warn once for each robot, however often it is opened."""
     _LOG.warning(
         "%s: with its cable out the robot drives on until its watchdog stops it after %g s; ARCOScf shortens it",
         url,

@@ -1,4 +1,4 @@
-"""What an emulated sensor answers to each command, and what the command changes."""
+"""The replies of an emulated sensor to each command, and the changes that the command makes."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from hardware.decode_error import DecodeError
-from hardware.scip.commands import BAUDS, TO_SCIP2, Measure, note_of, without_note
-from hardware.scip.information import Parameters, State, VersionInfo
+from hardware import DecodeError
+from hardware.scip.commands import BAUDS, TO_SCIP2, ScanRequest, note_of, without_note
+from hardware.scip.information import SensorParameters, SensorState, VersionInfo
 from hardware.scip.reply import Reply
-from hardware.scip.scan_data import encode_time
+from hardware.scip.time_stamp import encode_time
 
 _VENDOR, _PRODUCT, _SERIAL = "Hokuyo Automatic Co.,Ltd.", "SOKUIKI Sensor URG-04LX", "H0000000"
 _VERSION: Final = VersionInfo(_VENDOR, _PRODUCT, "3.1.04(02/Aug./2007)", "SCIP 2.0", _SERIAL)
@@ -25,46 +25,44 @@ _FIELDS: Final = (
     ("06", slice(12, 13)),
     ("07", slice(13, 15)),
 )
-"""The numbers of MD and MS, and what the sensor answers where one is none; GD and GS have the first three."""
-_TEXT: Final = {True: "<-Default setting by user", False: "<-Setting by command"}
+"""Status for each number of MD and MS that is no number, and its place; GD and GS have the first three."""
+_BAUD_ORIGIN: Final = {True: "<-Default setting by user", False: "<-Setting by command"}
 
 
 @dataclass(slots=True)
-class Settings:
-    """What commands change."""
+class SensorSettings:
+    """The settings that commands change."""
 
-    parameters: Parameters
-    powered_at: float
-    """When the sensor's clock began, seconds."""
+    parameters: SensorParameters
     time: float = 0.0
-    """The sensor's clock."""
+    """Seconds of the sensor's clock."""
     scip2: bool = False
     laser: bool = False
     baud: int = _DEFAULT_BAUD
-    streaming: Measure | None = None
-    """What scans come by themselves; its ``scans`` are left, 0 for no end."""
+    streaming: ScanRequest | None = None
+    """Request for the scans that come by themselves; its ``scans`` are left, 0 for no end."""
     note: str = ""
-    """Appended by the client to the command that began them."""
+    """Note that the client appended to the command that began them."""
     adjusting: bool = False
-    """Between TM0 and TM2."""
+    """True between TM0 and TM2."""
 
 
-def answer(settings: Settings, text: str) -> Reply:
-    """The answer in SCIP 2.0; that to GD and GS still lacks the scan."""
+def reply_to(settings: SensorSettings, text: str) -> Reply:
+    """Return the reply in SCIP 2.0; that to GD and GS still lacks the scan."""
     command = without_note(text)
     if settings.adjusting and not command.startswith("TM"):
         return Reply(text, "0E")
     if command[:2] in ("MD", "MS", "GD", "GS"):
         return _measure(settings, command, text)
-    act = _COMMANDS.get(command) or _COMMANDS.get(command[:2])
-    if act is None:
+    action = _ACTIONS.get(command) or _ACTIONS.get(command[:2])
+    if action is None:
         return Reply(text, "0E")
-    reply = act(settings, command)
+    reply = action(settings, command)
     return Reply(text, reply.status, reply.lines)
 
 
-def answer_old(settings: Settings, text: str) -> Reply:
-    """The answer in SCIP 1.1; that to G still lacks the scan."""
+def reply_to_scip1(settings: SensorSettings, text: str) -> Reply:
+    """Return the reply in SCIP 1.1; that to G still lacks the scan."""
     if text == TO_SCIP2:
         settings.scip2 = True
         return Reply(text, "0")
@@ -77,7 +75,7 @@ def answer_old(settings: Settings, text: str) -> Reply:
         settings.baud = int(text[1:7])
         return Reply(text, "0")
     try:
-        request = Measure.decode(text)
+        request = ScanRequest.decode(text)
     except DecodeError:
         return Reply(text, "E")
     if request.letters != "G" or not request.first <= request.last <= _LAST_STEP:
@@ -86,9 +84,9 @@ def answer_old(settings: Settings, text: str) -> Reply:
     return Reply(text, "0")
 
 
-def _measure(settings: Settings, command: str, text: str) -> Reply:
+def _measure(settings: SensorSettings, command: str, text: str) -> Reply:
     try:
-        request = Measure.decode(command)
+        request = ScanRequest.decode(command)
     except DecodeError:
         return Reply(text, _wrong_number(command))
     if request.last > _LAST_STEP:
@@ -103,31 +101,31 @@ def _measure(settings: Settings, command: str, text: str) -> Reply:
 
 
 def _wrong_number(command: str) -> str:
-    """The status that says which number of a measuring command is none; 0C where there are too many or too few."""
+    """Return the status for the wrong number of a measuring command; 0C where there are too many or too few."""
     fields = _FIELDS if command[0] == "M" else _FIELDS[:3]
     if len(command) != fields[-1][1].stop:
         return "0C"
     return next(status for status, field in fields if not command[field].isdecimal())
 
 
-def _switch_on(settings: Settings, _: str) -> Reply:
+def _switch_on(settings: SensorSettings, _: str) -> Reply:
     was_on, settings.laser = settings.laser, True
     return Reply("BM", "02" if was_on else "00")
 
 
-def _quit(settings: Settings, _: str) -> Reply:
+def _quit(settings: SensorSettings, _: str) -> Reply:
     settings.laser, settings.streaming = False, None
     return Reply("QT", "00")
 
 
-def _reset(settings: Settings, command: str) -> Reply:
-    settings.powered_at += settings.time
+def _reset(settings: SensorSettings, command: str) -> Reply:
+    settings.time = 0.0
     if command == "RS":
         settings.baud = _DEFAULT_BAUD
     return _quit(settings, command)
 
 
-def _set_baud(settings: Settings, command: str) -> Reply:
+def _set_baud(settings: SensorSettings, command: str) -> Reply:
     if len(command) != 8 or not command[2:].isdecimal():
         return Reply(command, "01")
     if int(command[2:]) not in BAUDS:
@@ -136,9 +134,9 @@ def _set_baud(settings: Settings, command: str) -> Reply:
     return Reply(command, "03" if was == settings.baud else "00")
 
 
-def _state(settings: Settings, _: str) -> Reply:
-    rate = f"{settings.baud}[bps]{_TEXT[settings.baud == _DEFAULT_BAUD]}"
-    return State(
+def _state(settings: SensorSettings, _: str) -> Reply:
+    rate = f"{settings.baud}[bps]{_BAUD_ORIGIN[settings.baud == _DEFAULT_BAUD]}"
+    return SensorState(
         settings.parameters.model,
         settings.laser,
         "Initial(600[rpm])<-Default setting by user",
@@ -149,7 +147,7 @@ def _state(settings: Settings, _: str) -> Reply:
     ).encode()
 
 
-def _adjust(settings: Settings, command: str) -> Reply:
+def _adjust(settings: SensorSettings, command: str) -> Reply:
     if command == "TM1":
         lines = (encode_time(settings.time),) if settings.adjusting else ()
         return Reply(command, "00" if lines else "04", lines)
@@ -160,7 +158,7 @@ def _adjust(settings: Settings, command: str) -> Reply:
     return Reply(command, "00")
 
 
-_COMMANDS: Final[dict[str, Callable[[Settings, str], Reply]]] = {
+_ACTIONS: Final[dict[str, Callable[[SensorSettings, str], Reply]]] = {
     "VV": lambda *_: _VERSION.encode(),
     "PP": lambda settings, _: settings.parameters.encode(),
     "II": _state,

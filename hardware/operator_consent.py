@@ -1,4 +1,4 @@
-"""Asking whether the robot may move."""
+"""The operator's consent: asks on the terminal whether the robot may move."""
 
 from __future__ import annotations
 
@@ -6,21 +6,25 @@ import select
 import sys
 import termios
 from collections.abc import Callable
-from typing import Final
+from typing import ClassVar, Final
 
+from slam.console.signals import count_suspensions
 from slam.errors import RobotError
 
 _QUESTION: Final = "The robot is about to move. Is its way free, and a hand at the emergency stop? [y/N] "
 _LOOK: Final = 0.1
-"""Seconds between two looks at whether the program should end instead."""
+"""Seconds between two checks that the program need not end instead."""
 
 
-class Consent:
+class OperatorConsent:
     """Given once for a run, and asked for again after somebody stopped the robot by hand, or suspended the program."""
+
+    _known_suspensions: ClassVar[int] = 0
 
     def __init__(self, given: bool) -> None:
         self._always = self.given = given
         self._cure = "give --yes, or yes=True, when its way is free"
+        count_suspensions()  # from now on
 
     def ask(self, over: Callable[[], bool]) -> None:
         """Wait for an answer; once the program is ``over`` none is needed.
@@ -41,13 +45,19 @@ class Consent:
         self.given = True
 
     def withdraw(self) -> None:
-        """Somebody stopped the robot: ask again, unless it was given for all cases."""
+        """Ask again, as somebody stopped the robot, unless consent was given for all cases."""
         self.given = self._always
 
     def revoke(self) -> None:
-        """The program was suspended, and nobody knows for how long: ask again in any case."""
+        """Ask again in any case, as the program was suspended, and nobody knows for how long."""
         self._always = self.given = False
         self._cure = "the program was suspended: start it again"
+
+    def revoke_after_suspension(self) -> None:
+        """Revoke consent where the program was suspended since a robot of it last called this, or since it began."""
+        if count_suspensions() > OperatorConsent._known_suspensions:
+            self.revoke()
+        OperatorConsent._known_suspensions = count_suspensions()
 
 
 def _read_line(over: Callable[[], bool]) -> str:

@@ -1,4 +1,4 @@
-"""What stops the robot when nothing else would: no command, no scan, no odometry."""
+"""Stops the robot when commands, scans or odometry are stale."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from typing import Final
 
 _LOG: Final = logging.getLogger("hopslam.guard")
 _PERIOD: Final = 0.04
-"""Seconds between two looks ..."""
+"""Seconds between two checks ..."""
 _AGAIN: Final = 0.2
 """... and more after a stop, which is repeated in case that it was lost."""
 
 
-class Guard:
-    """Looks at what must be fresh on a thread of its own; ``halt`` is called again and again while something is stale.
+class StalenessGuard:
+    """Checks the age of all inputs on a thread of its own, and calls ``halt`` again and again while one is stale.
 
-    ``ages`` has, for each name, how old the newest of it is and how old it may be, seconds. Nothing is looked at while
-    the robot is not meant to move.
+    ``ages`` returns, for each input's name, the age of its newest value and the largest age allowed, seconds. Nothing
+    is checked while the robot is not meant to move.
     """
 
     def __init__(self, ages: Callable[[], dict[str, tuple[float, float]]], halt: Callable[[], None]) -> None:
@@ -32,12 +32,12 @@ class Guard:
         self._thread.start()
 
     def close(self) -> None:
-        """Look no more; closing twice is allowed."""
+        """End the checks; closing twice is allowed."""
         self._closing.set()
         self._thread.join()
 
-    def stale(self) -> str | None:
-        """What is too old, in words; None when all is fresh."""
+    def stale_input(self) -> str | None:
+        """Name an input that is too old, and its age; None when all are fresh."""
         for name, (age, limit) in self._ages().items():
             if age > limit:
                 return f"no {name} for {age:.1f} s"
@@ -52,12 +52,12 @@ class Guard:
 
     def _watch(self) -> None:
         while not self._closing.wait(_PERIOD):
-            reason = self.stale() if self.moving else None
+            reason = self.stale_input() if self.moving else None
             if reason is not None:
                 self.stop(reason)
                 self._closing.wait(_AGAIN)
 
 
-def age(stamp: float) -> float:
-    """Seconds since ``stamp`` of ``time.monotonic``."""
+def seconds_since(stamp: float) -> float:
+    """Return the seconds since ``stamp`` of ``time.monotonic``."""
     return time.monotonic() - stamp

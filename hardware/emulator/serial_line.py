@@ -1,4 +1,4 @@
-"""What lies between an emulated device and its port: a bit rate, and damage."""
+"""The emulated serial line between a device and its port: its bit rate takes time, and its noise damages bytes."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from math import inf
 from random import Random
 from typing import Final
 
-_BITS_PER_BYTE: Final = 10
-"""8N1."""
+from hardware.serial_port import BITS_PER_BYTE
+
 _CHUNK: Final = 16
 """Bytes that arrive together, as from the buffer of a UART."""
 _LONGEST_QUEUE: Final = 16_384
-"""Bytes that wait to be sent; what a device says while so many wait is lost."""
+"""Bytes that wait to be sent; more are lost."""
 
 
 @dataclass(frozen=True, slots=True)
-class Noise:
-    """What happens to bytes, each with this probability, in both directions."""
+class LineNoise:
+    """Probabilities, for each byte in either direction, that it is damaged, lost or doubled."""
 
     bit_errors: float = 0.0
-    """A bit turns over."""
+    """Probability that one bit turns over."""
     dropped: float = 0.0
     duplicated: float = 0.0
 
     def damage(self, data: bytes, rng: Random) -> bytes:
-        """What arrives of these bytes."""
+        """Return the bytes as they arrive."""
         if self == _QUIET:
             return data
         arrived = bytearray()
@@ -39,11 +39,11 @@ class Noise:
         return bytes(arrived)
 
 
-_QUIET: Final = Noise()
+_QUIET: Final = LineNoise()
 
 
-class Line:
-    """Bytes on their way, which take their time; ``None`` bits a second take none."""
+class SerialLine:
+    """Bytes on their way from a device; ``None`` bits a second take no time."""
 
     def __init__(self) -> None:
         self._waiting: deque[tuple[float, bytes, int | None]] = deque()
@@ -57,18 +57,18 @@ class Line:
         at = max(now, self._free_at)
         for start in range(0, len(data), _CHUNK if baud else max(len(data), 1)):
             chunk = data[start : start + _CHUNK] if baud else data
-            at += len(chunk) * _BITS_PER_BYTE / baud if baud else 0.0
+            at += len(chunk) * BITS_PER_BYTE / baud if baud else 0.0
             self._waiting.append((at, chunk, baud))
         self._size += len(data)
         self._free_at = at
 
     @property
     def due(self) -> float:
-        """When the next bytes arrive."""
+        """Time at which the next bytes arrive; inf without any."""
         return self._waiting[0][0] if self._waiting else inf
 
-    def arrived(self, now: float) -> list[tuple[bytes, int | None]]:
-        """What has come through, and the bit rate that it was sent at."""
+    def take_arrived(self, now: float) -> list[tuple[bytes, int | None]]:
+        """Take the bytes that have come through, each chunk with the bit rate it was sent at."""
         chunks = []
         while self._waiting and self._waiting[0][0] <= now:
             _, chunk, baud = self._waiting.popleft()
@@ -77,12 +77,12 @@ class Line:
         return chunks
 
     def clear(self) -> None:
-        """Forget what is on its way."""
+        """Forget the bytes on their way."""
         self._waiting.clear()
         self._size = 0
         self._free_at = -inf
 
 
 def misread(data: bytes, rng: Random) -> bytes:
-    """What bytes look like at another bit rate than they were sent with."""
+    """Return random bytes for those read at another bit rate than they were sent with."""
     return bytes(rng.randrange(0x80, 0x100) for _ in data[::2])

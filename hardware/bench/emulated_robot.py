@@ -1,0 +1,118 @@
+"""The drivers and the emulated devices in one process, for the benchmarks to measure, and the load of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from time import monotonic, process_time, sleep
+from typing import Final
+
+import numpy as np
+
+from hardware.emulator.emulator import Emulator
+from hardware.emulator.p3dx import FACTORY_CONFIG
+from hardware.emulator.ports import PtyPort
+from hardware.robot import HardwareRobot
+from slam.errors import RobotTimeout
+from slam.odometry import Twist2D
+from slam.robot import Observation
+from slam.run.backends import make_plant
+from slam.scenario.file import load_scenario
+from slam.scenario.schema import Scenario
+
+FORWARD: Final = Twist2D(0.3, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class EmulatedRobot:
+    """The drivers of a robot whose devices are emulated in the corridor, moved by the PyBullet world."""
+
+    emulator: Emulator
+    robot: HardwareRobot
+
+    @property
+    def standing(self) -> bool:
+        """True while the motors stand."""
+        return not self.emulator.p3dx.motors.moving
+
+    def step(self) -> Observation | None:
+        """Drive on, as a run does, and return the observation; None while nothing comes."""
+        self.robot.drive(FORWARD)
+        try:
+            return self.robot.observe(0.05)
+        except RobotTimeout:
+            return None
+
+    def drive_until(self, condition: Callable[[], bool], patience: float = 20.0) -> float | None:
+        """Drive until the condition is true, and return the seconds; None where it never became true."""
+        return seconds_until(condition, patience, self.step)
+
+
+def seconds_until(
+    condition: Callable[[], bool], patience: float, meanwhile: Callable[[], object] = lambda: sleep(0.002)
+) -> float | None:
+    """Call ``meanwhile`` until the condition is true, and return the seconds; None after ``patience`` seconds."""
+    began = monotonic()
+    while monotonic() - began < patience:
+        if condition():
+            return monotonic() - began
+        meanwhile()
+    return None
+
+
+@contextmanager
+def emulated_robot(watchdog: float = FACTORY_CONFIG.watchdog) -> Iterator[EmulatedRobot]:
+    """Emulate both devices on pseudo-terminals, the robot with this watchdog in its FLASH, seconds, and drive them."""
+    with (
+        emulated_devices(load_scenario("corridor"), watchdog) as emulator,
+        emulator,
+        HardwareRobot(load_scenario("corridor", emulator.port_settings), yes=True) as robot,
+    ):
+        yield EmulatedRobot(emulator, robot)
+
+
+@contextmanager
+def emulated_devices(
+    scenario: Scenario, watchdog: float = FACTORY_CONFIG.watchdog, plant: str = "sim"
+) -> Iterator[Emulator]:
+    """Emulate both devices in the scenario's world, moved by this plant, not begun yet.
+
+    They are at links: a terminal that was unplugged may come back under another number.
+    """
+    config = replace(FACTORY_CONFIG, watchdog=watchdog)
+    with TemporaryDirectory(prefix="hopslam-") as links:
+        ports = PtyPort(Path(links) / "p3dx"), PtyPort(Path(links) / "urg04lx")
+        yield Emulator(make_plant(plant, scenario), *ports, seed=scenario.seed, robot_config=config)
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """The load of drivers, emulator and physics: ``cpu`` is a share of one core, latencies are seconds."""
+
+    cpu: float
+    scans: int
+    seconds: float
+    latency_median: float
+    latency_p99: float
+
+
+def measure_load(emulated: EmulatedRobot, seconds: float) -> Load:
+    """Measure the load while driving for so long."""
+    emulated.drive_until(lambda: not emulated.standing)
+    began, busy = monotonic(), process_time()
+    latencies = []
+    while monotonic() - began < seconds:
+        observation = emulated.step()
+        if observation is not None:
+            latencies.append(_latency(observation, emulated.robot.epoch or 0.0))
+    cpu = (process_time() - busy) / (monotonic() - began)
+    return Load(cpu, len(latencies), seconds, float(np.median(latencies)), float(np.quantile(latencies, 0.99)))
+
+
+def _latency(observation: Observation, epoch: float) -> float:
+    """Return the seconds from the last beam until now."""
+    scan = observation.scan
+    return monotonic() - (epoch + scan.stamp + (len(scan.ranges) - 1) * scan.time_increment)

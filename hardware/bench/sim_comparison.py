@@ -1,0 +1,97 @@
+"""Benchmarks sim and env: the same drive of the simulated robot, and of the drivers on emulated devices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, closing
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hardware.bench.driven_path import DrivenPath, PathRecorder
+from hardware.bench.emulated_robot import emulated_devices
+from hardware.emulator.emulator import Emulator
+from slam.console.terminal import Terminal
+from slam.env.p3dx_env import P3DXEnv
+from slam.line_slam import Estimate
+from slam.odometry import Twist2D
+from slam.pose import Pose2D
+from slam.run.experiment import Experiment
+from slam.run.experiment_setup import scenario_experiment
+from slam.run.loop import run_loop
+from slam.run.step import Step, Watcher
+from slam.run.warm_up import warm_up
+from slam.run.watchers import Interruption, RunProgress
+from slam.scenario.schema import Scenario
+from slam.scenario.values import Point
+
+LoadScenario = Callable[[Sequence[str]], Scenario]
+"""Loads the scenario with these settings."""
+_SPEED, _TURN_SPEED = 0.5, 0.8
+"""Largest speeds that the policy asks for, m/s and rad/s."""
+_BRAKING: Final = 15
+"""Steps after the end in which no motion is commanded, so that the robot comes to rest."""
+
+
+def drive_simulated(load: LoadScenario, settings: Sequence[str], console: Terminal) -> DrivenPath:
+    """Drive the simulated robot."""
+    return _run(scenario_experiment(load(settings)), PathRecorder(), console, "sim")
+
+
+def drive_emulated(load: LoadScenario, settings: Sequence[str], console: Terminal) -> DrivenPath:
+    """Drive devices emulated at two pseudo-terminals, in real time."""
+    with emulated_devices(load(settings)) as emulator, emulator:
+        scenario = load([*settings, *emulator.port_settings])
+        return _run(scenario_experiment(scenario, "hardware", yes=True), PathRecorder(emulator), console, "hardware")
+
+
+def _run(experiment: Experiment, recorder: PathRecorder, console: Terminal, name: str) -> DrivenPath:
+    warm_up(console, experiment.scenario.slam)
+    with ExitStack() as stack:
+        stack.callback(experiment.env.close)
+        bar = stack.enter_context(RunProgress(console, f"{experiment.scenario.name}, {name}"))
+        watchers: list[Watcher] = [recorder, bar, stack.enter_context(Interruption())]
+        run_loop(experiment.env, experiment.slam, experiment.pilot, watchers, experiment.seed)
+        return recorder.path(experiment.env.robot)
+
+
+def drive_env_simulated(load: LoadScenario, settings: Sequence[str], goal: Point) -> DrivenPath:
+    """Drive the simulated robot, which is told the true direction of the goal, x and y in the map frame."""
+    return _run_episode(P3DXEnv(load(settings), observe="goal"), goal, None)
+
+
+def drive_env_emulated(load: LoadScenario, settings: Sequence[str], goal: Point, plant: str) -> DrivenPath:
+    """Drive emulated devices that this plant moves, in real time; SLAM tells them the direction of the goal."""
+    with emulated_devices(load(settings), plant=plant) as emulator, emulator:
+        scenario = load([*settings, *emulator.port_settings])
+        return _run_episode(P3DXEnv(scenario, observe="goal", backend="hardware", yes=True), goal, emulator)
+
+
+def goal_policy(observation: dict[str, NDArray[Any]]) -> NDArray[np.float32]:
+    """Turn towards the next way-point, and slow down before it: a policy."""
+    distance, bearing = observation["goal"]
+    v = np.clip(distance - 0.1, 0.05, _SPEED) * max(np.cos(bearing), 0.0)
+    return np.array([v, np.clip(1.5 * bearing, -_TURN_SPEED, _TURN_SPEED)], np.float32)
+
+
+def _run_episode(env: P3DXEnv, goal: Point, emulator: Emulator | None) -> DrivenPath:
+    """Run one episode until its end, and then until the robot stands."""
+    recorder = PathRecorder(emulator)
+    with closing(env):
+        observation, info = env.reset(seed=env.scenario.seed, options={"goal": goal})
+        recorder.on_step(_step(info))
+        over = False
+        while not over:
+            observation, _, terminated, truncated, info = env.step(goal_policy(observation))
+            recorder.on_step(_step(info))
+            over = terminated or truncated
+        for _ in range(_BRAKING):
+            *_, info = env.step(np.zeros(2))
+            recorder.on_step(_step(info))
+        return recorder.path(env.robot)
+
+
+def _step(info: dict[str, Any]) -> Step:
+    observation = info["observation"]
+    return Step(0, observation, Estimate(observation.scan.stamp, Pose2D.from_array(info["pose"])), Twist2D(), 0.0)

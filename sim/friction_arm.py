@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from slam.pose import FloatArray
-from slam.scenario.prism import Prism
+from slam.scenario.solids import Prism
 
 STEPS: Final = 16
 """Along an edge of a footprint, and from its middle to the edge; the arm of a square is then right within 0.1 %."""

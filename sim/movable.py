@@ -11,9 +11,8 @@ import numpy as np
 from sim.bullet import pybullet
 from sim.friction_arm import friction_arm
 from sim.world import FLOOR, GRAVITY, MOVABLE, ROBOT, SILLS, WALLS, World
-from slam.scenario.clearance import SILL
 from slam.scenario.furniture import Movable
-from slam.scenario.prism import Prism
+from slam.scenario.solids import SILL, Prism
 
 SLIDING: Final = 0.3
 """Friction of furniture on the floor; wood or felt has 0.2 to 0.5."""

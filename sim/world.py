@@ -14,8 +14,7 @@ from sim.mesh import Mesh, extrude
 from sim.reused_lists import reused_lists
 from slam.closing import Closing
 from slam.pose import FloatArray
-from slam.scenario.clearance import SILL
-from slam.scenario.world_plan import Prism
+from slam.scenario.solids import SILL, Prism
 
 GRAVITY: Final = 9.81
 """m/s^2."""

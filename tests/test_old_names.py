@@ -6,8 +6,8 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from slam.named_code import find_code
 
+from slam.named_code import find_code
 from slam.old_names import MOVED
 
 

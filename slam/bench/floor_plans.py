@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from slam.pose import FloatArray, Pose2D
-from slam.scenario.world_plan import rectangle
+from slam.scenario.solids import rectangle
 
 Interval = tuple[float, float]
 CLEARANCE: Final = 0.45  # nothing stands nearer to the sensor than this, metres

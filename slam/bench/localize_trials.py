@@ -19,8 +19,8 @@ from slam.run.backends import make_robot
 from slam.run.pilot import WaypointPilot
 from slam.run.results.localization_metrics import RIGHT
 from slam.run.wanderer import Wanderer
-from slam.scenario.clearance import clearance, in_the_way
 from slam.scenario.schema import Scenario
+from slam.scenario.solids import clearance, obstacle_footprints
 from slam.scenario.values import Place
 
 FREE: Final = 0.4
@@ -84,7 +84,7 @@ def map_world(scenario: Scenario, config: SlamConfig) -> MappedWorld:
 
 def starts(world: MappedWorld, random: np.random.Generator) -> Iterator[Pose2D]:
     """Random free poses of the mapped part of the world."""
-    solids, way = in_the_way(world.scenario.world.prisms()), world.truth[:, :2]
+    solids, way = obstacle_footprints(world.scenario.world.prisms()), world.truth[:, :2]
     low, high = way.min(axis=0) - MAPPED, way.max(axis=0) + MAPPED
     while True:
         place = random.uniform(low, high)

@@ -11,6 +11,6 @@ from slam.scenario.template import ScenarioTemplate
 def draw_with_warnings(template: ScenarioTemplate) -> Scenario:
     """The scenario of the template's own seed; strange values are told on standard error, a line each."""
     scenario = template.draw()
-    for caution in template.cautions(scenario):
-        print(f"hopslam: warning: {caution}", file=sys.stderr)
+    for warning in template.warnings(scenario):
+        print(f"hopslam: warning: {warning}", file=sys.stderr)
     return scenario

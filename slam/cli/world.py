@@ -33,12 +33,11 @@ def world(
     """
     from slam.cli.scenario_warnings import draw_with_warnings
     from slam.run.results.world_picture import check_picture, draw_world
-    from slam.scenario.file import read_template
-    from slam.scenario.overview import overview
+    from slam.scenario.file import read_template, summary
 
     by_seed = [] if seed is None else [f"seed={seed}"]
     loaded = draw_with_warnings(read_template(scenario, [*(settings or []), *by_seed]))
     path = out or Path(f"{loaded.name}.png")
     check_picture(path)
     draw_world(path, loaded)
-    typer.echo(f"{overview(loaded)}\ndrawn in {path}")
+    typer.echo(f"{summary(loaded)}\ndrawn in {path}")

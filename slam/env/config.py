@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Field, ValidationError
 
 from slam.config import Section
 from slam.errors import ScenarioError
-from slam.scenario.texts import texts
+from slam.scenario.settings import one_or_several
 from slam.scenario.validation_message import validation_message
 from slam.scenario.values import NotNegative, Positive
 
@@ -19,7 +19,7 @@ EndName = Literal["collision", "goal", "lost"]
 
 def _several(names: Any) -> Any:
     """A bare name is a list of one."""
-    return texts(names) if isinstance(names, str) else names
+    return one_or_several(names) if isinstance(names, str) else names
 
 
 class EnvConfig(Section):

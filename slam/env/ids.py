@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from difflib import get_close_matches
 from typing import Final
 
 import gymnasium
 
-from slam.errors import InputError
+from slam.errors import InputError, did_you_mean
 
 _NAMESPACE: Final = "hopslam"
 _ENTRY_POINT: Final = "slam.env.p3dx_env:P3DXEnv"
@@ -39,6 +38,5 @@ def find_env_id(name: str) -> str:
     whole = name if name in ENV_IDS else f"{_NAMESPACE}/{name}"
     if whole in ENV_IDS:
         return whole
-    close = get_close_matches(whole, ENV_IDS, n=1)
-    hint = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(ENV_IDS)}"
+    hint = did_you_mean(whole, ENV_IDS, otherwise=f"choose one of {', '.join(ENV_IDS)}")
     raise InputError(f"no environment {name!r}; {hint}")

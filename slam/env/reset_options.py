@@ -9,12 +9,12 @@ from typing import Any, Self
 import numpy as np
 from pydantic import ValidationError
 
-from slam.errors import InputError, ScenarioError
+from slam.errors import InputError, ScenarioError, did_you_mean
 from slam.pose import Pose2D
-from slam.scenario.obstruction import obstruction
+from slam.scenario.checks import find_obstruction
 from slam.scenario.schema import Scenario
-from slam.scenario.texts import texts
-from slam.scenario.validation_message import hint, validation_message
+from slam.scenario.settings import one_or_several
+from slam.scenario.validation_message import validation_message
 from slam.scenario.values import Place
 
 _KEYS = ("start", "goal", "settings")
@@ -36,7 +36,7 @@ class ResetOptions:
             raise InputError(f"options={options!r}: give a dict with any of the keys {', '.join(_KEYS)}")
         for key in given:
             if key not in _KEYS:
-                raise InputError(f"options: no option {key!r}; {hint(str(key), list(_KEYS))}")
+                raise InputError(f"options: no option {key!r}; {did_you_mean(str(key), _KEYS)}")
         start, goal = given.get("start"), given.get("goal")
         return cls(
             None if start is None else _place("start", start, (2, 3)),
@@ -54,14 +54,14 @@ class ResetOptions:
         if self.goal is not None:
             route = route.model_copy(update={"waypoints": ((self.goal.x, self.goal.y),)})
         changed = scenario.model_copy(update={"robot": robot, "route": route})
-        if (blocked := obstruction(changed)) is not None:
+        if (blocked := find_obstruction(changed)) is not None:
             location, problem = blocked
             raise ScenarioError(f"options: {'start' if location[0] == 'robot' else 'goal'}: {problem}")
         return changed
 
 
 def _settings(given: Any) -> tuple[str, ...]:
-    settings = texts(given)
+    settings = one_or_several(given)
     if isinstance(given, Mapping) or not all(isinstance(setting, str) for setting in settings):
         raise InputError(f"options: settings={given!r}: give 'key=value', or a list of such strings")
     return settings

@@ -9,8 +9,8 @@ from slam.env.reset_options import ResetOptions
 from slam.errors import ScenarioError
 from slam.scenario.file import load_template
 from slam.scenario.schema import Scenario
+from slam.scenario.settings import one_or_several
 from slam.scenario.template import ScenarioTemplate
-from slam.scenario.texts import texts
 
 
 class Worlds:
@@ -22,7 +22,8 @@ class Worlds:
         settings: str | Sequence[str] = (),
         allow_modules: str | Sequence[str] = (),
     ) -> None:
-        self._given, self._settings, self._allow_modules = scenario, texts(settings), texts(allow_modules)
+        self._given, self._settings = scenario, one_or_several(settings)
+        self._allow_modules = one_or_several(allow_modules)
         self._template: ScenarioTemplate | None = None
         if isinstance(scenario, Scenario) and not self._settings:
             self.first = scenario

@@ -4,6 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil
+from typing import Annotated
+
+from pydantic import Field
+
+from slam.config import Section
+
+
+class Physics(Section):
+    """The clock of the simulation."""
+
+    rate: Annotated[int, Field(ge=60, le=10_000)] = 240
+    """Physics steps a second."""
 
 
 @dataclass(frozen=True, slots=True)

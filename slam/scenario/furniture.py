@@ -10,8 +10,8 @@ from pydantic import Field
 
 from slam.config import Section
 from slam.pose import Pose2D
-from slam.scenario.prism import Prism, disc, rectangle
-from slam.scenario.values import Angle, Length, Point, Small
+from slam.scenario.solids import Prism, disc, rectangle
+from slam.scenario.values import Angle, Length, Point, SmallLength
 
 Mass = Annotated[float, Field(ge=0.1, le=1000)]
 """Kilograms."""
@@ -53,9 +53,9 @@ class Table(Section):
     """Length along ``yaw``, width, height; metres."""
     yaw: Angle = 0.0
     """Counter-clockwise from the x axis, radians."""
-    leg: Small = 0.05
+    leg: SmallLength = 0.05
     """Side of a leg, metres."""
-    top: Small = 0.03
+    top: SmallLength = 0.03
     """Thickness of the top, metres."""
     mass: Mass | None = None
     """Kilograms of a table that the robot can push; left out: it stands fast."""
@@ -87,7 +87,10 @@ class Cylinder(Section):
         yield Prism(disc(self.center, self.radius), 0.0, self.height)
 
 
-def movable(piece: Box | Table | Cylinder) -> Movable | None:
+Furniture = Box | Table | Cylinder
+
+
+def movable(piece: Furniture) -> Movable | None:
     """The piece as a thing that can be pushed; None where it stands fast."""
     if piece.mass is None:
         return None

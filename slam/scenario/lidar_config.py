@@ -8,8 +8,7 @@ from pydantic import Field, model_validator
 
 from slam.config import Section
 from slam.lidars import LidarModel, lidar_model
-from slam.scenario.quantity import Within
-from slam.scenario.values import Place, Positive, Small
+from slam.scenario.values import Place, Positive, SmallLength, Within
 
 Offset = Annotated[float, Within(-2.0, 2.0, "m", "mm", 1e-3)]
 
@@ -35,7 +34,7 @@ class LidarConfig(Section):
     """Which sensor: the paper's of its Table 1, or Hokuyo's."""
     mount: Mount = Mount(x=0.16)
     """Where it sits on the base."""
-    height: Small = 0.30
+    height: SmallLength = 0.30
     """Of the scan plane above the floor, metres."""
     rolling: bool = True
     """Each beam is taken when the turning mirror points there, from where the sensor is then; false: all at once."""

@@ -10,23 +10,17 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from slam.config import Section
-from slam.scenario.values import NotNegative, Positive
-from slam.scenario.yaml_file import Location
+from slam.scenario.values import NotNegative, Positive, rising
+from slam.scenario.yaml_file import KeyPath
 
 Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]
 """What the random numbers of numpy can draw."""
 
 
-def _rising(bounds: tuple[Any, Any]) -> tuple[Any, Any]:
-    if bounds[0] > bounds[1]:
-        raise ValueError("the lower bound comes first")
-    return bounds
-
-
 class Uniform(Section):
     """A number between two bounds."""
 
-    uniform: Annotated[tuple[float, float], AfterValidator(_rising)]
+    uniform: Annotated[tuple[float, float], AfterValidator(rising)]
     """The bounds."""
 
     @property
@@ -42,7 +36,7 @@ class Uniform(Section):
 class Integer(Section):
     """A whole number between two bounds, both included."""
 
-    integer: Annotated[tuple[Whole, Whole], AfterValidator(_rising)]
+    integer: Annotated[tuple[Whole, Whole], AfterValidator(rising)]
     """The bounds."""
 
     @property
@@ -78,7 +72,7 @@ class Normal(Section):
 class LogUniform(Section):
     """A number between two bounds above 0, each order of magnitude as likely."""
 
-    loguniform: Annotated[tuple[Positive, Positive], AfterValidator(_rising)]
+    loguniform: Annotated[tuple[Positive, Positive], AfterValidator(rising)]
     """The bounds."""
 
     @property
@@ -120,7 +114,7 @@ def is_random(data: Any) -> bool:
     return isinstance(data, dict) and len(data) == 1 and next(iter(data)) in KINDS
 
 
-def find_random(data: Any, path: Location = ()) -> Iterator[tuple[Location, type[RandomValue], Any]]:
+def find_random(data: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, type[RandomValue], Any]]:
     """Where in nested YAML data a value is to be drawn: its path, its kind, and how it is written."""
     if is_random(data):
         yield path, KINDS[next(iter(data))], data
@@ -129,18 +123,7 @@ def find_random(data: Any, path: Location = ()) -> Iterator[tuple[Location, type
             yield from find_random(value, (*path, step))
 
 
-def key_rng(path: Location, *seeds: int) -> np.random.Generator:
+def key_rng(path: KeyPath, *seeds: int) -> np.random.Generator:
     """The random numbers of one key: others than those of every other key, the same in every process."""
     digest = sha256(".".join(map(str, path)).encode()).digest()
     return np.random.default_rng([*seeds, int.from_bytes(digest[:8])])
-
-
-def filled(data: Any, values: dict[Location, Any], path: Location = ()) -> Any:
-    """A copy of nested data with these values at their paths; ``data`` stays as it is."""
-    if path in values:
-        return values[path]
-    if isinstance(data, dict):
-        return {step: filled(value, values, (*path, step)) for step, value in data.items()}
-    if isinstance(data, list):
-        return [filled(value, values, (*path, step)) for step, value in enumerate(data)]
-    return data

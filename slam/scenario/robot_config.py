@@ -8,8 +8,7 @@ from typing import Annotated
 from pydantic import Field
 
 from slam.config import Section
-from slam.scenario.quantity import Within
-from slam.scenario.values import NotNegative, Place, Positive, Small, Speed, TurnSpeed
+from slam.scenario.values import NotNegative, Place, Positive, SmallLength, Speed, TurnSpeed, Within
 
 Acceleration = Annotated[Positive, Within(0.0, 50.0, "m/s^2", "mm/s^2", 1e-3)]
 
@@ -21,11 +20,11 @@ class WheelErrors(Section):
     odometry says.
     """
 
-    left_radius: Small = 0.0975
+    left_radius: SmallLength = 0.0975
     """Radius that the firmware believes of the left wheel, metres."""
-    right_radius: Small = 0.0975
+    right_radius: SmallLength = 0.0975
     """The same of the right wheel, metres."""
-    track: Small = 0.330
+    track: SmallLength = 0.330
     """Distance between the wheels that the firmware believes, metres; 0.357 is what the vendor's factors say, and right
     where ``traction.effective_track`` is the same."""
     travel_noise: Annotated[NotNegative, Within(0.0, 1.0, "m", "mm", 1e-3)] = 0.0
@@ -41,7 +40,7 @@ class Traction(Section):
 
     slip: Annotated[float, Field(ge=0, lt=1)] = 0.0
     """Share of each wheel's way that is lost, at any speed."""
-    effective_track: Small = 0.330
+    effective_track: SmallLength = 0.330
     """The tyres scrub when the robot turns: it turns as if its wheels were this far apart, metres (a real P3-DX:
     0.357)."""
     friction: Annotated[float, Field(ge=0, le=2)] = 1.0

@@ -15,10 +15,10 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationIn
 from slam.config import Section
 from slam.pose import FloatArray, Pose2D
 from slam.scenario.cell_rectangles import merge_cells
-from slam.scenario.prism import Prism
+from slam.scenario.solids import Prism
 from slam.scenario.validation_message import validation_message
 from slam.scenario.values import Positive
-from slam.scenario.yaml_fault import UNREADABLE, yaml_fault
+from slam.scenario.yaml_file import YAML_ERRORS, explain_yaml_error
 
 _IMAGES: Final = ("PPM", "PNG", "BMP")
 """What Pillow calls the formats that are read; PPM includes PGM, binary (P5) and plain (P2)."""
@@ -90,8 +90,8 @@ def _read_header(path: Path) -> MapHeader:
         location, reason = validation_message(errors, MapHeader)
         key = ".".join(map(str, location)) or "the header of a ROS map"
         raise ValueError(f"{path}: {key}: {reason}") from errors
-    except UNREADABLE as error:
-        line, fault = yaml_fault(error)
+    except YAML_ERRORS as error:
+        line, fault = explain_yaml_error(error)
         raise ValueError(f"{path}{f':{line}' if line else ''}: not valid YAML: {fault}") from error
 
 

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from slam.config import Section, SlamConfig
-from slam.scenario.clock import Clock, make_clock
-from slam.scenario.generators.kinds import Generator
+from slam.scenario.clock import Clock, Physics, make_clock
+from slam.scenario.generators.corridor import CorridorGenerator
+from slam.scenario.generators.loop import LoopGenerator
+from slam.scenario.generators.office import OfficeGenerator
 from slam.scenario.hardware_config import HardwareConfig
 from slam.scenario.lidar_config import LidarConfig
-from slam.scenario.people import Person
 from slam.scenario.robot_config import RobotConfig
-from slam.scenario.values import Point, Positive, Small, Speed, TurnSpeed
-from slam.scenario.world_plan import World
+from slam.scenario.values import Point, Positive, SmallLength, Speed, TurnSpeed
+from slam.scenario.world_plan import Person, World
 
 
 class Route(Section):
@@ -26,15 +27,23 @@ class Route(Section):
     """m/s."""
     turn_speed: TurnSpeed = 0.8
     """rad/s."""
-    arrival: Small = 0.15
+    arrival: SmallLength = 0.15
     """A way-point is reached within this distance, metres."""
 
 
-class Physics(Section):
-    """The clock of the simulation."""
+def _kind(generate: Any) -> str | None:
+    """The kind that a section of settings names, or that the section made of them has."""
+    kind = generate.get("kind") if isinstance(generate, dict) else getattr(generate, "kind", None)
+    return None if kind is None else str(kind)
 
-    rate: Annotated[int, Field(ge=60, le=10_000)] = 240
-    """Physics steps a second."""
+
+Generator = Annotated[
+    Annotated[CorridorGenerator, Tag("corridor")]
+    | Annotated[OfficeGenerator, Tag("office")]
+    | Annotated[LoopGenerator, Tag("loop")],
+    Discriminator(_kind),
+]
+"""``kind`` says which, and which of the settings there are."""
 
 
 class Scenario(Section):

@@ -8,12 +8,11 @@ from typing import Any, Final
 
 from slam.errors import ScenarioError
 from slam.scenario.random_value import is_random
-from slam.scenario.settings import apply_settings, parse_setting
+from slam.scenario.settings import apply_settings, one_or_several, parse_setting
 from slam.scenario.shipped import find_scenario
-from slam.scenario.texts import texts
-from slam.scenario.yaml_file import Location, YamlFile
+from slam.scenario.yaml_file import KeyPath, YamlFile
 
-_MAP_FILE: Final[Location] = ("world", "map", "file")
+_MAP_FILE: Final[KeyPath] = ("world", "map", "file")
 
 
 class ScenarioSource:
@@ -25,7 +24,7 @@ class ScenarioSource:
 
     def __init__(self, path: Path, settings: str | Sequence[str] = ()) -> None:
         self._files = _with_what_it_extends(path)
-        overrides = [parse_setting(text) for text in texts(settings)]
+        overrides = [parse_setting(text) for text in one_or_several(settings)]
         self._by_hand = [location for location, _ in overrides]
         self.data: dict[str, Any] = {}
         for file in reversed(self._files):
@@ -54,16 +53,16 @@ class ScenarioSource:
         """All files that the scenario is made of."""
         return [*(file.path for file in self._files), *self.map_files]
 
-    def error(self, location: Location, reason: str) -> ScenarioError:
+    def error(self, location: KeyPath, reason: str) -> ScenarioError:
         """One line that says what is wrong with the key at this path, and where it was written."""
         key = ".".join(map(str, location)) or "scenario"
         return ScenarioError(f"{self._place(location)}: {key}: {reason}")
 
-    def _place(self, location: Location) -> str:
+    def _place(self, location: KeyPath) -> str:
         by_hand = any(path[: len(location)] == location[: len(path)] for path in self._by_hand)
         return "--set" if by_hand else self._file_of(location).place(location)
 
-    def _file_of(self, location: Location) -> YamlFile:
+    def _file_of(self, location: KeyPath) -> YamlFile:
         """The first file that has this key, or comes nearest to it."""
         return max(self._files, key=lambda file: file.depth(location))
 

@@ -11,15 +11,16 @@ from pydantic_core import ErrorDetails
 from slam.config import OwnMethod
 from slam.config.section import OWN
 from slam.config.whole import mode_of
-from slam.scenario.expected import expected, is_fixed_list, without_bounds
+from slam.errors import did_you_mean
+from slam.scenario.expected_value import bare_annotation, describe_expected, is_fixed_list
 from slam.scenario.random_value import KINDS
-from slam.scenario.yaml_file import Location
+from slam.scenario.yaml_file import KeyPath
 
 
 class _Place(NamedTuple):
     """The place in the schema that a path leads to."""
 
-    path: Location
+    path: KeyPath
     """The path as the file has it, without the names of methods that pydantic puts into it."""
     section: Any
     """The annotation of the innermost section, or choice of sections, on it."""
@@ -29,15 +30,15 @@ class _Place(NamedTuple):
     """The sections that could stand in the place of ``section``, by the name that chooses them."""
 
 
-def validation_message(errors: ValidationError, section: type[BaseModel]) -> tuple[Location, str]:
+def validation_message(errors: ValidationError, section: type[BaseModel]) -> tuple[KeyPath, str]:
     """Tell the first of several errors, an unknown key before all others.
 
     Returns the path of the key, as the file has it, and what is wrong with it. ``section`` is the schema of the whole.
     """
-    return message_of(min(errors.errors(), key=lambda error: error["type"] != "extra_forbidden"), section)
+    return error_message(min(errors.errors(), key=lambda error: error["type"] != "extra_forbidden"), section)
 
 
-def message_of(error: ErrorDetails, section: type[BaseModel]) -> tuple[Location, str]:
+def error_message(error: ErrorDetails, section: type[BaseModel]) -> tuple[KeyPath, str]:
     """Tell one error: the path of the key, and what is wrong with it."""
     place = _walk(error["loc"], section)
     if error["type"] == "union_tag_invalid":
@@ -48,24 +49,18 @@ def message_of(error: ErrorDetails, section: type[BaseModel]) -> tuple[Location,
     return place.path, _reason(error, place)
 
 
-def hint(word: str, known: list[str]) -> str:
-    """Name the known word that was perhaps meant, or all that are known."""
-    close = get_close_matches(word, known, n=1)
-    return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
-
-
 def _reason(error: ErrorDetails, place: _Place) -> str:
     value = error["input"]
     if error["type"] == "extra_forbidden":
         return _unknown(str(error["loc"][-1]), place)
     if error["type"] == "union_tag_invalid":
         name = error["ctx"]["tag"]
-        return f"no {_chooser(place.section)} {name!r}; {hint(name, list(_choices(place.section)))}"
+        return f"no {_chooser(place.section)} {name!r}; {did_you_mean(name, _choices(place.section))}"
     if error["type"] == "union_tag_not_found" and isinstance(value, dict):
         return f"{_chooser(place.section)} is missing; one of {', '.join(_choices(place.section))}"
     if error["type"] == "union_tag_not_found":
         error = error | {"type": "model_type"}
-    return expected(error, place.value) + (_meant_random(value) if isinstance(value, dict) else "")
+    return describe_expected(error, place.value) + (_meant_random(value) if isinstance(value, dict) else "")
 
 
 def _unknown(key: str, place: _Place) -> str:
@@ -75,7 +70,7 @@ def _unknown(key: str, place: _Place) -> str:
     names = [name for name, section in place.others.items() if key in section.model_fields and name != OWN]
     if names:
         return _belongs_elsewhere(names, place)
-    return f"unknown key; {hint(key, list(place.section.model_fields))}"
+    return f"unknown key; {did_you_mean(key, place.section.model_fields)}"
 
 
 def _belongs_elsewhere(names: list[str], place: _Place) -> str:
@@ -93,8 +88,8 @@ def _meant_random(value: dict[str, Any]) -> str:
     return f" (got {value!r}; did you mean {close[0]}?)" if close and close[0] not in value else ""
 
 
-def _walk(location: Location, section: Any) -> _Place:
-    path: Location = ()
+def _walk(location: KeyPath, section: Any) -> _Place:
+    path: KeyPath = ()
     value, others = section, dict[str, type[BaseModel]]()
     for step in location:
         choices = _choices(section)
@@ -105,7 +100,7 @@ def _walk(location: Location, section: Any) -> _Place:
         if isinstance(step, int):
             value = _item(value, step)
         elif step in getattr(section, "model_fields", ()):
-            value = without_bounds(section.model_fields[step].annotation)
+            value = bare_annotation(section.model_fields[step].annotation)
             inner = _section_in(section.model_fields[step].annotation)
             section, others = (section, others) if inner is None else (inner, {})
     return _Place(path, section, value, others)

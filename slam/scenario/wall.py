@@ -13,9 +13,8 @@ from pydantic import Field, model_validator
 
 from slam.config import Section
 from slam.pose import Pose2D
-from slam.scenario.prism import Prism, rectangle
-from slam.scenario.quantity import Within
-from slam.scenario.values import Length, NotNegative, Point, Small
+from slam.scenario.solids import Prism, rectangle
+from slam.scenario.values import Length, NotNegative, Point, SmallLength, Within
 
 
 class Door(Section):
@@ -30,7 +29,7 @@ class Door(Section):
     the right. Without it there is no leaf."""
     hinge: Literal["begin", "end"] = "begin"
     """The side of the opening where the leaf hangs."""
-    leaf: Small = 0.04
+    leaf: SmallLength = 0.04
     """Thickness of the leaf, metres."""
 
     @property
@@ -66,7 +65,7 @@ class Wall(Section):
     """Corners, map frame, metres."""
     closed: bool = False
     """From the last point on to the first."""
-    thickness: Small = 0.1
+    thickness: SmallLength = 0.1
     """Metres."""
     height: Annotated[Length, Within(0.0, 100.0, "m", "mm", 1e-3)] = 1.0
     """Metres."""

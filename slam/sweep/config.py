@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, mo
 
 from slam.config import Section
 from slam.scenario.random_value import KINDS, is_random
-from slam.scenario.validation_message import message_of
+from slam.scenario.validation_message import error_message
 
 Mode = Literal["hopslam", "paper", "dead_reckoning"]
 """What estimates the pose: this project's method, the paper's, or wheel odometry alone."""
@@ -34,7 +34,7 @@ def _random(given: Any) -> Any:
     try:
         kind.model_validate(given)
     except ValidationError as errors:
-        raise ValueError(message_of(errors.errors()[0], kind)[1]) from errors
+        raise ValueError(error_message(errors.errors()[0], kind)[1]) from errors
     return given
 
 

@@ -12,7 +12,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 
 from slam.files.palette import Palette
 from slam.pose import FloatArray, Pose2D
-from slam.scenario.prism import rectangle
+from slam.scenario.solids import rectangle
 
 _MAX_POINTS: Final = 200_000
 """More map points than this are thinned evenly for the picture: it shows no more."""

@@ -19,9 +19,9 @@ from slam.files.figure_file import save_figure
 from slam.files.palette import PAPER
 from slam.files.whole_files import whole_file
 from slam.pose import FloatArray
-from slam.scenario.people import Person
-from slam.scenario.prism import Prism, rectangle
 from slam.scenario.schema import Scenario
+from slam.scenario.solids import Prism, rectangle
+from slam.scenario.world_plan import Person
 
 _ROBOT = rectangle((-0.045, 0.0), 0.51, 0.38, 0.0)
 """The P3-DX, base frame, metres."""

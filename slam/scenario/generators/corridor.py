@@ -9,12 +9,10 @@ import numpy as np
 from pydantic import Field
 
 from slam.pose import Pose2D
-from slam.scenario.generators.passage import Passage
-from slam.scenario.generators.side import Side
-from slam.scenario.generators.site import Site, millimetres
-from slam.scenario.people import Person
-from slam.scenario.values import Place
+from slam.scenario.generators.passage import Passage, WallFace
+from slam.scenario.values import Place, millimetres
 from slam.scenario.wall import Wall
+from slam.scenario.world_plan import GeneratedWorld, Person
 
 _TURN: Final = 1.0
 """The robot turns so far before the end, metres."""
@@ -28,12 +26,12 @@ class CorridorGenerator(Passage):
     length: float = Field(20.0, ge=4.0, le=1000)
     """Metres."""
 
-    def sides(self) -> tuple[Side, Side]:
+    def wall_faces(self) -> tuple[WallFace, WallFace]:
         """The right one and the left one, seen from the start."""
         y = self.width / 2.0
-        return Side(Pose2D(0.0, -y, 0.0), self.length), Side(Pose2D(self.length, y, pi), self.length)
+        return WallFace(Pose2D(0.0, -y, 0.0), self.length), WallFace(Pose2D(self.length, y, pi), self.length)
 
-    def site(self) -> Site:
+    def build(self) -> GeneratedWorld:
         """The same for the same parameters, in any process."""
         rng = np.random.default_rng(self.seed)
         world = self.furnished(rng)
@@ -41,7 +39,7 @@ class CorridorGenerator(Passage):
         ends = tuple(Wall(points=((x, -y), (x, y))) for x in (-0.05, self.length + 0.05))
         people = tuple(self._person(rng) for _ in range(self.people))
         far = round(self.length - _TURN, 3)
-        return Site(
+        return GeneratedWorld(
             world.model_copy(update={"walls": world.walls + ends}), Place(x=_TURN), ((far, 0.0), (_TURN, 0.0)), people
         )
 

@@ -9,11 +9,9 @@ import numpy as np
 from pydantic import model_validator
 
 from slam.pose import Pose2D
-from slam.scenario.generators.passage import Passage
-from slam.scenario.generators.side import Side
-from slam.scenario.generators.site import Site, millimetres
-from slam.scenario.people import Person
-from slam.scenario.values import Length, Place, Point
+from slam.scenario.generators.passage import Passage, WallFace
+from slam.scenario.values import Length, Place, Point, millimetres
+from slam.scenario.world_plan import GeneratedWorld, Person
 
 
 class LoopGenerator(Passage):
@@ -24,21 +22,21 @@ class LoopGenerator(Passage):
     size: tuple[Length, Length] = (14.0, 8.0)
     """Of the ring's middle line, along x and y, metres."""
 
-    def sides(self) -> tuple[Side, ...]:
+    def wall_faces(self) -> tuple[WallFace, ...]:
         """Four of the outer walls, then four of the block."""
         outer, inner = self._ring(self.width / 2.0), self._ring(-self.width / 2.0)
         return (
-            *(_side(outer[k], outer[(k + 1) % 4], outer_corner=False) for k in range(4)),
-            *(_side(inner[(k + 1) % 4], inner[k], outer_corner=True) for k in range(4)),
+            *(_face(outer[k], outer[(k + 1) % 4], outer_corner=False) for k in range(4)),
+            *(_face(inner[(k + 1) % 4], inner[k], outer_corner=True) for k in range(4)),
         )
 
-    def site(self) -> Site:
+    def build(self) -> GeneratedWorld:
         """The same for the same parameters, in any process."""
         rng = np.random.default_rng(self.seed)
         world = self.furnished(rng)
         first, *corners = self._ring(0.0)
         people = tuple(self._person(rng) for _ in range(self.people))
-        return Site(world, Place(), (*corners, first, (0.0, 0.0)), people)
+        return GeneratedWorld(world, Place(), (*corners, first, (0.0, 0.0)), people)
 
     def _ring(self, out: float) -> tuple[Point, Point, Point, Point]:
         """Corners of the middle line, or of a rectangle ``out`` metres outside it; counter-clockwise."""
@@ -60,7 +58,7 @@ class LoopGenerator(Passage):
         return self
 
 
-def _side(start: Point, end: Point, outer_corner: bool) -> Side:
+def _face(start: Point, end: Point, outer_corner: bool) -> WallFace:
     run = np.subtract(end, start)
     yaw = float(np.arctan2(run[1], run[0]))
-    return Side(Pose2D(*start, pi if yaw == -pi else yaw), float(np.linalg.norm(run)), outer_corner)
+    return WallFace(Pose2D(*start, pi if yaw == -pi else yaw), float(np.linalg.norm(run)), outer_corner)

@@ -13,12 +13,11 @@ from pydantic import Field, model_validator
 
 from slam.config import Section
 from slam.pose import Pose2D
-from slam.scenario.clearance import sampled
-from slam.scenario.generators.room import Room, furniture
-from slam.scenario.generators.site import Site, millimetres
-from slam.scenario.values import Count, Place, Point, Span
+from slam.scenario.generators.room import Room, furniture_world
+from slam.scenario.solids import sample_path
+from slam.scenario.values import Count, Place, Point, Span, millimetres
 from slam.scenario.wall import Door, Wall
-from slam.scenario.world_plan import World
+from slam.scenario.world_plan import GeneratedWorld, World
 
 _THICKNESS: Final[float] = Wall.model_fields["thickness"].default
 _INTO_ROOM: Final = 1.1
@@ -28,7 +27,7 @@ _BESIDE_DOOR: Final = 0.2
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class RoomRow:
     """The rooms on one side. ``T_map_row``: x along the corridor's middle, y towards these rooms."""
 
     T_map_row: Pose2D
@@ -71,29 +70,29 @@ class OfficeGenerator(Section):
     people: Count = 0
     """How many walk about in rooms, as far as there is space off the robot's way."""
 
-    def site(self) -> Site:
+    def build(self) -> GeneratedWorld:
         """The same for the same parameters, in any process."""
         rng = np.random.default_rng(self.seed)
         rows = self._rows(rng)
         waypoints = self._waypoints(rows, rng)
-        route = sampled([(1.0, 0.0), *waypoints], step=0.1)
+        route = sample_path([(1.0, 0.0), *waypoints], step=0.1)
         walls = self._walls(rows)
-        outlines = [sampled(leaf.footprint, step=0.1) for wall in walls for leaf in wall.leaves()]
+        outlines = [sample_path(leaf.footprint, step=0.1) for wall in walls for leaf in wall.leaves()]
         leaves = np.concatenate(outlines)
         rooms = [Room.between(low, high, route, leaves) for row in rows for low, high in self._floors(row)]
-        pieces = [room.pieces(self.furniture, rng) for room in rooms]
+        furniture = [room.furnish(self.furniture, rng) for room in rooms]
         chosen = rng.permutation(np.resize(rng.permutation(len(rooms)), self.people))
-        people = [rooms[k].person(pieces[k], rng) for k in chosen]
-        world = reduce(World.joined, map(furniture, pieces), World(walls=walls))
-        return Site(world, Place(x=1.0), waypoints, tuple(person for person in people if person))
+        people = [rooms[k].person(furniture[k], rng) for k in chosen]
+        world = reduce(World.joined, map(furniture_world, furniture), World(walls=walls))
+        return GeneratedWorld(world, Place(x=1.0), waypoints, tuple(person for person in people if person))
 
-    def _rows(self, rng: np.random.Generator) -> tuple[Row, Row]:
+    def _rows(self, rng: np.random.Generator) -> tuple[RoomRow, RoomRow]:
         """Left and right; the same room lengths in another order, so that both end together."""
         lengths = rng.uniform(*self.room_length, self.rooms)
         total = float(lengths.sum())
         frames = Pose2D(), Pose2D(total, 0.0, pi)
         bounds = [millimetres(*np.cumsum([0.0, *rng.permutation(lengths)])) for _ in frames]
-        left, right = (Row(T, xs, self._doors(xs, rng)) for T, xs in zip(frames, bounds, strict=True))
+        left, right = (RoomRow(T, xs, self._doors(xs, rng)) for T, xs in zip(frames, bounds, strict=True))
         return left, right
 
     def _doors(self, bounds: tuple[float, ...], rng: np.random.Generator) -> tuple[Door, ...]:
@@ -106,7 +105,7 @@ class OfficeGenerator(Section):
             doors.append(Door(at=at, width=self.door_width, angle=angle, hinge=hinge))
         return tuple(doors)
 
-    def _waypoints(self, rows: tuple[Row, Row], rng: np.random.Generator) -> tuple[Point, ...]:
+    def _waypoints(self, rows: tuple[RoomRow, RoomRow], rng: np.random.Generator) -> tuple[Point, ...]:
         """Along the corridor into some rooms whose doors are open, to its far end, and back."""
         doors = [(row, door.at + door.width / 2.0) for row in rows for door in row.doors if door.angle]
         visited = [doors[k] for k in rng.permutation(len(doors))[: self.visits]]
@@ -126,7 +125,7 @@ class OfficeGenerator(Section):
         """y of a row's room behind the corridor's wall, metres."""
         return self.corridor_width / 2.0 + _THICKNESS
 
-    def _floors(self, row: Row) -> list[tuple[Point, Point]]:
+    def _floors(self, row: RoomRow) -> list[tuple[Point, Point]]:
         """Lower and upper corner of each room, map frame."""
         half, front = _THICKNESS / 2.0, self._room_front
         corners = [
@@ -135,7 +134,7 @@ class OfficeGenerator(Section):
         ]
         return [((min(a[0], b[0]), min(a[1], b[1])), (max(a[0], b[0]), max(a[1], b[1]))) for a, b in corners]
 
-    def _walls(self, rows: tuple[Row, Row]) -> tuple[Wall, ...]:
+    def _walls(self, rows: tuple[RoomRow, RoomRow]) -> tuple[Wall, ...]:
         """Of each row: the one with the doors, the one behind, the partitions; then both ends of the corridor."""
         front, back = self._room_front - _THICKNESS / 2.0, self._room_front + self.room_depth + _THICKNESS / 2.0
         walls = []

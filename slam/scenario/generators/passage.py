@@ -4,16 +4,24 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from slam.config import Section
-from slam.scenario.generators.side import SLOT, Side
-from slam.scenario.values import Count, Length
+from slam.pose import Pose2D
+from slam.scenario.furniture import Box, Table
+from slam.scenario.values import Count, Length, Point, millimetres
+from slam.scenario.wall import Wall
 from slam.scenario.world_plan import World
 
+SLOT: Final = 1.3
+"""Each thing has so much of a side for itself, metres."""
+_RECESS: Final = (0.15, 1.15)
+"""Where in its slot a recess begins and ends, metres."""
+_THICKNESS: Final[float] = Wall.model_fields["thickness"].default
 _LEAST_DEPTH: Final = 0.2
 """Of furniture, metres."""
 _BODY: Final = 0.2
@@ -21,6 +29,57 @@ _BODY: Final = 0.2
 _BESIDE_ROBOT: Final = 0.6
 """From the robot's way to where people walk, metres, at least."""
 _LANE_WITH_PEOPLE: Final = 2.0 * (_BESIDE_ROBOT + _BODY)
+
+
+@dataclass(frozen=True, slots=True)
+class WallFace:
+    """``T_map_face``: x along the face, y off the wall into the open."""
+
+    T_map_face: Pose2D
+    length: float
+    outer_corner: bool = False
+    """The passage bends around both ends of this side, so that its wall must not stick out."""
+
+    @property
+    def slots(self) -> int:
+        """How many things have a place along it."""
+        return int(self.length / SLOT)
+
+    def wall(self, recessed: Sequence[int], depth: float) -> Wall:
+        """The wall behind the face, with recesses in these slots."""
+        inset, middle = (_THICKNESS / 2.0 if self.outer_corner else 0.0), -_THICKNESS / 2.0
+        line = [(inset, middle)]
+        for slot in sorted(recessed):
+            low, high = (self._begin(slot) + edge for edge in _RECESS)
+            line += [(low, middle), (low, middle - depth), (high, middle - depth), (high, middle)]
+        line.append((self.length - inset, middle))
+        return Wall(points=tuple(self._point(x, y) for x, y in line))
+
+    def box(self, slot: int, depth: float, rng: np.random.Generator) -> Box:
+        """A box near the wall that reaches no farther than ``depth`` metres into the open."""
+        length, width = rng.uniform(0.3, 1.0), rng.uniform(0.5, 1.0) * min(depth, 0.7)
+        height, turn = rng.uniform(0.45, 1.2), rng.uniform(-0.3, 0.3)
+        reach = length * abs(np.sin(turn)) + width * np.cos(turn)
+        if reach > depth:
+            turn, reach = 0.0, width
+        center = self._point(self._begin(slot) + SLOT / 2.0, reach / 2.0)
+        length, width, height, yaw = millimetres(length, width, height, self.T_map_face.theta + turn)
+        return Box(center=center, size=(length, width, height), yaw=yaw)
+
+    def table(self, slot: int, depth: float) -> Table:
+        """A table along the wall."""
+        width = min(depth, 0.7)
+        center = self._point(self._begin(slot) + SLOT / 2.0, width / 2.0)
+        return Table(center=center, size=(1.2, round(width, 3), 0.74), yaw=round(self.T_map_face.theta, 6))
+
+    def _begin(self, slot: int) -> float:
+        """Where a slot begins, metres along the side."""
+        return (self.length - self.slots * SLOT) / 2.0 + slot * SLOT
+
+    def _point(self, x: float, y: float) -> Point:
+        point = self.T_map_face @ Pose2D(x, y)
+        x, y = millimetres(point.x, point.y)
+        return x, y
 
 
 class Passage(Section):
@@ -49,18 +108,18 @@ class Passage(Section):
         return (self.width - self.lane) / 2.0
 
     @abstractmethod
-    def sides(self) -> Sequence[Side]:
+    def wall_faces(self) -> Sequence[WallFace]:
         """The faces of its walls."""
 
     def furnished(self, rng: np.random.Generator) -> World:
         """The walls with their recesses, and the furniture: each in a slot of its own, drawn at random."""
-        sides = self.sides()
-        slots = [(side, slot) for side in sides for slot in range(side.slots)]
+        faces = self.wall_faces()
+        slots = [(face, slot) for face in faces for slot in range(face.slots)]
         drawn = [slots[k] for k in rng.permutation(len(slots))]
         recesses, rest = drawn[: self.recesses], drawn[self.recesses :]
-        walls = [side.wall([slot for owner, slot in recesses if owner is side], self.recess_depth) for side in sides]
-        boxes = [side.box(slot, self.depth, rng) for side, slot in rest[: self.boxes]]
-        tables = [side.table(slot, self.depth) for side, slot in rest[self.boxes : self.boxes + self.tables]]
+        walls = [face.wall([slot for owner, slot in recesses if owner is face], self.recess_depth) for face in faces]
+        boxes = [face.box(slot, self.depth, rng) for face, slot in rest[: self.boxes]]
+        tables = [face.table(slot, self.depth) for face, slot in rest[self.boxes : self.boxes + self.tables]]
         return World(walls=tuple(walls), boxes=tuple(boxes), tables=tuple(tables))
 
     def walking_offset(self, rng: np.random.Generator) -> float:
@@ -80,7 +139,7 @@ class Passage(Section):
             raise ValueError(
                 f"lane = {self.lane:g} m is too narrow to meet people in; at least {_LANE_WITH_PEOPLE:g} m"
             )
-        wanted, there = self.recesses + self.boxes + self.tables, sum(side.slots for side in self.sides())
+        wanted, there = self.recesses + self.boxes + self.tables, sum(face.slots for face in self.wall_faces())
         if wanted > there:
             raise ValueError(f"{wanted} recesses, boxes and tables; the walls have room for {there}, {SLOT} m for each")
         return self

@@ -7,9 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from slam.errors import InputError
+from slam.errors import InputError, did_you_mean
 from slam.pose import FloatArray
-from slam.scenario.validation_message import hint
 from slam.sweep.row import Row
 from slam.sweep.store import SweepStore
 
@@ -84,7 +83,7 @@ def pick_metric(store: SweepStore, asked: str | None) -> str:
     if found is None:
         known = list(numbers)
         raise InputError(
-            f"no column {asked!r} of numbers; {hint(asked, known)}" if asked else "no run has a result yet"
+            f"no column {asked!r} of numbers; {did_you_mean(asked, known)}" if asked else "no run has a result yet"
         )
     return found
 

@@ -34,7 +34,7 @@ _short: Final = Repr()
 _short.maxlevel, _short.maxstring, _short.maxother = 3, 60, 60
 
 
-def expected(error: ErrorDetails, annotation: Any) -> str:
+def describe_expected(error: ErrorDetails, annotation: Any) -> str:
     """``expected a list of 2 numbers, like [1, 2] (got [1])``, for a value of that annotation."""
     kind, value = error["type"], error["input"]
     if kind == "missing":
@@ -50,15 +50,15 @@ def is_fixed_list(annotation: Any) -> bool:
     return get_origin(annotation) is tuple and Ellipsis not in get_args(annotation)
 
 
-def without_bounds(annotation: Any) -> Any:
+def bare_annotation(annotation: Any) -> Any:
     """The annotation without ``Annotated`` and ``| None``, at every depth of lists."""
     arguments = get_args(annotation)
     if hasattr(annotation, "__metadata__"):
-        return without_bounds(arguments[0])
+        return bare_annotation(arguments[0])
     if get_origin(annotation) is tuple:
-        return tuple[tuple(item if item is Ellipsis else without_bounds(item) for item in arguments)]  # type: ignore[misc]
+        return tuple[tuple(item if item is Ellipsis else bare_annotation(item) for item in arguments)]  # type: ignore[misc]
     if type(None) in arguments:
-        return without_bounds(next(argument for argument in arguments if argument is not type(None)))
+        return bare_annotation(next(argument for argument in arguments if argument is not type(None)))
     return annotation
 
 

@@ -1,16 +1,23 @@
-"""How far solids are from where the robot is to stand or to drive."""
+"""Upright prisms, which every thing of a world is made of, and how far points are from them.
+
+Metres and radians, map frame; the floor is z = 0.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import pairwise
+from math import acos, ceil, pi
 from typing import Final
 
 import numpy as np
 
-from slam.pose import FloatArray
-from slam.scenario.prism import Prism
+from slam.pose import FloatArray, Pose2D
+from slam.scenario.values import Point
 
+_CHORD: Final = 1e-3
+"""A polygon that stands for a circle deviates from it by no more than this, metres."""
 ROBOT_RADIUS: Final = 0.25
 """Of the disc that must be free where the robot stands, metres: more than half its width, less than half its length."""
 SILL: Final = 0.025
@@ -19,7 +26,29 @@ ROBOT_SPAN: Final = (SILL, 0.4)
 """A solid that has no part between these heights, metres, is not in the robot's way."""
 
 
-def in_the_way(prisms: Sequence[Prism]) -> list[FloatArray]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Prism:
+    """A solid with the outline ``footprint`` (N, 2), counter-clockwise and convex, from ``bottom`` up to ``top``."""
+
+    footprint: FloatArray
+    bottom: float
+    top: float
+
+
+def rectangle(center: Point, length: float, width: float, yaw: float) -> FloatArray:
+    """Corners (4, 2), counter-clockwise; ``length`` lies along ``yaw``."""
+    corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * [length, width]
+    return Pose2D(*center, yaw).transform(corners)
+
+
+def disc(center: Point, radius: float) -> FloatArray:
+    """Corners (N, 2), counter-clockwise, of a regular polygon in the circle, less than 1 mm inside it everywhere."""
+    sides = max(8, ceil(pi / acos(max(1.0 - _CHORD / radius, 0.0))))
+    angles = np.arange(sides) * (2.0 * pi / sides)
+    return radius * np.column_stack([np.cos(angles), np.sin(angles)]) + center
+
+
+def obstacle_footprints(prisms: Sequence[Prism]) -> list[FloatArray]:
     """Footprints of the solids that the robot cannot drive over or under."""
     low, high = ROBOT_SPAN
     return [prism.footprint for prism in prisms if prism.bottom < high and prism.top > low]
@@ -46,7 +75,7 @@ def clearance(points: FloatArray, footprints: Sequence[FloatArray]) -> FloatArra
     return np.where(inside, 0.0, distance)
 
 
-def sampled(path: Sequence[tuple[float, float]] | FloatArray, step: float = 0.05) -> FloatArray:
+def sample_path(path: Sequence[tuple[float, float]] | FloatArray, step: float = 0.05) -> FloatArray:
     """Points (N, 2) on a polyline, no more than ``step`` metres apart, its corners among them."""
     corners = np.asarray(path, np.float64)
     parts = [corners[:1]]

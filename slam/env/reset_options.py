@@ -30,7 +30,7 @@ class ResetOptions:
 
     @classmethod
     def of(cls, options: Mapping[str, Any] | None) -> Self:
-        """The options as given to ``reset``; InputError names an unknown key, or what is wrong with a value."""
+        """Check the options given to ``reset``; InputError names an unknown key, or what is wrong with a value."""
         given = options or {}
         if not isinstance(given, Mapping):
             raise InputError(f"options={options!r}: give a dict with any of the keys {', '.join(_KEYS)}")
@@ -45,7 +45,7 @@ class ResetOptions:
         )
 
     def applied(self, scenario: Scenario) -> Scenario:
-        """The scenario with this start and goal; ScenarioError where a solid stands there."""
+        """Put this start and goal into the scenario; ScenarioError where a solid stands there."""
         if self.start is None and self.goal is None:
             return scenario
         robot, route = scenario.robot, scenario.route
@@ -75,12 +75,12 @@ def _place(name: str, value: Any, counts: tuple[int, ...]) -> Place:
         if numbers.ndim == 1 and len(numbers) in counts:
             return Place(**dict(zip(("x", "y", "theta"), numbers.tolist(), strict=False)))
     except (TypeError, ValueError) as error:
-        why = _told(error) if isinstance(error, ValidationError) else "no numbers"
+        why = _number_error(error) if isinstance(error, ValidationError) else "no numbers"
         raise InputError(f"options: {name}={value!r}: {why}; give {form}, metres and radians, map frame") from error
     raise InputError(f"options: {name}={value!r}: give {form}, metres and radians, map frame")
 
 
-def _told(error: ValidationError) -> str:
-    """Name the number of a place that is wrong, and why."""
+def _number_error(error: ValidationError) -> str:
+    """Name the number that is wrong, and why."""
     (number,), reason = validation_message(error, Place)
     return f"{number}: {reason}"

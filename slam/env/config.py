@@ -38,7 +38,7 @@ class EnvConfig(Section):
     collision_penalty: NotNegative = 0.0
     """Taken off the reward of every step that ends in a collision."""
     end_on: Annotated[tuple[EndName, ...], BeforeValidator(_several)] = ("collision", "goal")
-    """What terminates an episode."""
+    """Ends that terminate an episode."""
     max_seconds: Positive | None = None
     """An episode is truncated after this many simulated seconds; never later than the scenario's ``duration``."""
     lost_beyond: Positive = 1.0
@@ -52,7 +52,7 @@ class EnvConfig(Section):
 
     @property
     def uses_slam(self) -> bool:
-        """Whether anything here depends on the method: without need it does not run."""
+        """True where anything here depends on the method: without need it does not run."""
         return "lost" in self.end_on or not {"slam_pose", "map"}.isdisjoint(self.observe)
 
     def make_views(self, scenario: Scenario, extent: Extent) -> dict[str, View]:

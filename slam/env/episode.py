@@ -61,7 +61,7 @@ class Episode:
 
     @property
     def out_of_time(self) -> bool:
-        """Whether this was the last scan for which there is time, or the robot has no more."""
+        """True where this was the last scan for which there is time, or the robot has no more."""
         return self._no_more_scans or self.turns >= self._last_turn
 
     def update(self, observation: Observation | None) -> None:

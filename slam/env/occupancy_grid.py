@@ -27,7 +27,7 @@ class Extent:
 
     @classmethod
     def of(cls, scenario: Scenario) -> Self:
-        """Around the solids that the lidar can see, the start and the way-points, with a margin."""
+        """Enclose the solids that the lidar can see, the start and the way-points, with a margin."""
         start = scenario.robot.start
         places = np.array([(start.x, start.y), *scenario.route.waypoints])
         corners = np.concatenate([places, *scenario.world.outlines(scenario.lidar.height)])
@@ -36,9 +36,12 @@ class Extent:
 
 
 def seen_ranges(scan: LaserScan) -> FloatArray:
-    """How far each beam saw, shape (N,), metres: to its echo, or as far as the sensor reaches where neither the beam
-    nor its neighbours have one. A lone beam without an echo was lost, which happens before walls too: it saw nothing,
-    as does one that was too close or in error."""
+    """Measure how far each beam saw, metres (N,): to its echo, or as far as the sensor reaches where neither it nor its
+    neighbours have one.
+
+    A lone beam without an echo was lost, which happens before walls too: it saw nothing, as does one that was too close
+    or in error.
+    """
     silent = np.pad(np.isposinf(scan.ranges), 1, mode="edge")
     open_space = silent[:-2] & silent[1:-1] & silent[2:]
     return np.where(scan.echoes, scan.ranges, np.where(open_space, scan.range_max, 0.0))
@@ -92,7 +95,7 @@ def mark_rays(
 
 @compiled
 def _march(cells: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, length: float, echo: bool) -> int:
-    """One ray, from border to border of the cells it crosses (Amanatides and Woo, 1987)."""
+    """March along one ray, from border to border of the cells it crosses (Amanatides and Woo, 1987)."""
     column, row = int(np.floor(x)), int(np.floor(y))
     step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)
     per_x, per_y = 1.0 / max(abs(dx), 1e-12), 1.0 / max(abs(dy), 1e-12)  # along the ray, from border to border

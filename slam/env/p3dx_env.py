@@ -276,7 +276,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
             self._window.close()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A copy is a new environment with the same arguments and random numbers; InputError while this one runs."""
+        """Copy as a new environment with the same arguments and random numbers; InputError while this one runs."""
         if self._session.running:
             raise InputError(
                 "an environment that runs cannot be copied or pickled, nor can its robot; close() it first, or make "
@@ -287,7 +287,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         return partial(type(self), **self._made_with), (), state
 
     def _begin(self, seed: int, options: ResetOptions) -> Episode:
-        """A simulated robot is put at its start; a real one stays where it is."""
+        """Begin an episode: a simulated robot is put at its start, a real one stays where it is."""
         restartable = self._session.restartable
         if options.start is not None and not restartable:
             raise InputError(

@@ -35,7 +35,7 @@ class RobotSession:
     def __init__(self, backend: str, *, yes: bool, dry_run: bool) -> None:
         options = _backend_options(backend, yes, dry_run)
         self.restartable = is_restartable(backend)  # an unknown name is refused now
-        """Whether an episode begins at the start of its scenario; else it begins where the robot stands."""
+        """True where an episode begins at the start of its scenario; else it begins where the robot stands."""
         self._backend, self._options = backend, options
         self._robot: Robot | None = None
         self._scenario: Scenario | None = None
@@ -43,7 +43,7 @@ class RobotSession:
 
     @property
     def running(self) -> bool:
-        """Whether there is a robot now."""
+        """True while there is a robot."""
         return self._robot is not None
 
     @property

@@ -25,7 +25,7 @@ class StepState:
     goal: Pose2D | None
     """The next way-point; None when all are passed."""
     arrived: bool
-    """Whether the last way-point was reached."""
+    """True when the last way-point was reached."""
     route_left: float
     """Metres of the route that are left."""
     estimate: Estimate | None
@@ -50,7 +50,7 @@ class StepState:
 
     @property
     def lost(self) -> bool:
-        """Whether the method says itself that it is lost."""
+        """True where the method says itself that it is lost."""
         return self.estimate is not None and self.estimate.lost
 
     @property
@@ -62,7 +62,7 @@ class StepState:
 
     @property
     def collided(self) -> bool:
-        """Whether the robot touched anything but the floor, or says that something holds its wheels."""
+        """True where the robot touched anything but the floor, or says that something holds its wheels."""
         return self.observation.collided or self.observation.stalled
 
 

@@ -1,4 +1,4 @@
-"""What stands about: boxes, tables and cylinders."""
+"""Furniture: boxes, tables and cylinders."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Box(Section):
     """A box on the floor."""
 
     center: Point
-    """Of its outline, map frame, metres."""
+    """Centre of its outline, map frame, metres."""
     size: tuple[Length, Length, Length]
     """Length along ``yaw``, width, height; metres."""
     yaw: Angle = 0.0
@@ -40,7 +40,7 @@ class Box(Section):
     """Kilograms of a box that the robot can push; left out: it stands fast."""
 
     def prisms(self) -> Iterator[Prism]:
-        """The one."""
+        """Yield the box itself."""
         yield Prism(rectangle(self.center, self.size[0], self.size[1], self.yaw), 0.0, self.size[2])
 
 
@@ -48,7 +48,7 @@ class Table(Section):
     """A table: four square legs and a top; a low lidar sees the legs only."""
 
     center: Point
-    """Of its outline, map frame, metres."""
+    """Centre of its outline, map frame, metres."""
     size: tuple[Length, Length, Length] = (1.2, 0.6, 0.75)
     """Length along ``yaw``, width, height; metres."""
     yaw: Angle = 0.0
@@ -61,7 +61,7 @@ class Table(Section):
     """Kilograms of a table that the robot can push; left out: it stands fast."""
 
     def prisms(self) -> Iterator[Prism]:
-        """The legs, then the top."""
+        """Yield the legs, then the top."""
         length, width, height = self.size
         place = Pose2D(*self.center, self.yaw)
         for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
@@ -74,16 +74,16 @@ class Cylinder(Section):
     """A pillar, a bin, a plant pot: a round thing on the floor."""
 
     center: Point
-    """Of its outline, map frame, metres."""
+    """Centre of its outline, map frame, metres."""
     radius: Length
-    """Metres."""
+    """Radius, metres."""
     height: Length = 1.0
-    """Metres."""
+    """Height, metres."""
     mass: Mass | None = None
     """Kilograms of a cylinder that the robot can push; left out: it stands fast."""
 
     def prisms(self) -> Iterator[Prism]:
-        """One with so many sides that it is round within 1 mm."""
+        """Yield one prism with so many sides that it is round within 1 mm."""
         yield Prism(disc(self.center, self.radius), 0.0, self.height)
 
 
@@ -91,7 +91,7 @@ Furniture = Box | Table | Cylinder
 
 
 def movable(piece: Furniture) -> Movable | None:
-    """The piece as a thing that can be pushed; None where it stands fast."""
+    """Make a movable thing of a piece of furniture; None where it stands fast."""
     if piece.mass is None:
         return None
     at_origin = piece.model_copy(update={"center": (0.0, 0.0), "yaw": 0.0})

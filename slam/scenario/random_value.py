@@ -14,7 +14,7 @@ from slam.scenario.values import NotNegative, Positive, rising
 from slam.scenario.yaml_file import KeyPath
 
 Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]
-"""What the random numbers of numpy can draw."""
+"""Whole number that numpy can draw."""
 
 
 class Uniform(Section):
@@ -29,7 +29,7 @@ class Uniform(Section):
         return self.uniform
 
     def draw(self, rng: np.random.Generator) -> Any:
-        """One value."""
+        """Draw one value."""
         return float(rng.uniform(*self.uniform))
 
 
@@ -45,7 +45,7 @@ class Integer(Section):
         return self.integer
 
     def draw(self, rng: np.random.Generator) -> Any:
-        """One value."""
+        """Draw one value."""
         return int(rng.integers(*self.integer, endpoint=True))
 
 
@@ -62,7 +62,7 @@ class Normal(Section):
         return mean - 3.0 * sigma, mean + 3.0 * sigma
 
     def draw(self, rng: np.random.Generator) -> Any:
-        """One value."""
+        """Draw one value."""
         while abs(deviation := rng.standard_normal()) > 3.0:
             pass
         mean, sigma = self.normal
@@ -81,7 +81,7 @@ class LogUniform(Section):
         return self.loguniform
 
     def draw(self, rng: np.random.Generator) -> Any:
-        """One value."""
+        """Draw one value."""
         low, high = self.loguniform
         return float(np.clip(np.exp(rng.uniform(np.log(low), np.log(high))), low, high))
 
@@ -98,7 +98,7 @@ class Choice(Section):
         return self.choice
 
     def draw(self, rng: np.random.Generator) -> Any:
-        """One value."""
+        """Draw one value."""
         return self.choice[rng.integers(len(self.choice))]
 
 
@@ -106,16 +106,16 @@ RandomValue = Uniform | Integer | Normal | LogUniform | Choice
 KINDS: Final[dict[str, type[RandomValue]]] = {
     "uniform": Uniform, "integer": Integer, "normal": Normal, "loguniform": LogUniform, "choice": Choice,
 }  # fmt: skip
-"""By the key that a random value is written with. No section of a scenario has a key of such a name."""
+"""Kinds by the key that a random value is written with. No section of a scenario has a key of such a name."""
 
 
 def is_random(data: Any) -> bool:
-    """Whether this stands for a value to be drawn."""
+    """True for data that stands for a value to be drawn."""
     return isinstance(data, dict) and len(data) == 1 and next(iter(data)) in KINDS
 
 
 def find_random(data: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, type[RandomValue], Any]]:
-    """Where in nested YAML data a value is to be drawn: its path, its kind, and how it is written."""
+    """Find the random values in nested YAML data: path, kind, and the value as it is written."""
     if is_random(data):
         yield path, KINDS[next(iter(data))], data
     elif isinstance(data, dict | list):
@@ -124,6 +124,6 @@ def find_random(data: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, type[R
 
 
 def key_rng(path: KeyPath, *seeds: int) -> np.random.Generator:
-    """The random numbers of one key: others than those of every other key, the same in every process."""
+    """Make the random numbers of one key: others than those of every other key, the same in every process."""
     digest = sha256(".".join(map(str, path)).encode()).digest()
     return np.random.default_rng([*seeds, int.from_bytes(digest[:8])])

@@ -21,7 +21,7 @@ from slam.scenario.values import Positive
 from slam.scenario.yaml_file import YAML_ERRORS, explain_yaml_error
 
 _IMAGES: Final = ("PPM", "PNG", "BMP")
-"""What Pillow calls the formats that are read; PPM includes PGM, binary (P5) and plain (P2)."""
+"""Pillow's names of the formats that are read; PPM includes PGM, binary (P5) and plain (P2)."""
 
 
 class MapHeader(BaseModel):
@@ -40,7 +40,7 @@ class MapHeader(BaseModel):
     occupied_thresh: float = Field(0.65, ge=0, le=1)
     """Cells darker than this, 0 white to 1 black, are occupied."""
     mode: Literal["trinary", "scale"] = "trinary"
-    """The same for what is occupied; ``raw`` is not read."""
+    """Both read occupied cells alike; ``raw`` is not read."""
 
 
 class RosMap(Section):
@@ -49,10 +49,10 @@ class RosMap(Section):
     file: str
     """The ``map.yaml``; a relative path starts at the scenario file."""
     height: Positive = 1.0
-    """Of the solids, metres."""
+    """Height of the solids, metres."""
 
     def prisms(self) -> list[Prism]:
-        """Rectangles that together cover the occupied cells, and nothing else. They may overlap."""
+        """Make rectangles that together cover the occupied cells, and nothing else. They may overlap."""
         path = Path(self.file)
         return [Prism(footprint, 0.0, self.height) for footprint in _footprints(path, path.stat().st_mtime_ns)]
 
@@ -96,7 +96,7 @@ def _read_header(path: Path) -> MapHeader:
 
 
 def _occupied(path: Path, header: MapHeader) -> NDArray[np.bool_]:
-    """Which cells are occupied, (rows, columns), the lowest row first."""
+    """Read the occupied cells, (rows, columns), the lowest row first."""
     try:
         with Image.open(path, formats=_IMAGES) as image:
             deep = image.mode.startswith("I")  # 16 bit

@@ -24,15 +24,15 @@ class Route(Section):
     waypoints: tuple[Point, ...] = ()
     """Map frame, metres; none: the robot stands. Left out where a world is generated: a tour of it."""
     speed: Speed = 0.5
-    """m/s."""
+    """Speed, m/s."""
     turn_speed: TurnSpeed = 0.8
-    """rad/s."""
+    """Turning speed, rad/s."""
     arrival: SmallLength = 0.15
     """A way-point is reached within this distance, metres."""
 
 
 def _kind(generate: Any) -> str | None:
-    """The kind that a section of settings names, or that the section made of them has."""
+    """Read the kind that a section of settings names, or that the section made of them has."""
     kind = generate.get("kind") if isinstance(generate, dict) else getattr(generate, "kind", None)
     return None if kind is None else str(kind)
 
@@ -50,14 +50,14 @@ class Scenario(Section):
     """One whole experiment."""
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._ -]*$")
-    """Of the run folders too."""
+    """Name of the scenario, and of its run folders."""
     description: str = ""
-    """In one line."""
+    """Description in one line."""
     generate: Generator | None = None
     """Makes a world, a route and people from a seed, when the scenario is loaded; written by hand, they add to it."""
     world: World = World()
     people: tuple[Person, ...] = ()
-    """Who walks there."""
+    """People who walk there."""
     robot: RobotConfig = RobotConfig()
     lidar: LidarConfig = LidarConfig()
     hardware: HardwareConfig = HardwareConfig()
@@ -67,11 +67,11 @@ class Scenario(Section):
     duration: Positive = 600.0
     """The run ends after this many simulated seconds at the latest."""
     seed: int = Field(0, ge=0)
-    """Of all that is random: values that the file leaves to chance, noise of the lidar and the wheels, map points."""
+    """Seed of all that is random: values that the file leaves to chance, noise of lidar and wheels, map points."""
 
     @property
     def clock(self) -> Clock:
-        """How physics, control and scans divide the time."""
+        """Division of time among physics, control and scans."""
         lidar = self.lidar.description.lidar
         sweep = (lidar.beams - 1) * self.lidar.time_increment
         return make_clock(self.physics.rate, self.robot.control_rate, lidar.scan_time, sweep)

@@ -21,7 +21,7 @@ def one_or_several(given: str | Iterable[str]) -> tuple[str, ...]:
 
 
 def parse_setting(text: str) -> tuple[KeyPath, Any]:
-    """``slam.lines.psi=1`` as its path and its value, which is read as YAML; a number in the path is an index."""
+    """Parse ``slam.lines.psi=1`` into a path and a value, which is read as YAML; a number in the path is an index."""
     key, equals, value = text.partition("=")
     if not equals or not all(key.strip().split(".")):
         raise ScenarioError(f"--set {text}: expected key=value, for example --set duration=60")
@@ -44,7 +44,7 @@ def apply_settings(data: dict[str, Any], settings: Iterable[tuple[KeyPath, Any]]
 
 
 def named_code(settings: Iterable[tuple[KeyPath, Any]]) -> Iterator[str]:
-    """The ``module:name`` places that these settings name as parts of the method: whoever writes them allows them."""
+    """Find the ``module:name`` places that settings name as parts of the method: whoever writes them allows them."""
     for location, value in settings:
         for key in _CODE_KEYS:
             if location == key[: len(location)]:
@@ -52,7 +52,7 @@ def named_code(settings: Iterable[tuple[KeyPath, Any]]) -> Iterator[str]:
 
 
 def _code_in(value: Any, rest: KeyPath) -> Iterator[str]:
-    """The code at the rest of the path, and all that a random value may put there."""
+    """Find the code at the rest of the path, and all that a random value may put there."""
     if is_random(value):
         for choice in value.get("choice", ()):
             yield from _code_in(choice, rest)

@@ -19,7 +19,7 @@ from slam.scenario.values import Point
 _CHORD: Final = 1e-3
 """A polygon that stands for a circle deviates from it by no more than this, metres."""
 ROBOT_RADIUS: Final = 0.25
-"""Of the disc that must be free where the robot stands, metres: more than half its width, less than half its length."""
+"""Radius of the disc that must be free around it, metres: more than half its width, less than half its length."""
 SILL: Final = 0.025
 """The robot drives over a solid that ends no higher than this, metres: the step that the P3-DX's data sheet allows."""
 ROBOT_SPAN: Final = (SILL, 0.4)
@@ -36,28 +36,28 @@ class Prism:
 
 
 def rectangle(center: Point, length: float, width: float, yaw: float) -> FloatArray:
-    """Corners (4, 2), counter-clockwise; ``length`` lies along ``yaw``."""
+    """Make the corners (4, 2) of a rectangle, counter-clockwise; ``length`` lies along ``yaw``."""
     corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * [length, width]
     return Pose2D(*center, yaw).transform(corners)
 
 
 def disc(center: Point, radius: float) -> FloatArray:
-    """Corners (N, 2), counter-clockwise, of a regular polygon in the circle, less than 1 mm inside it everywhere."""
+    """Make a regular polygon (N, 2), counter-clockwise, in a circle, less than 1 mm inside it everywhere."""
     sides = max(8, ceil(pi / acos(max(1.0 - _CHORD / radius, 0.0))))
     angles = np.arange(sides) * (2.0 * pi / sides)
     return radius * np.column_stack([np.cos(angles), np.sin(angles)]) + center
 
 
 def obstacle_footprints(prisms: Sequence[Prism]) -> list[FloatArray]:
-    """Footprints of the solids that the robot cannot drive over or under."""
+    """List the footprints of the solids that the robot cannot drive over or under."""
     low, high = ROBOT_SPAN
     return [prism.footprint for prism in prisms if prism.bottom < high and prism.top > low]
 
 
 def clearance(points: FloatArray, footprints: Sequence[FloatArray]) -> FloatArray:
-    """Metres from each of the points (N, 2) to the nearest of the convex, counter-clockwise footprints; 0 inside; (N,).
+    """Measure from each of the points (N, 2) to the nearest of the convex, counter-clockwise footprints, metres (N,).
 
-    Infinite where there is no footprint.
+    0 inside of one; infinite where there is no footprint.
     """
     if not footprints:
         return np.full(len(points), np.inf)
@@ -76,7 +76,7 @@ def clearance(points: FloatArray, footprints: Sequence[FloatArray]) -> FloatArra
 
 
 def sample_path(path: Sequence[tuple[float, float]] | FloatArray, step: float = 0.05) -> FloatArray:
-    """Points (N, 2) on a polyline, no more than ``step`` metres apart, its corners among them."""
+    """Sample points (N, 2) on a polyline, no more than ``step`` metres apart, its corners among them."""
     corners = np.asarray(path, np.float64)
     parts = [corners[:1]]
     for a, b in pairwise(corners):

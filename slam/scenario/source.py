@@ -1,4 +1,4 @@
-"""Where a scenario comes from: a YAML file, those that it extends, and settings given by hand on top."""
+"""The data of a scenario: a YAML file, those that it extends, and settings given by hand on top."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class ScenarioSource:
 
     @property
     def folder(self) -> Path:
-        """What the path of a map is relative to: the folder of the file that names it."""
+        """Folder of the file that names the ROS map, from which its path starts."""
         return self._file_of(_MAP_FILE).path.parent
 
     @property
@@ -54,7 +54,7 @@ class ScenarioSource:
         return [*(file.path for file in self._files), *self.map_files]
 
     def error(self, location: KeyPath, reason: str) -> ScenarioError:
-        """One line that says what is wrong with the key at this path, and where it was written."""
+        """Make the error that says in one line what is wrong with the key at this path, and where it was written."""
         key = ".".join(map(str, location)) or "scenario"
         return ScenarioError(f"{self._place(location)}: {key}: {reason}")
 
@@ -63,12 +63,12 @@ class ScenarioSource:
         return "--set" if by_hand else self._file_of(location).place(location)
 
     def _file_of(self, location: KeyPath) -> YamlFile:
-        """The first file that has this key, or comes nearest to it."""
+        """Find the first file that has this key, or comes nearest to it."""
         return max(self._files, key=lambda file: file.depth(location))
 
 
 def _with_what_it_extends(path: Path) -> list[YamlFile]:
-    """The file, the one that it extends, and so on."""
+    """Read the file, the one that it extends, and so on."""
     files = [YamlFile(path)]
     while "extends" in files[-1].data:
         name = files[-1].data.pop("extends")

@@ -37,11 +37,11 @@ class ScenarioTemplate:
 
     @property
     def random(self) -> bool:
-        """Whether draws of different seeds differ in more than ``Scenario.seed``."""
+        """True where draws of different seeds differ in more than ``Scenario.seed``."""
         return bool(self._random)
 
     def draw(self, seed: int | None = None) -> Scenario:
-        """The scenario of this seed, or of the file's own: the same in every process.
+        """Draw the scenario of this seed, or of the file's own: the same in every process.
 
         Each random value depends on the seed and its own key only. Where a solid then stands at the start or at a
         way-point, all are drawn again; ScenarioError after 50 times.
@@ -51,7 +51,7 @@ class ScenarioTemplate:
         return self._draw(seed) if self.random else self._first.model_copy(update={"seed": seed})
 
     def warnings(self, scenario: Scenario) -> list[str]:
-        """Warnings about strange values of a scenario that was drawn; each names file, line and key."""
+        """Warn of strange values of a scenario that was drawn, one line each, which names file, line and key."""
         return [str(self._source.error(key, reason)) for key, reason in find_warnings(scenario)]
 
     def _draw(self, seed: int) -> Scenario:

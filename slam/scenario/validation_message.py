@@ -83,7 +83,7 @@ def _belongs_elsewhere(names: list[str], place: _Place) -> str:
 
 
 def _meant_random(value: dict[str, Any]) -> str:
-    """A hint for a mapping that looks like a random value whose kind is misspelt."""
+    """Give a hint where a mapping looks like a random value whose kind is misspelt."""
     close = get_close_matches(str(next(iter(value))), list(KINDS), n=1) if len(value) == 1 else []
     return f" (got {value!r}; did you mean {close[0]}?)" if close and close[0] not in value else ""
 
@@ -107,30 +107,30 @@ def _walk(location: KeyPath, section: Any) -> _Place:
 
 
 def _item(annotation: Any, index: int) -> Any:
-    """The annotation of an item of this list."""
+    """Find the annotation of an item of this list."""
     items = get_args(annotation)
     return items[index] if is_fixed_list(annotation) and index < len(items) else items[0] if items else annotation
 
 
 def _section_in(annotation: Any) -> Any:
-    """The section in an annotation such as ``Route`` or ``tuple[Wall, ...]``, a choice of sections, or None."""
+    """Find the section in an annotation such as ``Route`` or ``tuple[Wall, ...]``, a choice of sections, or None."""
     if _choices(annotation) or (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
         return annotation
     return next(filter(None, map(_section_in, get_args(annotation))), None)
 
 
 def _choices(annotation: Any) -> dict[str, type[BaseModel]]:
-    """The sections of a union by the name that chooses them, as in LineConfig; nothing for any other annotation."""
+    """Find the sections of a union by the name that chooses them, as in LineConfig; none for any other annotation."""
     variants = [get_args(variant) for variant in get_args(annotation)]
     return {v[1].tag: v[0] for v in variants if len(v) == 2 and isinstance(v[1], Tag)}
 
 
 def _chooser(annotation: Any) -> str:
-    """The key whose value chooses among the sections of a union."""
+    """Find the key whose value chooses among the sections of a union."""
     return _chooser_of(_choices(annotation))
 
 
 def _chooser_of(choices: dict[str, type[BaseModel]]) -> str:
-    """The key that each section has its own name in."""
+    """Find the key that each section has its own name in."""
     name, section = next(iter(choices.items()))
     return next(key for key, field in section.model_fields.items() if field.default == name)

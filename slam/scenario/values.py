@@ -1,4 +1,4 @@
-"""What the sections of a scenario are made of: positive numbers, points and poses in SI units and radians."""
+"""Values that the sections of a scenario are made of: positive numbers, points and poses in SI units and radians."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Within:
     factor: float
 
     def check(self, value: float) -> float:
-        """The value; ValueError where it is out of bounds."""
+        """Return the value; ValueError where it is out of bounds."""
         if self.low <= value <= self.high:
             return value
         bounds = f"at most {self.high:g}" if self.low >= 0 else f"within {self.low:g} and {self.high:g}"
@@ -49,13 +49,13 @@ Count = Annotated[int, Field(ge=0, le=1000)]
 Length = Annotated[float, Field(gt=0, le=1000)]
 """Size of a thing or a building, metres."""
 Angle = Annotated[float, Within(-6.2832, 6.2832, "radians", "degrees", pi / 180.0)]
-"""Within a turn either way."""
+"""Angle within a turn either way."""
 Speed = Annotated[Positive, Within(0.0, 2.2, "m/s", "mm/s", 1e-3)]
 """No P3-DX is faster: MaxVelocity of p3dx-sh.p."""
 TurnSpeed = Annotated[Positive, Within(0.0, 8.73, "rad/s", "deg/s", pi / 180.0)]
 """No P3-DX turns faster: MaxRVelocity of p3dx-sh.p, 500 deg/s."""
 SmallLength = Annotated[Positive, Within(0.0, 3.0, "m", "mm", 1e-3)]
-"""A measure of the robot, of a person, or of a way beside them."""
+"""Length of a part of the robot, of a person, or of a way beside them, metres."""
 Coordinate = Annotated[float, Field(ge=-5000, le=5000)]
 """Metres, map frame; so far out, the ranges of a robot are still good to a hundredth of a millimetre."""
 Point = tuple[Coordinate, Coordinate]
@@ -63,7 +63,7 @@ Point = tuple[Coordinate, Coordinate]
 
 
 def rising(bounds: tuple[Any, Any]) -> tuple[Any, Any]:
-    """The bounds; ValueError where the upper one comes first."""
+    """Return the bounds; ValueError where the upper one comes first."""
     if bounds[0] > bounds[1]:
         raise ValueError("the lower bound comes first")
     return bounds
@@ -90,5 +90,5 @@ class Place(Section):
 
     @property
     def pose(self) -> Pose2D:
-        """As a value to compute with."""
+        """The same pose to compute with."""
         return Pose2D(self.x, self.y, self.theta)

@@ -61,11 +61,11 @@ class YamlFile:
         return f"{self.path}:{self._lines(location)[-1] + 1}"
 
     def depth(self, location: KeyPath) -> int:
-        """How many steps of this path the file has."""
+        """Count the steps of this path that the file has."""
         return len(self._lines(location)) - 1
 
     def _lines(self, location: KeyPath) -> list[int]:
-        """The line, from 0, of the top, and of each step of the path as far as the file has it."""
+        """Find the line, from 0, of the top, and of each step of the path as far as the file has it."""
         node, lines = self._root, [self._root.start_mark.line]
         for step in location:
             found = next((pair for pair in _children(node) if pair[0] == step), None)
@@ -76,7 +76,7 @@ class YamlFile:
         return lines
 
     def _parse(self) -> tuple[yaml.Node | None, Any]:
-        """The tree of nodes, which know their lines, and the plain data."""
+        """Read the tree of nodes, which know their lines, and the plain data."""
         try:
             text = self.path.read_text(encoding="utf-8")
             root, data = yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
@@ -108,7 +108,7 @@ def _children(node: yaml.Node | None) -> list[tuple[str | int, int, yaml.Node]]:
 
 
 def explain_yaml_error(error: Exception) -> tuple[int | None, str]:
-    """The line, from 1, where the text says it, and what is wrong there, of an error in UNREADABLE."""
+    """Tell the line, from 1, where the error has one, and what is wrong there, of an error in YAML_ERRORS."""
     if isinstance(error, yaml.MarkedYAMLError):
         problem = error.problem or error.context or "not YAML"
         began = error.context_mark if _FOUND_AT_THE_END.search(problem) else None

@@ -15,7 +15,7 @@ from slam.scenario.wall import Wall
 from slam.scenario.world_plan import GeneratedWorld, Person
 
 _TURN: Final = 1.0
-"""The robot turns so far before the end, metres."""
+"""Distance from the end at which the robot turns, metres."""
 
 
 class CorridorGenerator(Passage):
@@ -24,15 +24,15 @@ class CorridorGenerator(Passage):
     kind: Literal["corridor"] = "corridor"
     """This generator."""
     length: float = Field(20.0, ge=4.0, le=1000)
-    """Metres."""
+    """Length, metres."""
 
     def wall_faces(self) -> tuple[WallFace, WallFace]:
-        """The right one and the left one, seen from the start."""
+        """List the right face and the left one, seen from the start."""
         y = self.width / 2.0
         return WallFace(Pose2D(0.0, -y, 0.0), self.length), WallFace(Pose2D(self.length, y, pi), self.length)
 
     def build(self) -> GeneratedWorld:
-        """The same for the same parameters, in any process."""
+        """Build the world of these parameters: the same in any process."""
         rng = np.random.default_rng(self.seed)
         world = self.furnished(rng)
         y = self.width / 2.0
@@ -44,7 +44,7 @@ class CorridorGenerator(Passage):
         )
 
     def _person(self, rng: np.random.Generator) -> Person:
-        """Up and down a part of the corridor."""
+        """Make somebody who walks up and down a part of the corridor."""
         way = rng.uniform(0.25, 0.75) * (self.length - 2.0 * _TURN)
         near = rng.uniform(_TURN, self.length - _TURN - way)
         near, far, y = millimetres(near, near + way, self.walking_offset(rng))

@@ -20,10 +20,10 @@ class LoopGenerator(Passage):
     kind: Literal["loop"] = "loop"
     """This generator."""
     size: tuple[Length, Length] = (14.0, 8.0)
-    """Of the ring's middle line, along x and y, metres."""
+    """Size of the ring's middle line, along x and y, metres."""
 
     def wall_faces(self) -> tuple[WallFace, ...]:
-        """Four of the outer walls, then four of the block."""
+        """List four faces of the outer walls, then four of the block."""
         outer, inner = self._ring(self.width / 2.0), self._ring(-self.width / 2.0)
         return (
             *(_face(outer[k], outer[(k + 1) % 4], outer_corner=False) for k in range(4)),
@@ -31,7 +31,7 @@ class LoopGenerator(Passage):
         )
 
     def build(self) -> GeneratedWorld:
-        """The same for the same parameters, in any process."""
+        """Build the world of these parameters: the same in any process."""
         rng = np.random.default_rng(self.seed)
         world = self.furnished(rng)
         first, *corners = self._ring(0.0)
@@ -39,12 +39,12 @@ class LoopGenerator(Passage):
         return GeneratedWorld(world, Place(), (*corners, first, (0.0, 0.0)), people)
 
     def _ring(self, out: float) -> tuple[Point, Point, Point, Point]:
-        """Corners of the middle line, or of a rectangle ``out`` metres outside it; counter-clockwise."""
+        """List the corners of the middle line, or of a rectangle ``out`` metres outside it; counter-clockwise."""
         x, y = self.size[0] / 2.0 + out, self.size[1] + out
         return (-x, -out), (x, -out), (x, y), (-x, y)
 
     def _person(self, rng: np.random.Generator) -> Person:
-        """Around the block on one side of the robot's way, in either direction."""
+        """Make somebody who walks around the block on one side of the robot's way, in either direction."""
         ring = self._ring(self.walking_offset(rng))[:: rng.choice([-1, 1])]
         speed, start = millimetres(rng.uniform(0.5, 1.3), rng.uniform(0.0, 2.0 * sum(self.size)))
         corners = tuple((round(x, 3), round(y, 3)) for x, y in ring)

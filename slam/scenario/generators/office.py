@@ -21,7 +21,7 @@ from slam.scenario.world_plan import GeneratedWorld, World
 
 _THICKNESS: Final[float] = Wall.model_fields["thickness"].default
 _INTO_ROOM: Final = 1.1
-"""The robot drives so far into a room that it visits, metres."""
+"""Distance that the robot drives into a room which it visits, metres."""
 _BESIDE_DOOR: Final = 0.2
 """Least wall between a door, or its open leaf, and the corner of its room, metres."""
 
@@ -36,7 +36,7 @@ class RoomRow:
     doors: tuple[Door, ...]
 
     def point(self, x: float, y: float) -> Point:
-        """From the row's frame to the map."""
+        """Transform a point of the row's frame to the map."""
         place = self.T_map_row @ Pose2D(x, y)
         x, y = millimetres(place.x, place.y)
         return x, y
@@ -48,30 +48,30 @@ class OfficeGenerator(Section):
     kind: Literal["office"] = "office"
     """This generator."""
     seed: int = Field(0, ge=0)
-    """Of all that is random; left out, it is drawn with the scenario's seed."""
+    """Seed of all that is random; left out, it is drawn with the scenario's seed."""
     rooms: int = Field(3, ge=1, le=50)
-    """On each side."""
+    """Rooms on each side."""
     room_length: Span = (3.0, 5.0)
     """Least and largest length of a room along the corridor, metres."""
     room_depth: float = Field(4.0, ge=2.0, le=1000)
-    """Metres."""
+    """Depth of the rooms, metres."""
     corridor_width: float = Field(2.0, ge=1.2, le=1000)
-    """Between the walls, metres."""
+    """Width between the walls, metres."""
     door_width: float = Field(0.95, ge=0.8, le=1000)
-    """Metres."""
+    """Width of the doors, metres."""
     door_angle: Span = (1.6, 2.0)
     """Least and largest angle of an open door's leaf, radians; less than pi / 2 would block the way."""
     shut: float = Field(0.25, ge=0, le=1)
     """Share of the doors that are shut, on average."""
     visits: Count = 2
-    """How many of the open rooms the route leads into, at most."""
+    """Open rooms that the route leads into, at most."""
     furniture: Count = 3
     """Boxes, tables and cylinders in each room, as far as there is space off the robot's way."""
     people: Count = 0
-    """How many walk about in rooms, as far as there is space off the robot's way."""
+    """People who walk about in rooms, as far as there is space off the robot's way."""
 
     def build(self) -> GeneratedWorld:
-        """The same for the same parameters, in any process."""
+        """Build the world of these parameters: the same in any process."""
         rng = np.random.default_rng(self.seed)
         rows = self._rows(rng)
         waypoints = self._waypoints(rows, rng)
@@ -87,7 +87,7 @@ class OfficeGenerator(Section):
         return GeneratedWorld(world, Place(x=1.0), waypoints, tuple(person for person in people if person))
 
     def _rows(self, rng: np.random.Generator) -> tuple[RoomRow, RoomRow]:
-        """Left and right; the same room lengths in another order, so that both end together."""
+        """Draw the left and the right row: the same room lengths in another order, so that both end together."""
         lengths = rng.uniform(*self.room_length, self.rooms)
         total = float(lengths.sum())
         frames = Pose2D(), Pose2D(total, 0.0, pi)
@@ -96,7 +96,7 @@ class OfficeGenerator(Section):
         return left, right
 
     def _doors(self, bounds: tuple[float, ...], rng: np.random.Generator) -> tuple[Door, ...]:
-        """One for each room."""
+        """Draw a door for each room."""
         doors = []
         for low, high in pairwise(bounds):
             at = rng.uniform(low + self._beside_door, high - self._beside_door - self.door_width)
@@ -106,7 +106,7 @@ class OfficeGenerator(Section):
         return tuple(doors)
 
     def _waypoints(self, rows: tuple[RoomRow, RoomRow], rng: np.random.Generator) -> tuple[Point, ...]:
-        """Along the corridor into some rooms whose doors are open, to its far end, and back."""
+        """Draw a route along the corridor into some rooms whose doors are open, to its far end, and back."""
         doors = [(row, door.at + door.width / 2.0) for row in rows for door in row.doors if door.angle]
         visited = [doors[k] for k in rng.permutation(len(doors))[: self.visits]]
         inside = self._room_front + _INTO_ROOM
@@ -117,7 +117,7 @@ class OfficeGenerator(Section):
 
     @property
     def _beside_door(self) -> float:
-        """From a door to the corner of its room, metres, at least."""
+        """Least distance from a door to the corner of its room, metres."""
         return _BESIDE_DOOR - self.door_width * cos(self.door_angle[1])
 
     @property
@@ -126,7 +126,7 @@ class OfficeGenerator(Section):
         return self.corridor_width / 2.0 + _THICKNESS
 
     def _floors(self, row: RoomRow) -> list[tuple[Point, Point]]:
-        """Lower and upper corner of each room, map frame."""
+        """List the lower and the upper corner of each room, map frame."""
         half, front = _THICKNESS / 2.0, self._room_front
         corners = [
             (row.point(x0 + half, front), row.point(x1 - half, front + self.room_depth))
@@ -135,7 +135,7 @@ class OfficeGenerator(Section):
         return [((min(a[0], b[0]), min(a[1], b[1])), (max(a[0], b[0]), max(a[1], b[1]))) for a, b in corners]
 
     def _walls(self, rows: tuple[RoomRow, RoomRow]) -> tuple[Wall, ...]:
-        """Of each row: the one with the doors, the one behind, the partitions; then both ends of the corridor."""
+        """List the walls of each row: with the doors, behind, the partitions; then both ends of the corridor."""
         front, back = self._room_front - _THICKNESS / 2.0, self._room_front + self.room_depth + _THICKNESS / 2.0
         walls = []
         for row in rows:

@@ -16,13 +16,13 @@ from slam.scenario.values import Point, millimetres
 from slam.scenario.world_plan import Person, World
 
 _TRIES: Final = 20
-"""A thing for which no place is found so often is left out."""
+"""Tries to find a place for a thing before it is left out."""
 _FROM_ROUTE: Final = 0.45
-"""What stands keeps so far from the robot's way, metres ..."""
+"""Distance that furniture keeps from the robot's way, metres ..."""
 _WALKER_FROM_ROUTE: Final = 0.7
-"""... and who walks, so far, to the middle of the body ..."""
+"""... and that people keep from it, to the middle of the body, metres ..."""
 _WALKER_FROM_THINGS: Final = 0.35
-"""... and so far from what stands."""
+"""... and from furniture, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +40,11 @@ class Room:
 
     @classmethod
     def between(cls, low: Point, high: Point, route: FloatArray, leaves: FloatArray) -> Self:
-        """The room, with what it needs of the points on all ways and doors."""
+        """Make the room, with what it needs of the points on all ways and doors."""
         return cls(low, high, *(_near(points, low, high) for points in (route, leaves)))
 
     def furnish(self, count: int, rng: np.random.Generator) -> list[Furniture]:
-        """Up to ``count`` pieces of furniture, apart from each other."""
+        """Place up to ``count`` pieces of furniture, apart from each other."""
         placed: list[Furniture] = []
         for _ in range(count):
             tries = (self._piece(rng) for _ in range(_TRIES))
@@ -53,7 +53,7 @@ class Room:
         return placed
 
     def person(self, furniture: Sequence[Furniture], rng: np.random.Generator) -> Person | None:
-        """Somebody who walks to and fro, clear of the furniture too; None where there is no room."""
+        """Place somebody who walks to and fro, clear of the furniture too; None where there is no room."""
         things = [_footprint(piece) for piece in furniture]
         for _ in range(_TRIES):
             ends = [self._point(0.4, 0.4, rng) for _ in range(2)]
@@ -76,7 +76,7 @@ class Room:
         )
 
     def _piece(self, rng: np.random.Generator) -> Furniture:
-        """One of three kinds, somewhere in the room and wholly inside."""
+        """Draw a piece of one of three kinds, somewhere in the room and wholly inside."""
         kind = rng.integers(3)
         if kind == 0:
             (radius,) = millimetres(rng.uniform(0.1, 0.3))
@@ -91,7 +91,7 @@ class Room:
         return Box(center=center, size=(length, width, 1.0), yaw=yaw)
 
     def _point(self, dx: float, dy: float, rng: np.random.Generator) -> Point:
-        """A point so far inside the walls."""
+        """Draw a point at least ``dx`` and ``dy`` inside the walls."""
         x, y = millimetres(
             rng.uniform(self.low[0] + dx, self.high[0] - dx), rng.uniform(self.low[1] + dy, self.high[1] - dy)
         )
@@ -99,7 +99,7 @@ class Room:
 
 
 def _near(points: FloatArray, low: Point, high: Point) -> FloatArray:
-    """Those of the points (N, 2) that matter to a room between these corners."""
+    """Select those of the points (N, 2) that matter to a room between these corners."""
     lowest, highest = np.subtract(low, _WALKER_FROM_ROUTE), np.add(high, _WALKER_FROM_ROUTE)
     return points[np.all((points > lowest) & (points < highest), axis=1)]
 
@@ -118,14 +118,14 @@ def furniture_world(furniture: Sequence[Furniture]) -> World:
 
 
 def _footprint(piece: Furniture) -> FloatArray:
-    """All of what it covers; of a table, the top."""
+    """Outline of all that a piece covers; of a table, the top."""
     if isinstance(piece, Cylinder):
         return disc(piece.center, piece.radius)
     return rectangle(piece.center, piece.size[0], piece.size[1], piece.yaw)
 
 
 def _apart(one: Furniture, other: Furniture) -> bool:
-    """Whether the circles around two pieces do not meet."""
+    """True where the circles around two pieces do not meet."""
     return Pose2D(*one.center).distance(Pose2D(*other.center)) > _radius(one) + _radius(other)
 
 

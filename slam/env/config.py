@@ -12,6 +12,8 @@ from slam.env.rewards import REWARDS, Reward
 from slam.env.step_state import ENDS, StepState
 from slam.env.views import VIEWS, View, ViewSetup
 from slam.errors import ScenarioError
+from slam.odometry import Twist2D
+from slam.run.arrays import twist_action, wheels_action
 from slam.scenario.schema import Scenario
 from slam.scenario.settings import one_or_several
 from slam.scenario.validation_message import validation_message
@@ -54,6 +56,10 @@ class EnvConfig(Section):
     def uses_slam(self) -> bool:
         """True where anything here depends on the method: without need it does not run."""
         return "lost" in self.end_on or not {"slam_pose", "map"}.isdisjoint(self.observe)
+
+    def twist(self, action: Any, track: float) -> Twist2D:
+        """Read an action as the command it stands for; InputError for anything but two finite numbers."""
+        return twist_action(action) if self.action == "twist" else wheels_action(action, track)
 
     def make_views(self, scenario: Scenario, extent: Extent) -> dict[str, View]:
         """Make the views of a new episode in this scenario, whose world has this extent."""

@@ -28,9 +28,7 @@ class Extent:
     @classmethod
     def of(cls, scenario: Scenario) -> Self:
         """Enclose the solids that the lidar can see, the start and the way-points, with a margin."""
-        start = scenario.robot.start
-        places = np.array([(start.x, start.y), *scenario.route.waypoints])
-        corners = np.concatenate([places, *scenario.world.outlines(scenario.lidar.height)])
+        corners = np.concatenate([np.array(scenario.path), *scenario.world.outlines(scenario.lidar.height)])
         low, high = corners.min(axis=0) - _MARGIN, corners.max(axis=0) + _MARGIN
         return cls((float(low[0]), float(low[1])), (float(high[0] - low[0]), float(high[1] - low[1])))
 

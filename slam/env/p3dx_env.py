@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -25,7 +24,7 @@ from slam.errors import InputError, RobotError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.robot import Robot
-from slam.run.arrays import action_space, twist_action, wheels_action
+from slam.run.arrays import action_space
 from slam.scenario.schema import Scenario
 
 ObservationDict = dict[str, NDArray[Any]]
@@ -223,7 +222,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         """Put the robot at its start, at rest, and take the first scan; the seed decides all that is random."""
         super().reset(seed=seed)
         seed = int(self.np_random.integers(2**31)) if seed is None else seed
-        with self._stopping():
+        with self._session.stopping():
             self._episode = self._begin(seed, ResetOptions.of(options))
             self._over = False
         if self._window is not None:
@@ -237,8 +236,8 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         InputError for what is no such action, and for one that would move a robot after the end of its episode, if
         that may be a real one.
         """
-        with self._stopping():
-            twist = self._twist(action)
+        with self._session.stopping():
+            twist = self.config.twist(action, self.scenario.robot.odometry.track)
             if self._over and twist != Twist2D() and not self._session.restartable:
                 raise InputError("the episode is over: call reset() before the robot moves on")
             episode = self.episode
@@ -314,22 +313,3 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         self.scenario, self._extent = scenario, Extent.of(scenario)
         if self._top_view is not None:
             self._top_view.show(scenario, self._extent)
-
-    def _twist(self, action: Any) -> Twist2D:
-        return (
-            twist_action(action)
-            if self.config.action == "twist"
-            else wheels_action(action, self.scenario.robot.odometry.track)
-        )
-
-    @contextmanager
-    def _stopping(self) -> Iterator[None]:
-        """Whatever goes wrong, the robot stands: after wrong input it may go on, after all else it is let go."""
-        try:
-            yield
-        except InputError:
-            self._session.stand()
-            raise
-        except BaseException:
-            self._session.close()
-            raise

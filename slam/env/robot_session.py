@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from time import monotonic
 from typing import Final
 
@@ -86,6 +87,18 @@ class RobotSession:
             twist = observation.odometry.twist
             if abs(twist.linear) < _REST.linear and abs(twist.angular) < _REST.angular:
                 return
+
+    @contextmanager
+    def stopping(self) -> Iterator[None]:
+        """Let the robot stand whatever goes wrong: after wrong input it may go on, after all else it is closed."""
+        try:
+            yield
+        except InputError:
+            self.stand()
+            raise
+        except BaseException:
+            self.close()
+            raise
 
     def close(self) -> None:
         """Stop the robot and free its devices; closing twice is allowed."""

@@ -42,9 +42,8 @@ class TopView:
         draw = ImageDraw.Draw(self._background)
         for outline in scenario.world.outlines(scenario.lidar.height):
             draw.polygon(self._at(outline), fill=_SOLID)
-        places = np.array([(scenario.robot.start.x, scenario.robot.start.y), *scenario.route.waypoints])
-        if len(places) > 1:
-            draw.line(self._at(places), fill=_ROUTE, width=2)
+        if scenario.route.waypoints:
+            draw.line(self._at(np.array(scenario.path)), fill=_ROUTE, width=2)
 
     def frame(self, state: StepState, lines: FloatArray) -> NDArray[np.uint8]:
         """Draw this state as (height, width, 3), with the map ``lines`` (M, 2, 2), map frame, and the poses known."""

@@ -9,10 +9,11 @@ from typing import Final
 import numpy as np
 
 from slam.pose import FloatArray
-from slam.scenario.schema import Scenario
+from slam.scenario.robot_config import Limits
+from slam.scenario.schema import Route, Scenario
 from slam.scenario.solids import ROBOT_RADIUS, clearance, obstacle_footprints, sample_path
 from slam.scenario.values import Point
-from slam.scenario.world_plan import Person
+from slam.scenario.world_plan import Person, World
 from slam.scenario.yaml_file import KeyPath
 
 HALF_WIDTH: Final = 0.19
@@ -53,43 +54,42 @@ class _Solids:
 
 def find_obstruction(scenario: Scenario) -> Finding | None:
     """Find the first place where the robot is to stand and a solid stands already."""
-    places = list(_robot_places(scenario))
-    points = np.array([point for _, point in places])
-    free = clearance(points, obstacle_footprints(scenario.world.prisms()))
-    for (key, (x, y)), distance in zip(places, free, strict=True):
+    free = clearance(np.array(scenario.path), obstacle_footprints(scenario.world.prisms()))
+    for (key, (x, y)), distance in zip(_robot_places(scenario), free, strict=True):
         if distance < ROBOT_RADIUS:
             where = "inside a solid" if distance == 0.0 else f"{distance:.2f} m from a solid"
             return key, f"({x:g}, {y:g}) is {where}; the robot needs {ROBOT_RADIUS} m around its middle"
     return None
 
 
-def _robot_places(scenario: Scenario) -> Iterator[tuple[KeyPath, tuple[float, float]]]:
-    start = scenario.robot.start
-    yield ("robot", "start"), (start.x, start.y)
-    for index, waypoint in enumerate(scenario.route.waypoints):
-        yield ("route", "waypoints", index), waypoint
-
-
 def find_warnings(scenario: Scenario) -> Iterator[Finding]:
     """Find the keys whose values are strange, in the order of the file's sections."""
-    yield from _vast_world(scenario)
-    yield from _large_things(scenario)
-    yield from _running_people(scenario)
-    yield from _blocked_people(scenario)
-    yield from _far_places(scenario)
-    yield from _blocked_route(scenario)
-    yield from _unreachable_speeds(scenario)
+    world, bounds = scenario.world, scenario.world.bounds()
+    solids, fixed = (_Solids(obstacle_footprints(prisms)) for prisms in (world.prisms(), world.fixed_prisms()))
+    if bounds is not None:
+        yield from _vast_world(*bounds)
+    yield from _large_things(world)
+    yield from _running_people(scenario.people)
+    yield from _blocked_people(scenario.people, solids)
+    if bounds is not None:
+        yield from _far_places(scenario, *bounds)
+    yield from _blocked_route(scenario.path, fixed)
+    yield from _unreachable_speeds(scenario.route, scenario.robot.limits)
 
 
-def _vast_world(scenario: Scenario) -> Iterator[Finding]:
-    if (bounds := scenario.world.bounds()) is not None:
-        length, width = bounds[1] - bounds[0]
-        if max(length, width) > VAST:
-            yield ("world",), f"{length:.0f} m by {width:.0f} m; lengths are in metres"
+def _robot_places(scenario: Scenario) -> Iterator[tuple[KeyPath, Point]]:
+    """List the points of the robot's path, each with its key."""
+    keys = [("route", "waypoints", k) for k in range(len(scenario.route.waypoints))]
+    yield from zip([("robot", "start"), *keys], scenario.path, strict=True)
 
 
-def _large_things(scenario: Scenario) -> Iterator[Finding]:
-    world = scenario.world
+def _vast_world(low: FloatArray, high: FloatArray) -> Iterator[Finding]:
+    length, width = high - low
+    if max(length, width) > VAST:
+        yield ("world",), f"{length:.0f} m by {width:.0f} m; lengths are in metres"
+
+
+def _large_things(world: World) -> Iterator[Finding]:
     sizes = [
         *((("world", "boxes", k, "size"), max(box.size)) for k, box in enumerate(world.boxes)),
         *((("world", "tables", k, "size"), max(table.size)) for k, table in enumerate(world.tables)),
@@ -101,48 +101,36 @@ def _large_things(scenario: Scenario) -> Iterator[Finding]:
             yield key, f"this thing measures {length:g} m; sizes are in metres"
 
 
-def _running_people(scenario: Scenario) -> Iterator[Finding]:
-    for k, person in enumerate(scenario.people):
+def _running_people(people: Sequence[Person]) -> Iterator[Finding]:
+    for k, person in enumerate(people):
         if person.speed > RUNNING:
             yield ("people", k, "speed"), f"{person.speed:g} m/s is running; people walk at 1 to 2 m/s"
 
 
-def _blocked_people(scenario: Scenario) -> Iterator[Finding]:
-    solids = _Solids(obstacle_footprints(scenario.world.prisms()))
-    for k, person in enumerate(scenario.people):
-        for leg in pairwise(_walk(person)):
+def _blocked_people(people: Sequence[Person], solids: _Solids) -> Iterator[Finding]:
+    for k, person in enumerate(people):
+        ends = (*person.waypoints, person.waypoints[0]) if person.closed else person.waypoints
+        for leg in pairwise(ends):
             if (spot := solids.tight_spot(leg, person.leg_radius)) is not None:
                 yield ("people", k, "waypoints"), f"the way {_leg(leg)} leads through a solid at {_place(spot)}"
                 break
 
 
-def _walk(person: Person) -> tuple[Point, ...]:
-    return (*person.waypoints, person.waypoints[0]) if person.closed else person.waypoints
-
-
-def _far_places(scenario: Scenario) -> Iterator[Finding]:
-    if (bounds := scenario.world.bounds()) is None:
-        return
-    low, high = bounds
-    start = scenario.robot.start
-    stops = enumerate(scenario.route.waypoints)
-    for key, point in [(("robot", "start"), (start.x, start.y)), *((("route", "waypoints", k), p) for k, p in stops)]:
+def _far_places(scenario: Scenario, low: FloatArray, high: FloatArray) -> Iterator[Finding]:
+    for key, point in _robot_places(scenario):
         beyond = float(np.maximum(low - point, point - high).max())
         if beyond > FAR:
             yield key, f"{_place(point)} is {beyond:.0f} m outside of everything that stands; places are in metres"
 
 
-def _blocked_route(scenario: Scenario) -> Iterator[Finding]:
-    solids = _Solids(obstacle_footprints(scenario.world.fixed_prisms()))
-    start = scenario.robot.start
-    for k, leg in enumerate(pairwise([(start.x, start.y), *scenario.route.waypoints])):
+def _blocked_route(path: Sequence[Point], solids: _Solids) -> Iterator[Finding]:
+    for k, leg in enumerate(pairwise(path)):
         if (spot := solids.tight_spot(leg, HALF_WIDTH)) is not None:
             passes = f"the way {_leg(leg)} leads through or too near to a solid at {_place(spot)}"
             yield ("route", "waypoints", k), f"{passes}; the robot drives straight, and is {2 * HALF_WIDTH:g} m wide"
 
 
-def _unreachable_speeds(scenario: Scenario) -> Iterator[Finding]:
-    route, limits = scenario.route, scenario.robot.limits
+def _unreachable_speeds(route: Route, limits: Limits) -> Iterator[Finding]:
     if route.speed > limits.linear:
         yield ("route", "speed"), f"the robot drives no faster than robot.limits.linear = {limits.linear:g} m/s"
     if route.turn_speed > limits.angular:

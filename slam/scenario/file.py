@@ -58,14 +58,13 @@ def dump_scenario(scenario: Scenario) -> str:
 
 def summary(scenario: Scenario) -> str:
     """Tell name and description, then a line each on the world, the people and the route."""
-    start, waypoints = scenario.robot.start, scenario.route.waypoints
-    length = sum(dist(a, b) for a, b in pairwise([(start.x, start.y), *waypoints]))
+    length = sum(dist(a, b) for a, b in pairwise(scenario.path))
     return "\n".join(
         [
             f"{scenario.name}: {scenario.description}" if scenario.description else scenario.name,
             f"world: {_world_summary(scenario)}",
             f"people: {len(scenario.people)}",
-            f"route: {length:.1f} m over {len(waypoints)} way-points; seed {scenario.seed}",
+            f"route: {length:.1f} m over {len(scenario.route.waypoints)} way-points; seed {scenario.seed}",
         ]
     )
 

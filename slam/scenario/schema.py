@@ -70,6 +70,11 @@ class Scenario(Section):
     """Seed of all that is random: values that the file leaves to chance, noise of lidar and wheels, map points."""
 
     @property
+    def path(self) -> list[Point]:
+        """The start, then the way-points: the robot drives from one straight to the next; map frame, metres."""
+        return [(self.robot.start.x, self.robot.start.y), *self.route.waypoints]
+
+    @property
     def clock(self) -> Clock:
         """Division of time among physics, control and scans."""
         lidar = self.lidar.description.lidar

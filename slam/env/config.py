@@ -89,5 +89,5 @@ def env_config(arguments: dict[str, Any]) -> EnvConfig:
     try:
         return EnvConfig.model_validate(arguments)
     except ValidationError as errors:
-        location, reason = validation_message(errors, EnvConfig)
-        raise ScenarioError(f"environment argument {'.'.join(map(str, location))}: {reason}") from errors
+        key_path, reason = validation_message(errors, EnvConfig)
+        raise ScenarioError(f"environment argument {'.'.join(map(str, key_path))}: {reason}") from errors

@@ -55,8 +55,8 @@ class ResetOptions:
             route = route.model_copy(update={"waypoints": ((self.goal.x, self.goal.y),)})
         changed = scenario.model_copy(update={"robot": robot, "route": route})
         if (blocked := find_obstruction(changed)) is not None:
-            location, problem = blocked
-            raise ScenarioError(f"options: {'start' if location[0] == 'robot' else 'goal'}: {problem}")
+            key_path, problem = blocked
+            raise ScenarioError(f"options: {'start' if key_path[0] == 'robot' else 'goal'}: {problem}")
         return changed
 
 

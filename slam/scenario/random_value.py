@@ -17,39 +17,39 @@ Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]
 """Whole number that numpy can draw."""
 
 
-class Uniform(Section):
+class _RandomSection(Section):
+    """A section with one key, which holds the bounds or the choices of a random value."""
+
+    @property
+    def extremes(self) -> tuple[Any, ...]:
+        """The values that the schema must accept: both bounds, or every choice."""
+        (values,) = dict(self).values()
+        return tuple(values)
+
+
+class Uniform(_RandomSection):
     """A number between two bounds."""
 
     uniform: Annotated[tuple[float, float], AfterValidator(rising)]
     """The bounds."""
-
-    @property
-    def extremes(self) -> tuple[Any, ...]:
-        """The values that the schema must accept."""
-        return self.uniform
 
     def draw(self, rng: np.random.Generator) -> Any:
         """Draw one value."""
         return float(rng.uniform(*self.uniform))
 
 
-class Integer(Section):
+class Integer(_RandomSection):
     """A whole number between two bounds, both included."""
 
     integer: Annotated[tuple[Whole, Whole], AfterValidator(rising)]
     """The bounds."""
-
-    @property
-    def extremes(self) -> tuple[Any, ...]:
-        """The values that the schema must accept."""
-        return self.integer
 
     def draw(self, rng: np.random.Generator) -> Any:
         """Draw one value."""
         return int(rng.integers(*self.integer, endpoint=True))
 
 
-class Normal(Section):
+class Normal(_RandomSection):
     """A number around a mean, with a standard deviation; never farther from the mean than three of them."""
 
     normal: tuple[float, NotNegative]
@@ -57,7 +57,7 @@ class Normal(Section):
 
     @property
     def extremes(self) -> tuple[Any, ...]:
-        """The values that the schema must accept."""
+        """Three sigma below and above the mean."""
         mean, sigma = self.normal
         return mean - 3.0 * sigma, mean + 3.0 * sigma
 
@@ -69,16 +69,11 @@ class Normal(Section):
         return float(mean + sigma * deviation)
 
 
-class LogUniform(Section):
+class LogUniform(_RandomSection):
     """A number between two bounds above 0, each order of magnitude as likely."""
 
     loguniform: Annotated[tuple[Positive, Positive], AfterValidator(rising)]
     """The bounds."""
-
-    @property
-    def extremes(self) -> tuple[Any, ...]:
-        """The values that the schema must accept."""
-        return self.loguniform
 
     def draw(self, rng: np.random.Generator) -> Any:
         """Draw one value."""
@@ -86,16 +81,11 @@ class LogUniform(Section):
         return float(np.clip(np.exp(rng.uniform(np.log(low), np.log(high))), low, high))
 
 
-class Choice(Section):
+class Choice(_RandomSection):
     """One of several values, each as likely."""
 
     choice: tuple[Any, ...] = Field(min_length=1)
     """The values; one that is written twice is twice as likely."""
-
-    @property
-    def extremes(self) -> tuple[Any, ...]:
-        """The values that the schema must accept: all."""
-        return self.choice
 
     def draw(self, rng: np.random.Generator) -> Any:
         """Draw one value."""

@@ -87,8 +87,8 @@ def _read_header(path: Path) -> MapHeader:
     try:
         return MapHeader.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
     except ValidationError as errors:
-        location, reason = validation_message(errors, MapHeader)
-        key = ".".join(map(str, location)) or "the header of a ROS map"
+        key_path, reason = validation_message(errors, MapHeader)
+        key = ".".join(map(str, key_path)) or "the header of a ROS map"
         raise ValueError(f"{path}: {key}: {reason}") from errors
     except YAML_ERRORS as error:
         line, fault = explain_yaml_error(error)

@@ -35,20 +35,20 @@ def parse_setting(text: str) -> tuple[KeyPath, Any]:
 
 def apply_settings(data: dict[str, Any], settings: Iterable[tuple[KeyPath, Any]]) -> None:
     """Write each setting into the nested ``data``, making the mappings that are missing on the way."""
-    for location, value in settings:
+    for key_path, value in settings:
         at: Any = data
-        for step in location[:-1]:
-            at = _enter(at, step, location)
-        _check_item(at, location[-1], location)
-        at[location[-1]] = value
+        for step in key_path[:-1]:
+            at = _enter(at, step, key_path)
+        _check_item(at, key_path[-1], key_path)
+        at[key_path[-1]] = value
 
 
 def named_code(settings: Iterable[tuple[KeyPath, Any]]) -> Iterator[str]:
     """Find the ``module:name`` places that settings name as parts of the method: whoever writes them allows them."""
-    for location, value in settings:
+    for key_path, value in settings:
         for key in _CODE_KEYS:
-            if location == key[: len(location)]:
-                yield from _code_in(value, key[len(location) :])
+            if key_path == key[: len(key_path)]:
+                yield from _code_in(value, key[len(key_path) :])
 
 
 def _code_in(value: Any, rest: KeyPath) -> Iterator[str]:
@@ -62,18 +62,18 @@ def _code_in(value: Any, rest: KeyPath) -> Iterator[str]:
         yield value
 
 
-def _enter(at: Any, step: str | int, location: KeyPath) -> Any:
+def _enter(at: Any, step: str | int, key_path: KeyPath) -> Any:
     if isinstance(at, dict):
         if at.get(step) is None:
             at[step] = {}
         return at[step]
-    _check_item(at, step, location)
+    _check_item(at, step, key_path)
     return at[step]
 
 
-def _check_item(at: Any, step: str | int, location: KeyPath) -> None:
+def _check_item(at: Any, step: str | int, key_path: KeyPath) -> None:
     """Refuse a path that leads through a plain value, or to an item that its list has not."""
-    name = ".".join(map(str, location))
+    name = ".".join(map(str, key_path))
     if isinstance(at, list):
         if not isinstance(step, int) or step >= len(at):
             raise ScenarioError(f"--set {name}: there are {len(at)} items here; {step} is none of 0 to {len(at) - 1}")

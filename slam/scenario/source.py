@@ -23,9 +23,9 @@ class ScenarioSource:
     """
 
     def __init__(self, path: Path, settings: str | Sequence[str] = ()) -> None:
-        self._files = _with_what_it_extends(path)
+        self._files = _extended_files(path)
         overrides = [parse_setting(text) for text in one_or_several(settings)]
-        self._by_hand = [location for location, _ in overrides]
+        self._by_hand = [key_path for key_path, _ in overrides]
         self.data: dict[str, Any] = {}
         for file in reversed(self._files):
             self.data = _merged(self.data, file.data)
@@ -53,21 +53,21 @@ class ScenarioSource:
         """All files that the scenario is made of."""
         return [*(file.path for file in self._files), *self.map_files]
 
-    def error(self, location: KeyPath, reason: str) -> ScenarioError:
+    def error(self, key_path: KeyPath, reason: str) -> ScenarioError:
         """Make the error that says in one line what is wrong with the key at this path, and where it was written."""
-        key = ".".join(map(str, location)) or "scenario"
-        return ScenarioError(f"{self._place(location)}: {key}: {reason}")
+        key = ".".join(map(str, key_path)) or "scenario"
+        return ScenarioError(f"{self._place(key_path)}: {key}: {reason}")
 
-    def _place(self, location: KeyPath) -> str:
-        by_hand = any(path[: len(location)] == location[: len(path)] for path in self._by_hand)
-        return "--set" if by_hand else self._file_of(location).place(location)
+    def _place(self, key_path: KeyPath) -> str:
+        by_hand = any(path[: len(key_path)] == key_path[: len(path)] for path in self._by_hand)
+        return "--set" if by_hand else self._file_of(key_path).place(key_path)
 
-    def _file_of(self, location: KeyPath) -> YamlFile:
+    def _file_of(self, key_path: KeyPath) -> YamlFile:
         """Find the first file that has this key, or comes nearest to it."""
-        return max(self._files, key=lambda file: file.depth(location))
+        return max(self._files, key=lambda file: file.depth(key_path))
 
 
-def _with_what_it_extends(path: Path) -> list[YamlFile]:
+def _extended_files(path: Path) -> list[YamlFile]:
     """Read the file, the one that it extends, and so on."""
     files = [YamlFile(path)]
     while "extends" in files[-1].data:

@@ -96,8 +96,8 @@ class ScenarioTemplate:
         try:
             return Scenario.model_validate(data, context=self._context)
         except ValidationError as errors:
-            location, reason = validation_message(errors, Scenario)
-            raise self._source.error(location, reason) from errors
+            key_path, reason = validation_message(errors, Scenario)
+            raise self._source.error(key_path, reason) from errors
 
 
 def _with_values(data: Any, values: dict[KeyPath, Any], path: KeyPath = ()) -> Any:

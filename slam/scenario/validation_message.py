@@ -88,10 +88,10 @@ def _meant_random(value: dict[str, Any]) -> str:
     return f" (got {value!r}; did you mean {close[0]}?)" if close and close[0] not in value else ""
 
 
-def _walk(location: KeyPath, section: Any) -> _Place:
+def _walk(key_path: KeyPath, section: Any) -> _Place:
     path: KeyPath = ()
     value, others = section, dict[str, type[BaseModel]]()
-    for step in location:
+    for step in key_path:
         choices = _choices(section)
         if step in choices:
             section, others = choices[str(step)], choices

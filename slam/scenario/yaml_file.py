@@ -56,18 +56,18 @@ class YamlFile:
         self._root = root
         self.data: dict[str, Any] = data
 
-    def place(self, location: KeyPath) -> str:
+    def place(self, key_path: KeyPath) -> str:
         """``file:line`` of the key or item at this path, or of the nearest thing around it that the file has."""
-        return f"{self.path}:{self._lines(location)[-1] + 1}"
+        return f"{self.path}:{self._lines(key_path)[-1] + 1}"
 
-    def depth(self, location: KeyPath) -> int:
+    def depth(self, key_path: KeyPath) -> int:
         """Count the steps of this path that the file has."""
-        return len(self._lines(location)) - 1
+        return len(self._lines(key_path)) - 1
 
-    def _lines(self, location: KeyPath) -> list[int]:
+    def _lines(self, key_path: KeyPath) -> list[int]:
         """Find the line, from 0, of the top, and of each step of the path as far as the file has it."""
         node, lines = self._root, [self._root.start_mark.line]
-        for step in location:
+        for step in key_path:
             found = next((pair for pair in _children(node) if pair[0] == step), None)
             if found is None:
                 break

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from slam.pose import Pose2D
-from slam.scenario.generators.passage import Passage, WallFace
+from slam.scenario.generators.passage import PassageGenerator, WallFace
 from slam.scenario.values import Place, millimetres
 from slam.scenario.wall import Wall
 from slam.scenario.world_plan import GeneratedWorld, Person
@@ -18,7 +18,7 @@ _TURN: Final = 1.0
 """Distance from the end at which the robot turns, metres."""
 
 
-class CorridorGenerator(Passage):
+class CorridorGenerator(PassageGenerator):
     """Two walls along the x axis, from x = 0 to ``length``, and one at each end."""
 
     kind: Literal["corridor"] = "corridor"

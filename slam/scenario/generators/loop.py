@@ -9,12 +9,12 @@ import numpy as np
 from pydantic import model_validator
 
 from slam.pose import Pose2D
-from slam.scenario.generators.passage import Passage, WallFace
+from slam.scenario.generators.passage import PassageGenerator, WallFace
 from slam.scenario.values import Length, Place, Point, millimetres
 from slam.scenario.world_plan import GeneratedWorld, Person
 
 
-class LoopGenerator(Passage):
+class LoopGenerator(PassageGenerator):
     """A ring around a rectangular block; the robot starts in the middle of the side at y = 0."""
 
     kind: Literal["loop"] = "loop"

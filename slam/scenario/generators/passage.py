@@ -82,7 +82,7 @@ class WallFace:
         return x, y
 
 
-class Passage(Section):
+class PassageGenerator(Section):
     """A way between walls, whose middle stays free."""
 
     seed: int = Field(0, ge=0)

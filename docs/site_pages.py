@@ -84,8 +84,7 @@ def scenario() -> str:
 
 def environment() -> str:
     """The manual, from the class's docstring."""
-    from slam.env.ids import find_env_id
-    from slam.env.manual import manual
+    from slam.env.ids import find_env_id, manual
 
     return manual(find_env_id("Corridor-v0"))
 

@@ -11,9 +11,8 @@ import numpy as np
 from sim.bullet import pybullet
 from sim.world import FLOOR, GRAVITY, MOVABLE, ROBOT, SILLS, WALLS, World
 from slam.pose import FloatArray
-from slam.scenario.clearance import SILL
 from slam.scenario.furniture import Movable
-from slam.scenario.prism import Prism
+from slam.scenario.solids import SILL, Prism
 
 SLIDING: Final = 0.3
 """Friction of furniture on the floor; wood or felt has 0.2 to 0.5."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.pose import FloatArray
-from slam.scenario.world_plan import Prism
+from slam.scenario.solids import Prism
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,7 +10,7 @@ import numpy as np
 from sim.gait import walk_all
 from sim.world import OUT_OF_REACH, World
 from slam.pose import FloatArray, path_lengths
-from slam.scenario.people import Person
+from slam.scenario.world_plan import Person
 
 LEG_HEIGHT: Final = 0.85
 """Metres; the lidar takes a person's legs to be this high, and sees nothing of a person above."""

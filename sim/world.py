@@ -13,8 +13,7 @@ from sim.bullet import Bullet, pybullet
 from sim.mesh import Mesh, extrude, reused_lists
 from slam.closing import Closing
 from slam.pose import FloatArray
-from slam.scenario.clearance import SILL
-from slam.scenario.world_plan import Prism
+from slam.scenario.solids import SILL, Prism
 
 GRAVITY: Final = 9.81
 """m/s^2."""

@@ -11,6 +11,11 @@ HopslamError
 └── ClusterError        the machines that run the jobs cannot      (exit code 3)
 """
 
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
 
 class HopslamError(Exception):
     """Base of all errors of this project; its message is one line that says what to do next."""
@@ -58,3 +63,10 @@ class ClusterError(HopslamError):
     """The machines that jobs were sent to went away, or cannot run them."""
 
     exit_code = 3
+
+
+def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
+    """Name the known word that was perhaps meant; else say ``otherwise``, or all that are known."""
+    known = list(known)
+    close = get_close_matches(word, known, n=1)
+    return f"did you mean {close[0]}?" if close else otherwise or f"known here: {', '.join(known)}"

@@ -7,7 +7,7 @@ import pytest
 
 from slam.cli.main import main
 from slam.errors import ScenarioError
-from slam.scenario.cautions import cautions
+from slam.scenario.checks import find_warnings
 from slam.scenario.file import load_template
 from slam.scenario.json_schema import scenario_schema
 from slam.scenario.schema import Scenario
@@ -29,7 +29,7 @@ def room(**changes: object) -> Scenario:
 
 
 def keys(scenario: Scenario) -> list[str]:
-    return [".".join(map(str, key)) for key, _ in cautions(scenario)]
+    return [".".join(map(str, key)) for key, _ in find_warnings(scenario)]
 
 
 @pytest.mark.parametrize(
@@ -131,7 +131,7 @@ def test_people_who_walk_through_walls_are_strange() -> None:
 def test_places_and_sizes_in_millimetres_are_strange() -> None:
     far = room(route={"waypoints": [[2000, 500]]})
     assert keys(far) == ["route.waypoints.0", "route.waypoints.0"]
-    assert "1996 m outside" in next(iter(cautions(far)))[1]
+    assert "1996 m outside" in next(iter(find_warnings(far)))[1]
     assert keys(room(robot={"start": {"x": 2500.0}})) == ["robot.start"]
     assert keys(room(world={"boxes": [{"center": [0, 25], "size": [60, 40, 80]}]})) == ["world.boxes.0.size"]
     tall = {"boxes": [{"center": [3, 2], "size": [0.6, 0.4, 800]}], "cylinders": [{"center": [3, 0], "radius": 0.2}]}
@@ -145,7 +145,7 @@ def test_places_and_sizes_in_millimetres_are_strange() -> None:
 def test_a_whole_world_in_millimetres_is_strange(factor: float, strange: bool) -> None:
     points = [(factor * x, factor * y) for x, y in [(-3, -2), (4, -2), (4, 3), (-3, 3)]]
     world = room(world={"walls": [{"points": points, "closed": True}]})
-    assert list(cautions(world)) == [(("world",), "7000 m by 5000 m; lengths are in metres")] * strange
+    assert list(find_warnings(world)) == [(("world",), "7000 m by 5000 m; lengths are in metres")] * strange
 
 
 def test_speeds_beyond_the_limits_are_strange() -> None:
@@ -157,7 +157,7 @@ def test_speeds_beyond_the_limits_are_strange() -> None:
 def test_nothing_shipped_is_strange(name: str) -> None:
     template = load_template(name)
     for seed in range(3 if template.random else 1):
-        assert template.cautions(template.draw(seed)) == []
+        assert template.warnings(template.draw(seed)) == []
 
 
 @pytest.mark.parametrize("command", ["run", "world"])

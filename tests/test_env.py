@@ -120,7 +120,7 @@ def test_the_observation_is_what_the_robot_saw() -> None:
     with make(observe=ALL_VIEWS) as env:
         env.reset(seed=0)
         observation, *_, info = env.step(np.array([9.0, 0.0]))
-        seen, estimate = info["observation"], env.unwrapped.episode.moment.belief
+        seen, estimate = info["observation"], env.unwrapped.episode.state.estimated_pose
     echoes = seen.scan.echoes
     np.testing.assert_allclose(observation["scan"][echoes], seen.scan.ranges[echoes], rtol=1e-6)
     assert (observation["scan"][np.isposinf(seen.scan.ranges)] == np.float32(seen.scan.range_max)).all()
@@ -321,4 +321,4 @@ def test_being_lost_terminates() -> None:
     with make(end_on=["lost"], lost_beyond=0.001) as env:
         env.reset(seed=0)
         assert any(env.step(STRAIGHT)[2] for _ in range(30))
-        assert env.unwrapped.episode.moment.slam_error > 0.001
+        assert env.unwrapped.episode.state.slam_error > 0.001

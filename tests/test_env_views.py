@@ -7,13 +7,12 @@ import gymnasium
 import numpy as np
 import pytest
 
-from slam.env import window
+from slam.env import rerun_window
 from slam.env.config import EnvConfig
+from slam.env.occupancy_grid import Extent
 from slam.env.p3dx_env import P3DXEnv
-from slam.env.seen_grid import Extent
 from slam.env.step_state import StepState
 from slam.env.top_view import TopView
-from slam.env.views import make_views
 from slam.errors import ScenarioError
 from slam.pose import Pose2D
 from slam.run.pilots import RouteProgress
@@ -38,7 +37,7 @@ def test_the_map_crop_is_centred_on_the_robot_and_heads_up(env: P3DXEnv) -> None
     assert crop[28:32, 31:33].tolist() == [[127] * 2] * 4  # ahead of the robot, which stands in the middle
     assert set(np.unique(crop)) == {0, 127, 255}
     walls = np.argwhere(crop == 255)
-    scan, mount = env.episode.moment.observation.scan, env.scenario.lidar.mount.pose
+    scan, mount = env.episode.state.observation.scan, env.scenario.lidar.mount.pose
     points = mount.transform(scan.points())
     cells = np.column_stack([32 - points[:, 0] / 0.1, 32 - points[:, 1] / 0.1])
     cells = cells[(cells > 1).all(axis=1) & (cells < 63).all(axis=1)]
@@ -49,12 +48,12 @@ def test_the_map_crop_is_centred_on_the_robot_and_heads_up(env: P3DXEnv) -> None
 @pytest.mark.parametrize("form", ["polar", "xy"])
 def test_the_goal_is_told_from_where_the_robot_is(env: P3DXEnv, form: str) -> None:
     scenario, config = env.scenario, EnvConfig(observe=("goal",), goal_as=form)
-    view = make_views(config, scenario, Extent.of(scenario))["goal"]
-    seen, pose = env.episode.moment.observation, Pose2D(1.0, 2.0, np.pi / 2)
-    moment = StepState(seen, pose, pose, Pose2D(-2.0, 6.0), False, 5.0, None)
+    view = config.make_views(scenario, Extent.of(scenario))["goal"]
+    seen, pose = env.episode.state.observation, Pose2D(1.0, 2.0, np.pi / 2)
+    state = StepState(seen, pose, pose, Pose2D(-2.0, 6.0), False, 5.0, None)
     expected = [5.0, np.arctan2(3.0, 4.0)] if form == "polar" else [4.0, 3.0]
-    np.testing.assert_allclose(view.of(moment), expected, rtol=1e-6)
-    assert view.of(moment) in view.space()
+    np.testing.assert_allclose(view.of(state), expected, rtol=1e-6)
+    assert view.of(state) in view.space()
     arrived = StepState(seen, pose, pose, None, True, 0.0, None)
     assert view.of(arrived).tolist() == [0.0, 0.0]
 
@@ -105,8 +104,8 @@ def test_without_a_render_mode_there_is_no_picture() -> None:
 
 def test_in_human_mode_every_episode_is_a_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     files = (str(tmp_path / f"{k}.rrd") for k in count())
-    monkeypatch.setattr(window, "has_display", lambda: True)
-    monkeypatch.setattr(window, "Viewers", lambda target, console: Viewers(next(files)))
+    monkeypatch.setattr(rerun_window, "has_display", lambda: True)
+    monkeypatch.setattr(rerun_window, "Viewers", lambda target, console: Viewers(next(files)))
     with gymnasium.make("hopslam/PaperSimulation-v0", render_mode="human") as env:
         for seed in (1, 2):
             env.reset(seed=seed)
@@ -119,7 +118,7 @@ def test_without_a_screen_human_mode_says_so_once(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for name in ("has_display", "is_listening"):
-        monkeypatch.setattr(window, name, lambda *_: False)
+        monkeypatch.setattr(rerun_window, name, lambda *_: False)
     with P3DXEnv("paper_simulation", render_mode="human") as env:
         for seed in (1, 2):
             env.reset(seed=seed)
@@ -132,7 +131,7 @@ def test_a_new_world_fits_into_the_old_picture(env: P3DXEnv) -> None:
     size = view.size
     corridor = load_scenario("corridor")
     view.show(corridor, Extent.of(corridor))
-    assert view.frame(env.episode.moment, np.empty((0, 2, 2))).shape == (size[1], size[0], 3)
+    assert view.frame(env.episode.state, np.empty((0, 2, 2))).shape == (size[1], size[0], 3)
 
 
 def test_a_world_left_to_chance_is_another_one_with_every_seed() -> None:

@@ -12,10 +12,9 @@ from sim.robot import SimRobot
 from slam.env.p3dx_env import P3DXEnv
 from slam.pose import Pose2D
 from slam.run.experiment_setup import scenario_experiment
-from slam.scenario.clearance import clearance
 from slam.scenario.furniture import Box, Cylinder, Table, movable
-from slam.scenario.prism import Prism, disc, rectangle
 from slam.scenario.schema import Scenario
+from slam.scenario.solids import Prism, clearance, disc, rectangle
 from slam.scenario.world_plan import World
 
 PIECES = (

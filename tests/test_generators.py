@@ -9,12 +9,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.errors import ScenarioError
-from slam.scenario.clearance import clearance, in_the_way, sampled
 from slam.scenario.file import dump_scenario, load_scenario
 from slam.scenario.generators.corridor import CorridorGenerator
 from slam.scenario.generators.loop import LoopGenerator
 from slam.scenario.generators.office import OfficeGenerator
-from slam.scenario.generators.site import Site
+from slam.scenario.solids import clearance, obstacle_footprints, sample_path
+from slam.scenario.world_plan import GeneratedWorld
 
 Generator = CorridorGenerator | LoopGenerator | OfficeGenerator
 SEEDS = st.integers(0, 2**31)
@@ -43,18 +43,18 @@ OFFICES = st.builds(
 )
 
 
-def way(site: Site) -> np.ndarray:
-    return np.unique(sampled([(site.start.x, site.start.y), *site.waypoints], step=0.06), axis=0)
+def way(generated: GeneratedWorld) -> np.ndarray:
+    return np.unique(sample_path([(generated.start.x, generated.start.y), *generated.waypoints], step=0.06), axis=0)
 
 
 @given(generator=st.one_of(CORRIDORS, LOOPS, OFFICES))
 @settings(max_examples=100)
 def test_a_disc_of_the_robots_size_can_be_swept_along_the_route_and_people_walk_beside_it(generator: Generator) -> None:
-    site = generator.site()
-    route, solids = way(site), in_the_way(site.world.prisms())
+    generated = generator.build()
+    route, solids = way(generated), obstacle_footprints(generated.world.prisms())
     assert clearance(route, solids).min() > 0.3015  # 6 cm apart, samples miss at most sqrt(0.3^2 + 0.03^2) - 0.3 m
-    for person in site.people:
-        path = sampled([*person.waypoints, person.waypoints[0]] if person.closed else person.waypoints, step=0.2)
+    for person in generated.people:
+        path = sample_path([*person.waypoints, person.waypoints[0]] if person.closed else person.waypoints, step=0.2)
         assert clearance(path, solids).min() > 0.16
         assert np.linalg.norm(path[:, np.newaxis] - route, axis=2).min() > 0.55
 
@@ -62,26 +62,26 @@ def test_a_disc_of_the_robots_size_can_be_swept_along_the_route_and_people_walk_
 @given(generator=st.one_of(CORRIDORS, LOOPS, OFFICES))
 @settings(max_examples=30)
 def test_a_seed_gives_one_world_and_another_seed_another(generator: Generator) -> None:
-    again, other = (generator.model_copy(update={"seed": generator.seed + k}).site() for k in (0, 1))
-    assert again == generator.site()
+    again, other = (generator.model_copy(update={"seed": generator.seed + k}).build() for k in (0, 1))
+    assert again == generator.build()
     things = generator.model_dump()
     if things["kind"] == "office" or things["boxes"]:
         assert other.world != again.world
 
 
 def test_the_numbers_asked_for_are_there() -> None:
-    site = CorridorGenerator(length=30, recesses=5, boxes=7, tables=3, people=2, lane=1.6).site()
-    assert (len(site.world.boxes), len(site.world.tables), len(site.people)) == (7, 3, 2)
-    assert sum(len(wall.points) - 2 for wall in site.world.walls) == 4 * 5
-    office = OfficeGenerator(rooms=4, visits=3, shut=0.0).site()
+    generated = CorridorGenerator(length=30, recesses=5, boxes=7, tables=3, people=2, lane=1.6).build()
+    assert (len(generated.world.boxes), len(generated.world.tables), len(generated.people)) == (7, 3, 2)
+    assert sum(len(wall.points) - 2 for wall in generated.world.walls) == 4 * 5
+    office = OfficeGenerator(rooms=4, visits=3, shut=0.0).build()
     assert sum(len(wall.doors) for wall in office.world.walls) == 8
     assert sum(abs(y) > 1.5 for _, y in office.waypoints) == 3
 
 
 def test_a_loop_comes_back_by_another_way() -> None:
-    site = LoopGenerator(size=(10.0, 6.0)).site()
-    assert site.waypoints[-1] == (site.start.x, site.start.y)
-    assert len(set(site.waypoints)) == len(site.waypoints)
+    generated = LoopGenerator(size=(10.0, 6.0)).build()
+    assert generated.waypoints[-1] == (generated.start.x, generated.start.y)
+    assert len(set(generated.waypoints)) == len(generated.waypoints)
 
 
 def write(folder: Path, text: str) -> Path:
@@ -97,7 +97,7 @@ def test_what_is_written_by_hand_stays(tmp_path: Path) -> None:
         "people: [{waypoints: [[20, 20]]}]\n"
     )
     scenario = load_scenario(write(tmp_path, text))
-    generated = LoopGenerator(seed=4).site()
+    generated = LoopGenerator(seed=4).build()
     assert scenario.generate is None
     assert scenario.world.boxes[1:] == generated.world.boxes
     assert scenario.route.waypoints == generated.waypoints

@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.mesh import Mesh, extrude
-from slam.scenario.world_plan import Box, Prism, Table, Wall, rectangle
+from slam.scenario.furniture import Box, Table
+from slam.scenario.solids import Prism, rectangle
+from slam.scenario.wall import Wall
 
 
 def polygon(corners: int, radius: float = 1.0) -> Prism:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from sim.gait import legs_at
 from sim.people import People
 from sim.world import World
-from slam.scenario.people import Person
+from slam.scenario.world_plan import Person
 
 FAR = (100.0, 100.0)
 

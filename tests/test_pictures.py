@@ -218,6 +218,6 @@ def test_the_lines_of_the_viewer_are_told_apart() -> None:
 
 
 def test_the_lines_of_the_environment_are_told_apart() -> None:
-    names = ("_FLOOR", "_TRUTH", "_LINE", "_BELIEF", "_GOAL", "_PERSON")
+    names = ("_FLOOR", "_TRUTH", "_LINE", "_ESTIMATE", "_GOAL", "_PERSON")
     colours = {name: "#{:02x}{:02x}{:02x}".format(*getattr(top_view, name)) for name in names}
     assert not alike(colours)

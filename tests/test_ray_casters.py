@@ -9,7 +9,7 @@ from sim.ray_casters import BulletCaster, ExactCaster
 from sim.rays import rays_of, stop_at_legs
 from sim.world import World
 from slam.pose import FloatArray, Pose2D
-from slam.scenario.world_plan import Prism, rectangle
+from slam.scenario.solids import Prism, rectangle
 
 HEIGHT, REACH = 0.3, 4.3
 GRAZING = 2e-4

@@ -12,9 +12,9 @@ from PIL import Image
 
 from slam.errors import ScenarioError
 from slam.scenario.cell_rectangles import merge_cells
-from slam.scenario.clearance import clearance
 from slam.scenario.file import dump_scenario, load_scenario
 from slam.scenario.ros_map import RosMap
+from slam.scenario.solids import clearance
 
 HEADER = """\
 image: {image}

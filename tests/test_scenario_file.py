@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.errors import ScenarioError
 from slam.modes import MODES
-from slam.scenario.clearance import clearance, in_the_way, sampled
 from slam.scenario.file import dump_scenario, load_scenario
 from slam.scenario.shipped import shipped_scenarios
+from slam.scenario.solids import clearance, obstacle_footprints, sample_path
 
 GOOD = """\
 name: small
@@ -57,8 +57,8 @@ def test_the_required_scenarios_are_shipped() -> None:
 def test_the_robot_can_drive_the_route_of_a_shipped_scenario(name: str) -> None:
     scenario = load_scenario(name)
     start = scenario.robot.start
-    way = sampled([(start.x, start.y), *scenario.route.waypoints], step=0.03)
-    assert clearance(way, in_the_way(scenario.world.prisms())).min() > 0.3
+    way = sample_path([(start.x, start.y), *scenario.route.waypoints], step=0.03)
+    assert clearance(way, obstacle_footprints(scenario.world.prisms())).min() > 0.3
 
 
 def test_a_loop_leads_back_by_another_way_and_a_bare_corridor_shows_no_end() -> None:

@@ -11,9 +11,10 @@ from sim.urg04lx import Urg04lx
 from sim.world import World
 from slam.lidars import LIDARS, TABLE1, URG04LX
 from slam.pose import Pose2D
+from slam.scenario.furniture import Table
 from slam.scenario.lidar_config import LidarConfig
 from slam.scenario.values import Place
-from slam.scenario.world_plan import Table, Wall
+from slam.scenario.wall import Wall
 from slam.scenario.world_plan import World as Plan
 
 ROOM = Plan(walls=(Wall(points=((-2.05, -2.05), (2.05, -2.05), (2.05, 2.05), (-2.05, 2.05)), closed=True),))

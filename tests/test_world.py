@@ -8,8 +8,9 @@ from sim.p3dx import P3dx, asset
 from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Twist2D
+from slam.scenario.furniture import Box
 from slam.scenario.robot_config import RobotConfig
-from slam.scenario.world_plan import Box, Prism, rectangle
+from slam.scenario.solids import Prism, rectangle
 from slam.scenario.world_plan import World as Plan
 
 

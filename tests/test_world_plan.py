@@ -6,8 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from slam.scenario.clearance import clearance, in_the_way, sampled
-from slam.scenario.world_plan import Box, Cylinder, Door, Table, Wall, World
+from slam.scenario.furniture import Box, Cylinder, Table
+from slam.scenario.solids import clearance, obstacle_footprints, sample_path
+from slam.scenario.wall import Door, Wall
+from slam.scenario.world_plan import World
 
 CORNERED = ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0))
 
@@ -46,7 +48,7 @@ def test_a_doorway_is_open_where_it_is_said_to_be_and_nowhere_else(at, width, ya
 @pytest.mark.parametrize("hinge", ["begin", "end"])
 def test_a_shut_door_closes_the_wall(hinge):
     wall = Wall(points=CORNERED, doors=(Door(at=4.5, width=1.0, angle=0.0, hinge=hinge),))
-    assert (free(wall, *sampled(CORNERED, 0.01)) == 0.0).all()
+    assert (free(wall, *sample_path(CORNERED, 0.01)) == 0.0).all()
 
 
 @pytest.mark.parametrize(
@@ -91,12 +93,12 @@ def test_clearance_is_the_distance_to_the_nearest_solid(x, y):
     expected = min(
         np.hypot(max(abs(x) - 1.0, 0), max(abs(y) - 0.5, 0)), np.hypot(*np.maximum(np.abs([x - 2, y - 2]) - 0.5, 0))
     )
-    assert clearance(np.array([[x, y]]), in_the_way(boxes))[0] == pytest.approx(expected, abs=1e-9)
+    assert clearance(np.array([[x, y]]), obstacle_footprints(boxes))[0] == pytest.approx(expected, abs=1e-9)
 
 
 def test_a_table_top_is_not_in_the_way_but_its_legs_are():
     world = World(tables=(Table(center=(0, 0), size=(2, 2, 0.75)),))
-    middle, leg = clearance(np.array([[0.0, 0.0], [0.99, 0.99]]), in_the_way(world.prisms()))
+    middle, leg = clearance(np.array([[0.0, 0.0], [0.99, 0.99]]), obstacle_footprints(world.prisms()))
     assert middle > 1.0
     assert leg == 0.0
     assert len(world.outlines(0.3)) == 4

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D, unit_vectors
-from slam.scenario.world_plan import rectangle
+from slam.scenario.solids import rectangle
 
 CLEARANCE: Final = 0.45  # nothing stands nearer to the sensor than this, metres
 

@@ -21,8 +21,8 @@ from slam.run.backends import make_robot
 from slam.run.pilots import Wanderer, WaypointPilot
 from slam.run.results.metrics import RIGHT
 from slam.run.warm_up import warm_up
-from slam.scenario.clearance import clearance, in_the_way
 from slam.scenario.schema import Scenario
+from slam.scenario.solids import clearance, obstacle_footprints
 from slam.scenario.values import Place
 
 CLEARANCE: Final = 0.4
@@ -109,7 +109,7 @@ def map_world(scenario: Scenario) -> MappedWorld:
 
 def draw_start_poses(world: MappedWorld, random: np.random.Generator) -> Iterator[Pose2D]:
     """Draw free poses in the mapped part of the world."""
-    solids, way = in_the_way(world.scenario.world.prisms()), world.truth[:, :2]
+    solids, way = obstacle_footprints(world.scenario.world.prisms()), world.truth[:, :2]
     low, high = way.min(axis=0) - MAX_FROM_ROUTE, way.max(axis=0) + MAX_FROM_ROUTE
     while True:
         place = random.uniform(low, high)

@@ -12,8 +12,8 @@ from slam.bench.floor_plans import cast_beams
 from slam.lidars import URG04LX
 from slam.pose import Pose2D
 from slam.scan import LaserScan
-from slam.scenario.clearance import clearance, in_the_way, sampled
 from slam.scenario.schema import Scenario
+from slam.scenario.solids import clearance, obstacle_footprints, sample_path
 
 FAN: Final = 682 * URG04LX.lidar.angle_increment
 """Radians, whatever the number of beams."""
@@ -41,7 +41,7 @@ class ScannedWorld:
         outlines = scenario.world.outlines(scenario.lidar.height)
         ends = [np.stack([outline, np.roll(outline, -1, axis=0)], axis=1) for outline in outlines]
         self._walls = np.concatenate(ends)
-        self._solids = in_the_way(scenario.world.prisms())
+        self._solids = obstacle_footprints(scenario.world.prisms())
         self._way = [(scenario.robot.start.x, scenario.robot.start.y), *scenario.route.waypoints]
         self._random = np.random.default_rng(seed)
 
@@ -50,13 +50,13 @@ class ScannedWorld:
         scans = []
         for (x0, y0), (x1, y1) in pairwise(self._way):
             heading = float(np.arctan2(y1 - y0, x1 - x0))
-            for x, y in sampled([(x0, y0), (x1, y1)], SPACING).tolist():
+            for x, y in sample_path([(x0, y0), (x1, y1)], SPACING).tolist():
                 scans += [self.scan(Pose2D(x, y, heading + turn), 682) for turn in (0.0, np.pi)]
         return scans
 
     def places(self, count: int) -> list[Pose2D]:
         """Draw free poses near the route, from which the lidar sees walls across every direction."""
-        way, found = sampled(self._way), list[Pose2D]()
+        way, found = sample_path(self._way), list[Pose2D]()
         while len(found) < count:
             place = way[self._random.integers(len(way))] + self._random.uniform(-0.5, 0.5, 2)
             pose = Pose2D(float(place[0]), float(place[1]), float(self._random.uniform(-np.pi, np.pi)))

@@ -43,7 +43,6 @@ def _id_table() -> TerminalTable:
 
 
 def _print_manual(console: Terminal, env_id: str) -> None:
-    from slam.env.ids import find_env_id
-    from slam.env.manual import manual
+    from slam.env.ids import find_env_id, manual
 
     console.print_markdown(manual(find_env_id(env_id)))

@@ -24,7 +24,7 @@ def with_seed(settings: Sequence[str] | None, seed: int | None) -> list[str]:
 def draw_with_warnings(template: ScenarioTemplate) -> Scenario:
     """Draw the scenario of the template's own seed; warn of strange values on standard error, a line each."""
     scenario = template.draw()
-    for caution in template.cautions(scenario):
+    for caution in template.warnings(scenario):
         print(f"hopslam: warning: {caution}", file=sys.stderr)
     return scenario
 

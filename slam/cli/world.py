@@ -33,11 +33,10 @@ def world(
     """
     from slam.cli.inputs import draw_with_warnings, with_seed
     from slam.run.pictures.world_picture import check_picture, draw_world
-    from slam.scenario.file import read_template
-    from slam.scenario.overview import overview
+    from slam.scenario.file import read_template, summary
 
     loaded = draw_with_warnings(read_template(scenario, with_seed(settings, seed)))
     path = out or Path(f"{loaded.name}.png")
     check_picture(path)
     draw_world(path, loaded)
-    typer.echo(f"{overview(loaded)}\ndrawn in {path}")
+    typer.echo(f"{summary(loaded)}\ndrawn in {path}")

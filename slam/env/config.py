@@ -7,39 +7,46 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, ValidationError
 
 from slam.config import Section
+from slam.env.occupancy_grid import Extent
+from slam.env.rewards import REWARDS, Reward
+from slam.env.step_state import ENDS, StepState
+from slam.env.views import VIEWS, View, ViewSetup
 from slam.errors import ScenarioError
-from slam.scenario.texts import texts
+from slam.odometry import Twist2D
+from slam.run.arrays import twist_action, wheels_action
+from slam.scenario.schema import Scenario
+from slam.scenario.settings import one_or_several
 from slam.scenario.validation_message import validation_message
 from slam.scenario.values import NotNegative, Positive
 
-ViewName = Literal["scan", "odometry", "slam_pose", "map", "goal"]
-RewardName = Literal["progress", "coverage", "none"]
-EndName = Literal["collision", "goal", "lost"]
+ViewName = Literal[*VIEWS]  # type: ignore[valid-type]  # the names are those of the table
+RewardName = Literal[*REWARDS]  # type: ignore[valid-type]  # the same
+EndName = Literal[*ENDS]  # type: ignore[valid-type]  # the same
 
 
 def _several(names: Any) -> Any:
-    """A bare name is a list of one."""
-    return texts(names) if isinstance(names, str) else names
+    """Take a bare name as a list of one."""
+    return one_or_several(names) if isinstance(names, str) else names
 
 
 class EnvConfig(Section):
     """Actions, views, rewards and ends of an environment; the docstring of ``P3DXEnv`` is their manual."""
 
     action: Literal["twist", "wheels"] = "twist"
-    """What the two numbers of an action are."""
+    """Meaning of the two numbers of an action."""
     observe: Annotated[tuple[ViewName, ...], BeforeValidator(_several)] = Field(("scan", "odometry"), min_length=1)
     """The keys of an observation."""
     reward: RewardName = "progress"
     collision_penalty: NotNegative = 0.0
     """Taken off the reward of every step that ends in a collision."""
     end_on: Annotated[tuple[EndName, ...], BeforeValidator(_several)] = ("collision", "goal")
-    """What terminates an episode."""
+    """Ends that terminate an episode."""
     max_seconds: Positive | None = None
     """An episode is truncated after this many simulated seconds; never later than the scenario's ``duration``."""
     lost_beyond: Positive = 1.0
     """SLAM counts as lost when its pose is farther than this from the true one, metres, where that is known."""
     goal_as: Literal["polar", "xy"] = "polar"
-    """How the next way-point is told."""
+    """Coordinates of the next way-point."""
     map_cells: int = Field(64, ge=8, le=512)
     """Cells along a side of the map crop."""
     cell: float = Field(0.1, ge=0.01)
@@ -47,14 +54,40 @@ class EnvConfig(Section):
 
     @property
     def uses_slam(self) -> bool:
-        """Whether anything here depends on the method: without need it does not run."""
+        """True where anything here depends on the method: without need it does not run."""
         return "lost" in self.end_on or not {"slam_pose", "map"}.isdisjoint(self.observe)
+
+    def twist(self, action: Any, track: float) -> Twist2D:
+        """Read an action as the command it stands for; InputError for anything but two finite numbers."""
+        return twist_action(action) if self.action == "twist" else wheels_action(action, track)
+
+    def make_views(self, scenario: Scenario, extent: Extent) -> dict[str, View]:
+        """Make the views of a new episode in this scenario, whose world has this extent."""
+        setup = ViewSetup(scenario, extent, self.cell, self.map_cells, self.goal_as)
+        return {name: VIEWS[name](setup) for name in self.observe}
+
+    def make_reward(self, first: StepState, extent: Extent) -> Reward:
+        """Make the reward of a new episode, which begins in this state."""
+        return REWARDS[self.reward](first, extent, self.cell)
+
+    def ending(self, state: StepState) -> str:
+        """Name the first end of ``end_on`` that has come; "" while there is none."""
+        return next((name for name in self.end_on if ENDS[name](state, self.lost_beyond)), "")
+
+    def require_route(self, scenario: Scenario) -> None:
+        """Refuse a scenario without way-points where the reward or a view needs them."""
+        progress = self.reward == "progress"
+        if (progress or "goal" in self.observe) and not scenario.route.waypoints:
+            needs = "reward='progress'" if progress else "observe='goal'"
+            raise ScenarioError(
+                f"{scenario.name}: {needs} needs route.waypoints; add some, or choose reward='coverage' or 'none'"
+            )
 
 
 def env_config(arguments: dict[str, Any]) -> EnvConfig:
-    """The arguments as given to ``gymnasium.make``; ScenarioError is one line that names the first wrong one."""
+    """Check the arguments given to ``gymnasium.make``; ScenarioError is one line that names the first wrong one."""
     try:
         return EnvConfig.model_validate(arguments)
     except ValidationError as errors:
-        location, reason = validation_message(errors, EnvConfig)
-        raise ScenarioError(f"environment argument {'.'.join(map(str, location))}: {reason}") from errors
+        key_path, reason = validation_message(errors, EnvConfig)
+        raise ScenarioError(f"environment argument {'.'.join(map(str, key_path))}: {reason}") from errors

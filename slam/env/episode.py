@@ -1,17 +1,18 @@
-"""One episode: what is kept from scan to scan."""
+"""One episode, from scan to scan."""
 
 from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from slam.env.config import EnvConfig
-from slam.env.rewards import make_reward
-from slam.env.seen_grid import Extent
+from slam.env.occupancy_grid import Extent
 from slam.env.step_state import StepState
-from slam.env.views import make_views
-from slam.pose import Pose2D
+from slam.line_slam import Estimate
+from slam.odometry import Twist2D
+from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
 from slam.run.estimator import Estimator, make_estimator
 from slam.run.pilots import RouteProgress
@@ -21,9 +22,8 @@ from slam.scenario.schema import Scenario
 class Episode:
     """One episode, which begins with the first observation, at the pose ``start``.
 
-    ``moment`` holds all that is known after the last observation.
-
-    The method runs where the configuration needs it, and where the robot does not know the truth.
+    ``state`` holds all that is known after the last observation. The method runs where the configuration needs it, and
+    where the robot does not know the truth.
     """
 
     def __init__(
@@ -35,36 +35,40 @@ class Episode:
         self._route_progress = RouteProgress(start, scenario.route.waypoints, scenario.route.arrival)
         runs = config.uses_slam or first.T_map_base is None
         self.slam: Estimator | None = make_estimator(scenario.slam, mount, start, seed) if runs else None
-        self._views = make_views(config, scenario, extent)
+        self._views = config.make_views(scenario, extent)
         self._scan_time = scenario.lidar.description.lidar.scan_time
         self._began = first.scan.stamp
         seconds = min(scenario.duration, config.max_seconds or scenario.duration)
         self._last_turn = max(2, int(seconds / self._scan_time + 1e-9))
         self._no_more_scans = False
-        self.moment = self.see(first)
-        self.reward = make_reward(config, extent, self.moment)
+        self.update(first)
+        self._reward = config.make_reward(self.state, extent)
+
+    @property
+    def moment(self) -> StepState:
+        """The state, by its name in version 0.1."""
+        return self.state
 
     @property
     def turns(self) -> int:
-        """Turns of the lidar since the robot was put down, the first scan's among them, lost scans too."""
-        return 1 + round((self.moment.observation.scan.stamp - self._began) / self._scan_time)
+        """Turns of the lidar since the episode began, the first scan's among them, lost scans too."""
+        return 1 + round((self.state.observation.scan.stamp - self._began) / self._scan_time)
 
     @property
     def seconds(self) -> float:
-        """Time since the robot was put down."""
+        """Time since the episode began."""
         return self.turns * self._scan_time
 
     @property
     def out_of_time(self) -> bool:
-        """Whether this was the last scan for which there is time, or the robot has no more."""
+        """True where this was the last scan for which there is time, or the robot has no more."""
         return self._no_more_scans or self.turns >= self._last_turn
 
-    def run_out(self) -> None:
-        """Take note that there are no more scans; the moment stays what it is."""
-        self._no_more_scans = True
-
-    def see(self, observation: Observation) -> StepState:
-        """Take the next observation in: along the route, and through the method where it runs."""
+    def update(self, observation: Observation | None) -> None:
+        """Take the next observation in: along the route, and through the method where it runs. None: no more scans."""
+        if observation is None:
+            self._no_more_scans = True
+            return
         estimate = self.slam.update(observation.scan, observation.odometry) if self.slam else None
         T_map_base = observation.T_map_base
         if T_map_base is None:
@@ -73,16 +77,48 @@ class Episode:
         route = self._route_progress
         route.advance(T_map_base)
         T_map_laser = T_map_base @ self._T_base_laser
-        self.moment = StepState(observation, T_map_base, T_map_laser, route.goal, route.arrived, route.left, estimate)
-        return self.moment
+        self.state = StepState(observation, T_map_base, T_map_laser, route.goal, route.arrived, route.left, estimate)
 
     def views(self) -> dict[str, NDArray[Any]]:
-        """What the agent sees of this moment, in fresh arrays."""
-        return {name: view.of(self.moment) for name, view in self._views.items()}
+        """Make what the agent sees of this state, in fresh arrays."""
+        return {name: view.of(self.state) for name, view in self._views.items()}
 
     def reward_terms(self) -> dict[str, float]:
-        """The parts that the reward of this moment is the sum of."""
+        """Terms whose sum is the reward of the step to this state."""
         return {
-            self.config.reward: self.reward.of(self.moment),
-            "collision": -self.config.collision_penalty if self.moment.collided else 0.0,
+            self.config.reward: self._reward.of(self.state),
+            "collision": -self.config.collision_penalty if self.state.collided else 0.0,
         }
+
+    def info(self, applied: Twist2D, terms: dict[str, float], ending: str) -> dict[str, Any]:
+        """Make the ``info`` of the manual of ``P3DXEnv``: plain numbers and fresh arrays, for vector environments too.
+
+        Its keys depend on the arguments, not on the robot.
+        """
+        state = self.state
+        info = {
+            "observation": state.observation,
+            "T_map_base": np.full(3, np.nan) if state.truth is None else state.truth.as_array(),
+            "pose": state.T_map_base.as_array(),
+            "pose_from": state.pose_source,
+            "collided": state.observation.collided,
+            "stalled": state.observation.stalled,
+            "applied": np.array([applied.linear, applied.angular]),
+            "stamp": state.observation.scan.stamp,
+            "seconds": self.seconds,
+            "route_left": state.route_left,
+            "reward": dict(terms),
+            "ending": ending,
+        }
+        if self.config.uses_slam and state.estimate is not None:
+            info |= {
+                "slam_pose": state.estimated_pose.as_array(),
+                "slam_covariance": _covariance(state.estimate),
+                "slam_error": state.slam_error,
+                "slam_lost": state.lost,
+            }
+        return info
+
+
+def _covariance(estimate: Estimate) -> FloatArray:
+    return np.full((3, 3), np.nan) if estimate.covariance is None else estimate.covariance.copy()

@@ -1,13 +1,14 @@
-"""The ids under which gymnasium knows the environments."""
+"""The ids under which gymnasium knows the environments, and the manual of each."""
 
 from __future__ import annotations
 
-from difflib import get_close_matches
-from typing import Final
+from collections.abc import Iterator
+from inspect import getdoc
+from typing import Any, Final
 
 import gymnasium
 
-from slam.errors import InputError
+from slam.errors import InputError, did_you_mean
 
 _NAMESPACE: Final = "hopslam"
 _ENTRY_POINT: Final = "slam.env.p3dx_env:P3DXEnv"
@@ -39,6 +40,29 @@ def find_env_id(name: str) -> str:
     whole = name if name in ENV_IDS else f"{_NAMESPACE}/{name}"
     if whole in ENV_IDS:
         return whole
-    close = get_close_matches(whole, ENV_IDS, n=1)
-    hint = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(ENV_IDS)}"
+    hint = did_you_mean(whole, ENV_IDS, otherwise=f"choose one of {', '.join(ENV_IDS)}")
     raise InputError(f"no environment {name!r}; {hint}")
+
+
+def manual(env_id: str) -> str:
+    """Write the manual of the environment of this whole id, as Markdown: its docstring, and what it is as built."""
+    register_ids()
+    with gymnasium.make(env_id) as made:
+        docstring = getdoc(type(made.unwrapped))
+        rows = "\n".join(f"| {name} | {value} |" for name, value in _as_built(made.unwrapped))
+    return f"# {env_id}\n\n{docstring}\n\n## As built\n\n| | |\n|---|---|\n{rows}\n"
+
+
+def _as_built(env: Any) -> Iterator[tuple[str, str]]:
+    """Spaces and clock of this one environment."""
+    scenario = env.scenario
+    clock, scan_time = scenario.clock, scenario.lidar.description.lidar.scan_time
+    yield "action", f"`{env.action_space}`"
+    for name, space in env.observation_space.spaces.items():
+        yield f"observation {name}", f"`{' '.join(str(space).split())}`"
+    yield (
+        "time",
+        f"a step is a scan, {scan_time:g} s: {clock.controls_per_scan} control steps "
+        f"of {clock.steps_per_control} physics steps of 1/{clock.rate} s",
+    )
+    yield "scenario", f"{scenario.name}: {scenario.description}"

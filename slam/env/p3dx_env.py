@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, Literal
@@ -14,21 +13,18 @@ from gymnasium.spaces import Dict, Space
 from numpy.typing import NDArray
 
 from slam.env.config import env_config
-from slam.env.driven_robot import DrivenRobot
-from slam.env.ends import termination
 from slam.env.episode import Episode
-from slam.env.info import episode_info
+from slam.env.episode_scenarios import EpisodeScenarios
+from slam.env.occupancy_grid import Extent
+from slam.env.rerun_window import RerunWindow
 from slam.env.reset_options import ResetOptions
-from slam.env.seen_grid import Extent
+from slam.env.robot_session import RobotSession
 from slam.env.top_view import TopView
-from slam.env.views import make_views
-from slam.env.window import Window
-from slam.env.worlds import Worlds
-from slam.errors import InputError, RobotError, ScenarioError
+from slam.errors import InputError, RobotError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.robot import Robot
-from slam.run.arrays import action_space, twist_action, wheels_action
+from slam.run.arrays import action_space
 from slam.scenario.schema import Scenario
 
 ObservationDict = dict[str, NDArray[Any]]
@@ -168,7 +164,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
 
     The keys that begin with `slam_` are there where `slam_pose`, `map` or `lost` was asked for. In the simulator times
     are simulated ones, so the same seed gives the same `info`. How long SLAM took on the wall's clock is
-    ``env.unwrapped.episode.moment.estimate.total_time``, seconds.
+    ``env.unwrapped.episode.state.estimate.total_time``, seconds.
 
     ## Copies
     An environment that does not run, before the first reset or after close, can be copied and pickled: the copy is a
@@ -194,25 +190,24 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         self._made_with = {"scenario": scenario, "settings": settings, "render_mode": render_mode} | arguments
         self._made_with |= {"backend": backend, "yes": yes, "dry_run": dry_run, "allow_modules": allow_modules}
         self.config = env_config(arguments)
-        self._driven = DrivenRobot(backend, **_options(backend, yes, dry_run))
-        self._worlds = Worlds(scenario, settings, allow_modules)
-        self.scenario = self._worlds.first
-        self._require_route(self.scenario)
+        self._session = RobotSession(backend, yes=yes, dry_run=dry_run)
+        self._scenarios = EpisodeScenarios(scenario, settings, allow_modules, self.config)
+        self.scenario = self._scenarios.first
         self._extent = Extent.of(self.scenario)
-        views = make_views(self.config, self.scenario, self._extent)
+        views = self.config.make_views(self.scenario, self._extent)
         spaces: Space[Any] = Dict({name: view.space() for name, view in views.items()})
         self.observation_space = spaces
         self.action_space: Space[Any] = action_space()
         self.render_mode = render_mode
         self._top_view: TopView | None = None
-        self._window = Window() if render_mode == "human" else None
+        self._window = RerunWindow() if render_mode == "human" else None
         self._episode: Episode | None = None
         self._over = False
 
     @property
     def robot(self) -> Robot:
         """The robot; RobotError before the first reset and after close."""
-        return self._driven.robot
+        return self._session.robot
 
     @property
     def episode(self) -> Episode:
@@ -227,13 +222,13 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         """Put the robot at its start, at rest, and take the first scan; the seed decides all that is random."""
         super().reset(seed=seed)
         seed = int(self.np_random.integers(2**31)) if seed is None else seed
-        with self._stopping():
+        with self._session.stopping():
             self._episode = self._begin(seed, ResetOptions.of(options))
             self._over = False
         if self._window is not None:
             self._window.begin(self._episode)
-        parts = dict.fromkeys((self.config.reward, "collision"), 0.0)
-        return self._episode.views(), episode_info(self._episode, Twist2D(), parts, "")
+        terms = dict.fromkeys((self.config.reward, "collision"), 0.0)
+        return self._episode.views(), self._episode.info(Twist2D(), terms, "")
 
     def step(self, action: Any) -> tuple[ObservationDict, float, bool, bool, dict[str, Any]]:
         """Drive at the speeds of the action until the next scan has come.
@@ -241,21 +236,22 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         InputError for what is no such action, and for one that would move a robot after the end of its episode, if
         that may be a real one.
         """
-        with self._stopping():
-            twist = self._twist(action)
-            if self._over and twist != Twist2D() and not self._driven.restartable:
+        with self._session.stopping():
+            twist = self.config.twist(action, self.scenario.robot.odometry.track)
+            if self._over and twist != Twist2D() and not self._session.restartable:
                 raise InputError("the episode is over: call reset() before the robot moves on")
-            applied = self._drive(twist)
             episode = self.episode
-            end = termination(episode.moment, self.config)
+            applied, observation = self._session.step(twist, self.scenario.hardware.patience)
+            episode.update(observation)
+            end = self.config.ending(episode.state)
             self._over = bool(end) or episode.out_of_time
             if self._over:
-                self._driven.stand()
+                self._session.stand()
         if self._window is not None:
             self._window.show(episode, applied)
-        parts = episode.reward_terms()
-        info = episode_info(episode, applied, parts, end or ("time" if episode.out_of_time else ""))
-        return episode.views(), sum(parts.values()), bool(end), episode.out_of_time, info
+        terms = episode.reward_terms()
+        info = episode.info(applied, terms, end or ("time" if episode.out_of_time else ""))
+        return episode.views(), sum(terms.values()), bool(end), episode.out_of_time, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """The view from above, (height, width, 3), with ``rgb_array``; None else.
@@ -269,18 +265,18 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
             self._top_view = TopView(self.scenario, self._extent)
         slam = self.episode.slam
         lines = np.empty((0, 2, 2)) if slam is None else slam.lines.ends
-        return self._top_view.frame(self.episode.moment, lines)
+        return self._top_view.frame(self.episode.state, lines)
 
     def close(self) -> None:
         """Stop the robot, and free its devices or the physics engine; closing twice is allowed."""
-        self._driven.close()
+        self._session.close()
         self._episode = None
         if self._window is not None:
             self._window.close()
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A copy is a new environment with the same arguments and random numbers; InputError while this one runs."""
-        if self._driven.running:
+        """Copy as a new environment with the same arguments and random numbers; InputError while this one runs."""
+        if self._session.running:
             raise InputError(
                 "an environment that runs cannot be copied or pickled, nor can its robot; close() it first, or make "
                 "another one: gymnasium.make(env.spec), reset(seed=...) with the same seed, and the same actions"
@@ -290,17 +286,17 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         return partial(type(self), **self._made_with), (), state
 
     def _begin(self, seed: int, options: ResetOptions) -> Episode:
-        """A simulated robot is put at its start; a real one stays where it is."""
-        restartable = self._driven.restartable
+        """Begin an episode: a simulated robot is put at its start, a real one stays where it is."""
+        restartable = self._session.restartable
         if options.start is not None and not restartable:
             raise InputError(
                 "options: start: this robot cannot be put anywhere, and the episode begins where it stands; leave it "
                 "out, or carry the robot to the scenario's robot.start, call close(), and then reset()"
             )
-        scenario = self._worlds.draw(seed if restartable else None, options)
+        scenario = self._scenarios.draw(seed if restartable else None, options)
         left_at = None if restartable else self._left_at()
         self._enter(scenario)
-        first = self._driven.start(scenario, seed)
+        first = self._session.start(scenario, seed)
         unmoved = left_at if first.T_map_base is None else None
         return Episode(self.config, scenario, self._extent, seed, unmoved or scenario.robot.start.pose, first)
 
@@ -308,61 +304,12 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         """Bring the robot to rest, and return its pose in the last episode; None where there was no episode."""
         if self._episode is None:
             return None
-        self._driven.come_to_rest(self._episode.see)
-        return self._episode.moment.T_map_base
+        self._session.come_to_rest(self._episode.update)
+        return self._episode.state.T_map_base
 
     def _enter(self, scenario: Scenario) -> None:
         if scenario is self.scenario:
             return
-        if scenario.lidar.description != self.scenario.lidar.description:
-            raise ScenarioError(f"{scenario.name}: lidar.model cannot change, nor be random: spaces stay as they are")
-        self._require_route(scenario)
         self.scenario, self._extent = scenario, Extent.of(scenario)
         if self._top_view is not None:
             self._top_view.show(scenario, self._extent)
-
-    def _drive(self, command: Twist2D) -> Twist2D:
-        """Drive until the next scan, and take it in; the command as it was applied."""
-        episode = self.episode
-        applied, observation = self._driven.step(command, self.scenario.hardware.patience)
-        if observation is None:
-            episode.run_out()
-        else:
-            episode.see(observation)
-        return applied
-
-    def _twist(self, action: Any) -> Twist2D:
-        return (
-            twist_action(action)
-            if self.config.action == "twist"
-            else wheels_action(action, self.scenario.robot.odometry.track)
-        )
-
-    def _require_route(self, scenario: Scenario) -> None:
-        needs = "reward='progress'" if self.config.reward == "progress" else "observe='goal'"
-        needed = self.config.reward == "progress" or "goal" in self.config.observe
-        if needed and not scenario.route.waypoints:
-            raise ScenarioError(
-                f"{scenario.name}: {needs} needs route.waypoints; add some, or choose reward='coverage' or 'none'"
-            )
-
-    @contextmanager
-    def _stopping(self) -> Iterator[None]:
-        """Whatever goes wrong, the robot stands: after wrong input it may go on, after all else it is let go."""
-        try:
-            yield
-        except InputError:
-            self._driven.stand()
-            raise
-        except BaseException:
-            self._driven.close()
-            raise
-
-
-def _options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
-    """Options with which the back end is made; InputError for options that do not fit it, and for a recorded log."""
-    if backend == "replay":
-        raise InputError("backend='replay': a recorded log obeys no agent; run: hopslam replay LOG")
-    if backend != "hardware" and (yes or dry_run):
-        raise InputError("yes and dry_run are for the real robot; add backend='hardware'")
-    return {"yes": yes, "dry_run": dry_run, "newest": True} if backend == "hardware" else {}

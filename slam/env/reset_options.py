@@ -9,12 +9,12 @@ from typing import Any, Self
 import numpy as np
 from pydantic import ValidationError
 
-from slam.errors import InputError, ScenarioError
+from slam.errors import InputError, ScenarioError, did_you_mean
 from slam.pose import Pose2D
-from slam.scenario.obstruction import obstruction
+from slam.scenario.checks import find_obstruction
 from slam.scenario.schema import Scenario
-from slam.scenario.texts import texts
-from slam.scenario.validation_message import hint, validation_message
+from slam.scenario.settings import one_or_several
+from slam.scenario.validation_message import validation_message
 from slam.scenario.values import Place
 
 _KEYS = ("start", "goal", "settings")
@@ -30,13 +30,13 @@ class ResetOptions:
 
     @classmethod
     def of(cls, options: Mapping[str, Any] | None) -> Self:
-        """The options as given to ``reset``; InputError names an unknown key, or what is wrong with a value."""
+        """Check the options given to ``reset``; InputError names an unknown key, or what is wrong with a value."""
         given = options or {}
         if not isinstance(given, Mapping):
             raise InputError(f"options={options!r}: give a dict with any of the keys {', '.join(_KEYS)}")
         for key in given:
             if key not in _KEYS:
-                raise InputError(f"options: no option {key!r}; {hint(str(key), list(_KEYS))}")
+                raise InputError(f"options: no option {key!r}; {did_you_mean(str(key), _KEYS)}")
         start, goal = given.get("start"), given.get("goal")
         return cls(
             None if start is None else _place("start", start, (2, 3)),
@@ -45,7 +45,7 @@ class ResetOptions:
         )
 
     def applied(self, scenario: Scenario) -> Scenario:
-        """The scenario with this start and goal; ScenarioError where a solid stands there."""
+        """Put this start and goal into the scenario; ScenarioError where a solid stands there."""
         if self.start is None and self.goal is None:
             return scenario
         robot, route = scenario.robot, scenario.route
@@ -54,14 +54,14 @@ class ResetOptions:
         if self.goal is not None:
             route = route.model_copy(update={"waypoints": ((self.goal.x, self.goal.y),)})
         changed = scenario.model_copy(update={"robot": robot, "route": route})
-        if (blocked := obstruction(changed)) is not None:
-            location, problem = blocked
-            raise ScenarioError(f"options: {'start' if location[0] == 'robot' else 'goal'}: {problem}")
+        if (blocked := find_obstruction(changed)) is not None:
+            key_path, problem = blocked
+            raise ScenarioError(f"options: {'start' if key_path[0] == 'robot' else 'goal'}: {problem}")
         return changed
 
 
 def _settings(given: Any) -> tuple[str, ...]:
-    settings = texts(given)
+    settings = one_or_several(given)
     if isinstance(given, Mapping) or not all(isinstance(setting, str) for setting in settings):
         raise InputError(f"options: settings={given!r}: give 'key=value', or a list of such strings")
     return settings
@@ -75,12 +75,12 @@ def _place(name: str, value: Any, counts: tuple[int, ...]) -> Place:
         if numbers.ndim == 1 and len(numbers) in counts:
             return Place(**dict(zip(("x", "y", "theta"), numbers.tolist(), strict=False)))
     except (TypeError, ValueError) as error:
-        why = _told(error) if isinstance(error, ValidationError) else "no numbers"
+        why = _number_error(error) if isinstance(error, ValidationError) else "no numbers"
         raise InputError(f"options: {name}={value!r}: {why}; give {form}, metres and radians, map frame") from error
     raise InputError(f"options: {name}={value!r}: give {form}, metres and radians, map frame")
 
 
-def _told(error: ValidationError) -> str:
-    """Name the number of a place that is wrong, and why."""
+def _number_error(error: ValidationError) -> str:
+    """Name the number that is wrong, and why."""
     (number,), reason = validation_message(error, Place)
     return f"{number}: {reason}"

@@ -1,10 +1,11 @@
-"""What there is to know after one scan."""
+"""The state of an episode after one scan, and the ends that it may have come to."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import nan
-from typing import Literal
+from typing import Final, Literal
 
 from slam.errors import RobotError
 from slam.line_slam import Estimate
@@ -24,11 +25,11 @@ class StepState:
     goal: Pose2D | None
     """The next way-point; None when all are passed."""
     arrived: bool
-    """Whether the last way-point was reached."""
-    left: float
+    """True when the last way-point was reached."""
+    route_left: float
     """Metres of the route that are left."""
     estimate: Estimate | None
-    """Of the method; None where it does not run."""
+    """Estimate of the method; None where it does not run."""
 
     @property
     def truth(self) -> Pose2D | None:
@@ -36,20 +37,20 @@ class StepState:
         return self.observation.T_map_base
 
     @property
-    def source(self) -> Literal["truth", "estimate"]:
-        """Where the pose comes from."""
+    def pose_source(self) -> Literal["truth", "estimate"]:
+        """Source of ``T_map_base``."""
         return "estimate" if self.truth is None else "truth"
 
     @property
-    def belief(self) -> Pose2D:
-        """Where the method believes the robot is, map frame."""
+    def estimated_pose(self) -> Pose2D:
+        """Pose that the method estimates, map frame."""
         if self.estimate is None:
             raise RobotError("this environment runs no SLAM: ask for slam_pose or map in observe, or lost in end_on")
         return self.estimate.T_map_base
 
     @property
     def lost(self) -> bool:
-        """Whether the method says itself that it is lost."""
+        """True where the method says itself that it is lost."""
         return self.estimate is not None and self.estimate.lost
 
     @property
@@ -61,5 +62,13 @@ class StepState:
 
     @property
     def collided(self) -> bool:
-        """Whether the robot touched anything but the floor, or says that something holds its wheels."""
+        """True where the robot touched anything but the floor, or says that something holds its wheels."""
         return self.observation.collided or self.observation.stalled
+
+
+ENDS: Final[dict[str, Callable[[StepState, float], bool]]] = {
+    "collision": lambda state, lost_beyond: state.collided,
+    "goal": lambda state, lost_beyond: state.arrived,
+    "lost": lambda state, lost_beyond: state.lost or state.slam_error > lost_beyond,
+}
+"""What may terminate an episode, by the name that the argument ``end_on`` gives it; ``lost_beyond`` in metres."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from slam.env.seen_grid import Extent, sight
+from slam.env.occupancy_grid import Extent, seen_ranges
 from slam.env.step_state import StepState
 from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scan import LaserScan
@@ -22,7 +22,7 @@ _NOSE: Final = np.array([[0.0, 0.0], [0.21, 0.0]])
 
 _FLOOR, _SOLID, _ROUTE = (250, 250, 247), (70, 74, 82), (186, 186, 186)
 _FAN, _ECHO, _LINE = (255, 205, 60, 70), (190, 140, 0), (0, 114, 178)
-_TRUTH, _BELIEF, _GOAL, _PERSON = (30, 30, 30), (213, 94, 0), (138, 43, 226), (105, 192, 240)
+_TRUTH, _ESTIMATE, _GOAL, _PERSON = (30, 30, 30), (213, 94, 0), (138, 43, 226), (105, 192, 240)
 
 
 class TopView:
@@ -42,30 +42,29 @@ class TopView:
         draw = ImageDraw.Draw(self._background)
         for outline in scenario.world.outlines(scenario.lidar.height):
             draw.polygon(self._at(outline), fill=_SOLID)
-        places = np.array([(scenario.robot.start.x, scenario.robot.start.y), *scenario.route.waypoints])
-        if len(places) > 1:
-            draw.line(self._at(places), fill=_ROUTE, width=2)
+        if scenario.route.waypoints:
+            draw.line(self._at(np.array(scenario.path)), fill=_ROUTE, width=2)
 
-    def frame(self, moment: StepState, lines: FloatArray) -> NDArray[np.uint8]:
-        """This moment as (height, width, 3), with the map ``lines`` (M, 2, 2), map frame, and the poses known."""
+    def frame(self, state: StepState, lines: FloatArray) -> NDArray[np.uint8]:
+        """Draw this state as (height, width, 3), with the map ``lines`` (M, 2, 2), map frame, and the poses known."""
         image = self._background.copy()
         draw = ImageDraw.Draw(image, "RGBA")
-        self._draw_scan(draw, moment.observation.scan, moment.T_map_laser)
+        self._draw_scan(draw, state.observation.scan, state.T_map_laser)
         for line in self._pixels_of(lines):
             draw.line(line.ravel().tolist(), fill=_LINE, width=2)
-        for person in moment.observation.people:
+        for person in state.observation.people:
             self._disc(draw, np.array(person), 0.22, fill=_PERSON)
-        if moment.goal is not None:
-            self._disc(draw, moment.goal.translation, 0.2, outline=_GOAL, width=3)
-        if moment.truth is not None:
-            self._draw_robot(draw, moment.truth, _TRUTH, (120, 125, 135))
-        if moment.estimate is not None:
-            self._draw_robot(draw, moment.estimate.T_map_base, _BELIEF, None)
+        if state.goal is not None:
+            self._disc(draw, state.goal.translation, 0.2, outline=_GOAL, width=3)
+        if state.truth is not None:
+            self._draw_robot(draw, state.truth, _TRUTH, (120, 125, 135))
+        if state.estimate is not None:
+            self._draw_robot(draw, state.estimate.T_map_base, _ESTIMATE, None)
         return np.array(image)
 
     def _draw_scan(self, draw: Any, scan: LaserScan, T_map_laser: Pose2D) -> None:
         """The fan that the beams swept, and a dot at every echo."""
-        lengths, headings = sight(scan), scan.lidar.angles
+        lengths, headings = seen_ranges(scan), scan.lidar.angles
         ends = T_map_laser.transform(lengths[:, None] * unit_vectors(headings))
         draw.polygon(self._at(np.concatenate([T_map_laser.translation[None], ends[lengths > 0.0]])), fill=_FAN)
         draw.point(self._at(ends[scan.echoes]), fill=_ECHO)

@@ -10,7 +10,7 @@ from slam.compiled import compiled
 
 @compiled
 def _tallest(occupied: NDArray[np.bool_], row: int, column: int, columns: int, limit: int) -> int:
-    """How many rows from ``row`` on, at most ``limit``, are occupied all along ``columns`` columns."""
+    """Count the rows from ``row`` on, at most ``limit``, that are occupied all along ``columns`` columns."""
     for rows in range(limit):
         for k in range(column, column + columns):
             if not occupied[row + rows, k]:
@@ -20,7 +20,7 @@ def _tallest(occupied: NDArray[np.bool_], row: int, column: int, columns: int, l
 
 @compiled
 def _widest(occupied: NDArray[np.bool_], row: int, column: int, rows: int, limit: int) -> int:
-    """The same with rows and columns exchanged."""
+    """Count the columns from ``column`` on, at most ``limit``, that are occupied all along ``rows`` rows."""
     for columns in range(limit):
         for k in range(row, row + rows):
             if not occupied[k, column + columns]:

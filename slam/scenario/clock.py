@@ -4,6 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil
+from typing import Annotated
+
+from pydantic import Field
+
+from slam.config import Section
+
+
+class Physics(Section):
+    """The clock of the simulation."""
+
+    rate: Annotated[int, Field(ge=60, le=10_000)] = 240
+    """Physics steps a second."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,12 +39,12 @@ class Clock:
 
     @property
     def control_period(self) -> float:
-        """Seconds."""
+        """Seconds from one control step to the next."""
         return self.steps_per_control / self.rate
 
 
 def make_clock(rate: int, control_rate: int, scan_time: float, sweep: float) -> Clock:
-    """From steps a second and the seconds of a scan period and of its beams; ValueError where one does not divide."""
+    """Make a clock; ``scan_time``, and ``sweep`` of its beams, in seconds. ValueError where one does not divide."""
     if rate % control_rate:
         raise ValueError(
             f"physics.rate = {rate} is no multiple of robot.control_rate = {control_rate}; "

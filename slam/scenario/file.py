@@ -1,48 +1,49 @@
-"""Scenario files, loaded and written."""
+"""Scenario files: loaded, written, and told in a few words."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
+from math import dist
 from pathlib import Path
 
 import yaml
 
 from slam.scenario.schema import Scenario
-from slam.scenario.settings import named_code, parse_setting
+from slam.scenario.settings import named_code, one_or_several, parse_setting
 from slam.scenario.shipped import find_scenario
 from slam.scenario.source import ScenarioSource
 from slam.scenario.template import ScenarioTemplate
-from slam.scenario.texts import texts
 
 
 def load_template(
     name: str | Path, settings: str | Sequence[str] = (), allow_modules: str | Sequence[str] = ()
 ) -> ScenarioTemplate:
-    """The scenario in this file, or the shipped one of this name, with ``key=value`` settings on top, one or
+    """Load the scenario in this file, or the shipped one of this name, with ``key=value`` settings on top, one or
     several, to draw from.
 
     What the settings name as ``module:name`` may run; what the file names so is refused, unless ``allow_modules`` has
     its module. Raises ScenarioError: one line that names file, line and key, what is wrong, and what was perhaps meant.
     """
-    given = texts(settings)
-    return checked_template(name, given, [*texts(allow_modules), *named_code(map(parse_setting, given))])
+    given = one_or_several(settings)
+    return checked_template(name, given, [*one_or_several(allow_modules), *named_code(map(parse_setting, given))])
 
 
 def load_scenario(
     name: str | Path, settings: str | Sequence[str] = (), allow_modules: str | Sequence[str] = ()
 ) -> Scenario:
-    """The draw of ``load_template`` for the scenario's own seed."""
+    """Load a template, and draw the scenario of its own seed."""
     return load_template(name, settings, allow_modules).draw()
 
 
 def read_scenario(name: str | Path, settings: Sequence[str] = ()) -> Scenario:
-    """The draw of ``read_template`` for the scenario's own seed."""
+    """Read a template, and draw the scenario of its own seed."""
     return read_template(name, settings).draw()
 
 
 def read_template(name: str | Path, settings: str | Sequence[str] = ()) -> ScenarioTemplate:
     """Load a template to look at and not to run: it may name any code, and none of it can be called."""
-    return checked_template(name, texts(settings), None)
+    return checked_template(name, one_or_several(settings), None)
 
 
 def checked_template(name: str | Path, settings: Sequence[str], allowed: Sequence[str] | None) -> ScenarioTemplate:
@@ -51,5 +52,27 @@ def checked_template(name: str | Path, settings: Sequence[str], allowed: Sequenc
 
 
 def dump_scenario(scenario: Scenario) -> str:
-    """YAML that loads to the same scenario."""
+    """Write the scenario as YAML that loads to the same scenario."""
     return yaml.safe_dump(scenario.model_dump(mode="json"), sort_keys=False, allow_unicode=True)
+
+
+def summary(scenario: Scenario) -> str:
+    """Tell name and description, then a line each on the world, the people and the route."""
+    length = sum(dist(a, b) for a, b in pairwise(scenario.path))
+    return "\n".join(
+        [
+            f"{scenario.name}: {scenario.description}" if scenario.description else scenario.name,
+            f"world: {_world_summary(scenario)}",
+            f"people: {len(scenario.people)}",
+            f"route: {length:.1f} m over {len(scenario.route.waypoints)} way-points; seed {scenario.seed}",
+        ]
+    )
+
+
+def _world_summary(scenario: Scenario) -> str:
+    if (bounds := scenario.world.bounds()) is None:
+        return "empty"
+    width, depth = bounds[1] - bounds[0]
+    height = scenario.lidar.height
+    solids, seen = len(scenario.world.prisms()), len(scenario.world.outlines(height))
+    return f"{width:.1f} m by {depth:.1f} m, {solids} solids, {seen} of them cut by the lidar's plane at {height:g} m"

@@ -1,4 +1,4 @@
-"""What stands about: boxes, tables and cylinders."""
+"""Furniture: boxes, tables and cylinders."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from pydantic import Field
 
 from slam.config import Section
 from slam.pose import Pose2D
-from slam.scenario.prism import Prism, disc, rectangle
-from slam.scenario.values import Angle, Length, Point, Small
+from slam.scenario.solids import Prism, disc, rectangle
+from slam.scenario.values import Angle, Length, Point, SmallLength
 
 Mass = Annotated[float, Field(ge=0.1, le=1000)]
 """Kilograms."""
@@ -31,7 +31,7 @@ class Box(Section):
     """A box on the floor."""
 
     center: Point
-    """Of its outline, map frame, metres."""
+    """Centre of its outline, map frame, metres."""
     size: tuple[Length, Length, Length]
     """Length along ``yaw``, width, height; metres."""
     yaw: Angle = 0.0
@@ -40,7 +40,7 @@ class Box(Section):
     """Kilograms of a box that the robot can push; left out: it stands fast."""
 
     def prisms(self) -> Iterator[Prism]:
-        """The one."""
+        """Yield the box itself."""
         yield Prism(rectangle(self.center, self.size[0], self.size[1], self.yaw), 0.0, self.size[2])
 
 
@@ -48,20 +48,20 @@ class Table(Section):
     """A table: four square legs and a top; a low lidar sees the legs only."""
 
     center: Point
-    """Of its outline, map frame, metres."""
+    """Centre of its outline, map frame, metres."""
     size: tuple[Length, Length, Length] = (1.2, 0.6, 0.75)
     """Length along ``yaw``, width, height; metres."""
     yaw: Angle = 0.0
     """Counter-clockwise from the x axis, radians."""
-    leg: Small = 0.05
+    leg: SmallLength = 0.05
     """Side of a leg, metres."""
-    top: Small = 0.03
+    top: SmallLength = 0.03
     """Thickness of the top, metres."""
     mass: Mass | None = None
     """Kilograms of a table that the robot can push; left out: it stands fast."""
 
     def prisms(self) -> Iterator[Prism]:
-        """The legs, then the top."""
+        """Yield the legs, then the top."""
         length, width, height = self.size
         place = Pose2D(*self.center, self.yaw)
         for sx, sy in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
@@ -74,21 +74,24 @@ class Cylinder(Section):
     """A pillar, a bin, a plant pot: a round thing on the floor."""
 
     center: Point
-    """Of its outline, map frame, metres."""
+    """Centre of its outline, map frame, metres."""
     radius: Length
-    """Metres."""
+    """Radius, metres."""
     height: Length = 1.0
-    """Metres."""
+    """Height, metres."""
     mass: Mass | None = None
     """Kilograms of a cylinder that the robot can push; left out: it stands fast."""
 
     def prisms(self) -> Iterator[Prism]:
-        """One with so many sides that it is round within 1 mm."""
+        """Yield one prism with so many sides that it is round within 1 mm."""
         yield Prism(disc(self.center, self.radius), 0.0, self.height)
 
 
-def movable(piece: Box | Table | Cylinder) -> Movable | None:
-    """The piece as a thing that can be pushed; None where it stands fast."""
+Furniture = Box | Table | Cylinder
+
+
+def movable(piece: Furniture) -> Movable | None:
+    """Make a movable thing of a piece of furniture; None where it stands fast."""
     if piece.mass is None:
         return None
     at_origin = piece.model_copy(update={"center": (0.0, 0.0), "yaw": 0.0})

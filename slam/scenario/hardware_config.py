@@ -10,7 +10,7 @@ from slam.config import Section
 from slam.scenario.values import Positive
 
 FIRMWARE_TRACK: Final = 0.357
-"""What a P3-DX's firmware believes of the way between its wheels, metres (DiffConvFactor in Aria's p3dx.p)."""
+"""Distance between the wheels that a P3-DX's firmware assumes, metres (DiffConvFactor in Aria's p3dx.p)."""
 
 
 _URLS: Final = ("socket", "rfc2217", "loop")
@@ -28,30 +28,30 @@ Port = Annotated[str, AfterValidator(_port)]
 
 
 class HardwareConfig(Section):
-    """What ``--backend hardware`` opens. A port is a device, ``socket://host:port``, ``rfc2217://host:port`` or
+    """Devices that ``--backend hardware`` opens. A port is a device, ``socket://host:port``, ``rfc2217://host:port`` or
     ``loop://``."""
 
     robot_port: Port = "/dev/ttyUSB0"
-    """Of the P3-DX."""
+    """Serial port of the P3-DX."""
     lidar_port: Port = "/dev/ttyACM0"
-    """Of the URG-04LX."""
+    """Serial port of the URG-04LX."""
     lidar_baud: Literal[19200, 38400, 57600, 115200, 250000, 500000, 750000] = 500000
     """Bits a second; below 250000 an RS-232 line has no room for ten full scans a second. Over USB it means nothing."""
     drive_by: Literal["velocity", "wheels"] = "velocity"
     """Commands for the base in steps of 1 mm/s and 1 deg/s, or for each wheel in steps of 20 mm/s."""
     odometry: Literal["position", "encoders"] = "position"
-    """From the position that the robot's firmware reckons, or from the ticks of its wheels."""
+    """Source of the odometry: the position that the robot's firmware reckons, or the ticks of its wheels."""
     left_scale: Positive = 1.0
-    """What the left wheel really rolls for each metre that the robot reports; hopslam calibrate finds it ..."""
+    """Metres that the left wheel really rolls for each metre that the robot reports; hopslam calibrate finds it ..."""
     right_scale: Positive = 1.0
     """... the same of the right wheel ..."""
     track_scale: Positive = 1.0
-    """... and the effective distance between the wheels for each metre that the robot takes it for."""
+    """... and the effective distance between the wheels for each metre that the robot assumes."""
     command_timeout: float = Field(0.5, gt=0, le=2)
-    """The robot stops when no new command came for so long, seconds."""
+    """The robot stops when no new command came for this time, seconds."""
     data_timeout: float = Field(0.3, gt=0.15, le=2)
-    """It also stops when the lidar or the odometry is silent for so long, seconds."""
+    """It also stops when the lidar or the odometry is silent for this time, seconds."""
     patience: float = Field(30.0, ge=0)
-    """How long a run waits, standing, for a lidar or a base that fell silent, before it ends, seconds."""
+    """Time that a run waits, standing, for a lidar or a base that fell silent, before it ends, seconds."""
     max_watchdog: Positive = 2.0
     """The robot's own watchdog must stop it after this time at the latest, seconds; it is set in its FLASH."""

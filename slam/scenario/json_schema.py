@@ -18,7 +18,7 @@ from slam.scenario.schema import Scenario
 
 NEVER_RANDOM: Final = {"name", "seed", "extends"}
 RANDOM: Final = "RandomValue"
-"""What the section of random values is called."""
+"""Name of the section of random values."""
 _EXTENDS: Final = {
     "type": "string",
     "description": "A shipped scenario, or a path beside this file, which this one is put on top of.",
@@ -26,7 +26,7 @@ _EXTENDS: Final = {
 
 
 def scenario_schema() -> dict[str, Any]:
-    """The schema of what a file may say: any value may be left to chance, and a file may extend another one.
+    """Make the schema of scenario files: any value may be left to chance, and a file may extend another one.
 
     Rules between several keys are not in it; ``hopslam`` checks those when it reads the file.
     """
@@ -44,7 +44,7 @@ def scenario_schema() -> dict[str, Any]:
 
 
 def schema_text() -> str:
-    """The file ``scenarios/scenario.schema.json``."""
+    """Write the text of ``scenarios/scenario.schema.json``."""
     return json.dumps(scenario_schema(), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -68,7 +68,7 @@ class _Documented(GenerateJsonSchema):
 
 
 def attribute_docs(section: type[BaseModel]) -> dict[str, str]:
-    """What the keys of a section mean, a line each: the docstring under the attribute, or that of the section it holds.
+    """Describe the keys of a section, a line each: the docstring under the attribute, or that of the section it holds.
 
     pydantic would read them too, but at every start of every command.
     """
@@ -101,7 +101,7 @@ def _line(text: str) -> str:
 
 
 def _or_random(value: dict[str, Any]) -> dict[str, Any]:
-    """The schema of a value, or of a random one in its place, in the items of a list too."""
+    """Make the schema of a value, or of a random one in its place, in the items of a list too."""
     said = {key: value[key] for key in ("description", "default") if key in value}
     plain = {key: part for key, part in value.items() if key not in said}
     if "prefixItems" in plain:

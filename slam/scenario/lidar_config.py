@@ -8,8 +8,7 @@ from pydantic import Field, model_validator
 
 from slam.config import Section
 from slam.lidars import LIDARS, LidarModel, LidarName
-from slam.scenario.quantity import Within
-from slam.scenario.values import Place, Positive, Small
+from slam.scenario.values import Place, Positive, SmallLength, Within
 
 Offset = Annotated[float, Within(-2.0, 2.0, "m", "mm", 1e-3)]
 
@@ -35,21 +34,21 @@ class LidarConfig(Section):
     """Which sensor: the paper's of its Table 1, or Hokuyo's."""
     mount: Mount = Mount(x=0.16)
     """Where it sits on the base."""
-    height: Small = 0.30
-    """Of the scan plane above the floor, metres."""
+    height: SmallLength = 0.30
+    """Height of the scan plane above the floor, metres."""
     rolling: bool = True
     """Each beam is taken when the turning mirror points there, from where the sensor is then; false: all at once."""
     caster: Literal["bullet", "exact"] = "bullet"
-    """Who finds the walls: PyBullet's rays through the mesh of the world, or compiled rays in its plan; same ranges."""
+    """Ray caster: PyBullet's rays through the mesh of the world, or compiled rays in its plan; same ranges."""
     noise: Literal["paper", "datasheet", "realistic", "none"] = "paper"
     """``paper``: Gaussian, bounds of Table 1. ``datasheet``: Gaussian, 10 mm up to 1 m and 1 % beyond. ``realistic``:
     by range and incidence, with mixed pixels at edges, lost echoes and warm-up. See docs/simulator.md."""
     bound_sigmas: Positive = 3.0
-    """How many standard deviations the maker's plus-minus bound is. The paper does not say; 3 is the usual reading."""
+    """Standard deviations in the maker's plus-minus bound. The paper does not say; 3 is the usual reading."""
     dropout: float = Field(0.0, ge=0, le=1)
     """Share of beams that get no echo for no reason."""
     reflectivity: Annotated[float, Field(gt=0, le=1)] = 1.0
-    """Of all surfaces, of which only ``realistic`` knows: 1 is white paper, 0.1 is dark."""
+    """Reflectivity of all surfaces, which only ``realistic`` uses: 1 is white paper, 0.1 is dark."""
 
     @property
     def description(self) -> LidarModel:

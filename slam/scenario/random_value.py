@@ -10,52 +10,46 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from slam.config import Section
-from slam.scenario.values import NotNegative, Positive
-from slam.scenario.yaml_file import Location
+from slam.scenario.values import NotNegative, Positive, rising
+from slam.scenario.yaml_file import KeyPath
 
 Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]
-"""What the random numbers of numpy can draw."""
+"""Whole number that numpy can draw."""
 
 
-def _rising(bounds: tuple[Any, Any]) -> tuple[Any, Any]:
-    if bounds[0] > bounds[1]:
-        raise ValueError("the lower bound comes first")
-    return bounds
-
-
-class Uniform(Section):
-    """A number between two bounds."""
-
-    uniform: Annotated[tuple[float, float], AfterValidator(_rising)]
-    """The bounds."""
+class _RandomSection(Section):
+    """A section with one key, which holds the bounds or the choices of a random value."""
 
     @property
     def extremes(self) -> tuple[Any, ...]:
-        """The values that the schema must accept."""
-        return self.uniform
+        """The values that the schema must accept: both bounds, or every choice."""
+        (values,) = dict(self).values()
+        return tuple(values)
+
+
+class Uniform(_RandomSection):
+    """A number between two bounds."""
+
+    uniform: Annotated[tuple[float, float], AfterValidator(rising)]
+    """The bounds."""
 
     def draw(self, rng: np.random.Generator) -> Any:
-        """One value."""
+        """Draw one value."""
         return float(rng.uniform(*self.uniform))
 
 
-class Integer(Section):
+class Integer(_RandomSection):
     """A whole number between two bounds, both included."""
 
-    integer: Annotated[tuple[Whole, Whole], AfterValidator(_rising)]
+    integer: Annotated[tuple[Whole, Whole], AfterValidator(rising)]
     """The bounds."""
 
-    @property
-    def extremes(self) -> tuple[Any, ...]:
-        """The values that the schema must accept."""
-        return self.integer
-
     def draw(self, rng: np.random.Generator) -> Any:
-        """One value."""
+        """Draw one value."""
         return int(rng.integers(*self.integer, endpoint=True))
 
 
-class Normal(Section):
+class Normal(_RandomSection):
     """A number around a mean, with a standard deviation; never farther from the mean than three of them."""
 
     normal: tuple[float, NotNegative]
@@ -63,48 +57,38 @@ class Normal(Section):
 
     @property
     def extremes(self) -> tuple[Any, ...]:
-        """The values that the schema must accept."""
+        """Three sigma below and above the mean."""
         mean, sigma = self.normal
         return mean - 3.0 * sigma, mean + 3.0 * sigma
 
     def draw(self, rng: np.random.Generator) -> Any:
-        """One value."""
+        """Draw one value."""
         while abs(deviation := rng.standard_normal()) > 3.0:
             pass
         mean, sigma = self.normal
         return float(mean + sigma * deviation)
 
 
-class LogUniform(Section):
+class LogUniform(_RandomSection):
     """A number between two bounds above 0, each order of magnitude as likely."""
 
-    loguniform: Annotated[tuple[Positive, Positive], AfterValidator(_rising)]
+    loguniform: Annotated[tuple[Positive, Positive], AfterValidator(rising)]
     """The bounds."""
 
-    @property
-    def extremes(self) -> tuple[Any, ...]:
-        """The values that the schema must accept."""
-        return self.loguniform
-
     def draw(self, rng: np.random.Generator) -> Any:
-        """One value."""
+        """Draw one value."""
         low, high = self.loguniform
         return float(np.clip(np.exp(rng.uniform(np.log(low), np.log(high))), low, high))
 
 
-class Choice(Section):
+class Choice(_RandomSection):
     """One of several values, each as likely."""
 
     choice: tuple[Any, ...] = Field(min_length=1)
     """The values; one that is written twice is twice as likely."""
 
-    @property
-    def extremes(self) -> tuple[Any, ...]:
-        """The values that the schema must accept: all."""
-        return self.choice
-
     def draw(self, rng: np.random.Generator) -> Any:
-        """One value."""
+        """Draw one value."""
         return self.choice[rng.integers(len(self.choice))]
 
 
@@ -112,16 +96,16 @@ RandomValue = Uniform | Integer | Normal | LogUniform | Choice
 KINDS: Final[dict[str, type[RandomValue]]] = {
     "uniform": Uniform, "integer": Integer, "normal": Normal, "loguniform": LogUniform, "choice": Choice,
 }  # fmt: skip
-"""By the key that a random value is written with. No section of a scenario has a key of such a name."""
+"""Kinds by the key that a random value is written with. No section of a scenario has a key of such a name."""
 
 
 def is_random(data: Any) -> bool:
-    """Whether this stands for a value to be drawn."""
+    """True for data that stands for a value to be drawn."""
     return isinstance(data, dict) and len(data) == 1 and next(iter(data)) in KINDS
 
 
-def find_random(data: Any, path: Location = ()) -> Iterator[tuple[Location, type[RandomValue], Any]]:
-    """Where in nested YAML data a value is to be drawn: its path, its kind, and how it is written."""
+def find_random(data: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, type[RandomValue], Any]]:
+    """Find the random values in nested YAML data: path, kind, and the value as it is written."""
     if is_random(data):
         yield path, KINDS[next(iter(data))], data
     elif isinstance(data, dict | list):
@@ -129,18 +113,7 @@ def find_random(data: Any, path: Location = ()) -> Iterator[tuple[Location, type
             yield from find_random(value, (*path, step))
 
 
-def key_rng(path: Location, *seeds: int) -> np.random.Generator:
-    """The random numbers of one key: others than those of every other key, the same in every process."""
+def key_rng(path: KeyPath, *seeds: int) -> np.random.Generator:
+    """Make the random numbers of one key: others than those of every other key, the same in every process."""
     digest = sha256(".".join(map(str, path)).encode()).digest()
     return np.random.default_rng([*seeds, int.from_bytes(digest[:8])])
-
-
-def filled(data: Any, values: dict[Location, Any], path: Location = ()) -> Any:
-    """A copy of nested data with these values at their paths; ``data`` stays as it is."""
-    if path in values:
-        return values[path]
-    if isinstance(data, dict):
-        return {step: filled(value, values, (*path, step)) for step, value in data.items()}
-    if isinstance(data, list):
-        return [filled(value, values, (*path, step)) for step, value in enumerate(data)]
-    return data

@@ -23,7 +23,7 @@ Schema = dict[str, Any]
 
 
 def scenario_reference() -> str:
-    """A table for each section, with the type, the default and the meaning of its keys."""
+    """Write a table for each section, with the type, the default and the meaning of its keys."""
     schema = scenario_schema()
     kinds = [key for name in _held(schema["$defs"][RANDOM]) for key in schema["$defs"][name]["properties"].items()]
     parts = [_INTRODUCTION, "## The file\n", schema["description"], ""]
@@ -73,7 +73,7 @@ def _default(value: Schema) -> str:
 
 
 def _held(value: Any) -> list[str]:
-    """The names of the sections in a schema, but for random values."""
+    """List the names of the sections in a schema, but for random values."""
     if isinstance(value, dict):
         own = [_name(value)] if "$ref" in value else []
         return [name for name in own if name != RANDOM] + _held(list(value.values()))
@@ -85,7 +85,7 @@ def _name(reference: Schema) -> str:
 
 
 def type_text(value: Schema) -> str:
-    """What may stand for a value, in words, as ``number > 0``."""
+    """Tell the type of a value in words, as ``number > 0``."""
     if "$ref" in value:
         return f"[section](#{_name(value).lower()})"
     if "anyOf" in value:

@@ -1,4 +1,4 @@
-"""The Pioneer P3-DX of a scenario: where it starts, what is wrong with its wheels, what it obeys."""
+"""The Pioneer P3-DX of a scenario: its start, the errors of its wheels, the floor, its limits."""
 
 from __future__ import annotations
 
@@ -8,25 +8,24 @@ from typing import Annotated
 from pydantic import Field
 
 from slam.config import Section
-from slam.scenario.quantity import Within
-from slam.scenario.values import NotNegative, Place, Positive, Small, Speed, TurnSpeed
+from slam.scenario.values import NotNegative, Place, Positive, SmallLength, Speed, TurnSpeed, Within
 
 Acceleration = Annotated[Positive, Within(0.0, 50.0, "m/s^2", "mm/s^2", 1e-3)]
 
 
 class WheelErrors(Section):
-    """What the firmware believes of its wheels, which steers the robot and makes its odometry.
+    """Wheels as the firmware assumes them to be, by which it steers the robot and makes its odometry.
 
-    The robot itself has wheels of 0.0975 m radius, 0.330 m apart; where the beliefs differ, it does not go where the
-    odometry says.
+    The robot itself has wheels of 0.0975 m radius, 0.330 m apart; where the assumptions differ, it does not go where
+    the odometry says.
     """
 
-    left_radius: Small = 0.0975
-    """Radius that the firmware believes of the left wheel, metres."""
-    right_radius: Small = 0.0975
-    """The same of the right wheel, metres."""
-    track: Small = 0.330
-    """Distance between the wheels that the firmware believes, metres; 0.357 is what the vendor's factors say, and right
+    left_radius: SmallLength = 0.0975
+    """Radius that the firmware assumes of the left wheel, metres."""
+    right_radius: SmallLength = 0.0975
+    """Radius that the firmware assumes of the right wheel, metres."""
+    track: SmallLength = 0.330
+    """Distance between the wheels that the firmware assumes, metres; 0.357 is what the vendor's factors say, and right
     where ``traction.effective_track`` is the same."""
     travel_noise: Annotated[NotNegative, Within(0.0, 1.0, "m", "mm", 1e-3)] = 0.0
     """Random slip: standard deviation of each wheel's reported travel after one metre, metres (grows with the root)."""
@@ -37,11 +36,11 @@ class WheelErrors(Section):
 
 
 class Traction(Section):
-    """What the floor makes of the turning wheels. The wheels and their encoders do not know."""
+    """Slip and scrub between wheels and floor, which the wheels and their encoders do not notice."""
 
     slip: Annotated[float, Field(ge=0, lt=1)] = 0.0
-    """Share of each wheel's way that is lost, at any speed."""
-    effective_track: Small = 0.330
+    """Share of each wheel's travel that is lost, at any speed."""
+    effective_track: SmallLength = 0.330
     """The tyres scrub when the robot turns: it turns as if its wheels were this far apart, metres (a real P3-DX:
     0.357)."""
     friction: Annotated[float, Field(ge=0, le=2)] = 1.0
@@ -50,7 +49,7 @@ class Traction(Section):
 
 
 class Limits(Section):
-    """What the base obeys, as an ARCOS robot does."""
+    """Limits that the base keeps to, as an ARCOS robot does."""
 
     linear: Speed = 1.2
     """Speed, m/s."""
@@ -68,11 +67,11 @@ class RobotConfig(Section):
     """The Pioneer P3-DX."""
 
     start: Place = Place()
-    """Where the base stands at first, map frame."""
+    """Pose of the base when the run begins, map frame."""
     odometry: WheelErrors = WheelErrors()
     traction: Traction = Traction()
     limits: Limits = Limits()
     control_rate: Annotated[int, Field(ge=10, le=1000)] = 60
-    """How often a second the base reads its encoders and sets its motors; people walk at this rate too."""
+    """Times a second that the base reads its encoders and sets its motors; people walk at this rate too."""
     sonar: bool = False
-    """Whether the front sonar ring is on."""
+    """The front sonar ring is on."""

@@ -15,13 +15,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationIn
 from slam.config import Section
 from slam.pose import FloatArray, Pose2D
 from slam.scenario.cell_rectangles import merge_cells
-from slam.scenario.prism import Prism
+from slam.scenario.solids import Prism
 from slam.scenario.validation_message import validation_message
 from slam.scenario.values import Positive
-from slam.scenario.yaml_fault import UNREADABLE, yaml_fault
+from slam.scenario.yaml_file import YAML_ERRORS, explain_yaml_error
 
 _IMAGES: Final = ("PPM", "PNG", "BMP")
-"""What Pillow calls the formats that are read; PPM includes PGM, binary (P5) and plain (P2)."""
+"""Pillow's names of the formats that are read; PPM includes PGM, binary (P5) and plain (P2)."""
 
 
 class MapHeader(BaseModel):
@@ -40,7 +40,7 @@ class MapHeader(BaseModel):
     occupied_thresh: float = Field(0.65, ge=0, le=1)
     """Cells darker than this, 0 white to 1 black, are occupied."""
     mode: Literal["trinary", "scale"] = "trinary"
-    """The same for what is occupied; ``raw`` is not read."""
+    """Both read occupied cells alike; ``raw`` is not read."""
 
 
 class RosMap(Section):
@@ -49,10 +49,10 @@ class RosMap(Section):
     file: str
     """The ``map.yaml``; a relative path starts at the scenario file."""
     height: Positive = 1.0
-    """Of the solids, metres."""
+    """Height of the solids, metres."""
 
     def prisms(self) -> list[Prism]:
-        """Rectangles that together cover the occupied cells, and nothing else. They may overlap."""
+        """Make rectangles that together cover the occupied cells, and nothing else. They may overlap."""
         path = Path(self.file)
         return [Prism(footprint, 0.0, self.height) for footprint in _footprints(path, path.stat().st_mtime_ns)]
 
@@ -87,16 +87,16 @@ def _read_header(path: Path) -> MapHeader:
     try:
         return MapHeader.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
     except ValidationError as errors:
-        location, reason = validation_message(errors, MapHeader)
-        key = ".".join(map(str, location)) or "the header of a ROS map"
+        key_path, reason = validation_message(errors, MapHeader)
+        key = ".".join(map(str, key_path)) or "the header of a ROS map"
         raise ValueError(f"{path}: {key}: {reason}") from errors
-    except UNREADABLE as error:
-        line, fault = yaml_fault(error)
+    except YAML_ERRORS as error:
+        line, fault = explain_yaml_error(error)
         raise ValueError(f"{path}{f':{line}' if line else ''}: not valid YAML: {fault}") from error
 
 
 def _occupied(path: Path, header: MapHeader) -> NDArray[np.bool_]:
-    """Which cells are occupied, (rows, columns), the lowest row first."""
+    """Read the occupied cells, (rows, columns), the lowest row first."""
     try:
         with Image.open(path, formats=_IMAGES) as image:
             deep = image.mode.startswith("I")  # 16 bit

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from slam.config import Section, SlamConfig
-from slam.scenario.clock import Clock, make_clock
-from slam.scenario.generators.kinds import Generator
+from slam.scenario.clock import Clock, Physics, make_clock
+from slam.scenario.generators.corridor import CorridorGenerator
+from slam.scenario.generators.loop import LoopGenerator
+from slam.scenario.generators.office import OfficeGenerator
 from slam.scenario.hardware_config import HardwareConfig
 from slam.scenario.lidar_config import LidarConfig
-from slam.scenario.people import Person
 from slam.scenario.robot_config import RobotConfig
-from slam.scenario.values import Point, Positive, Small, Speed, TurnSpeed
-from slam.scenario.world_plan import World
+from slam.scenario.values import Point, Positive, SmallLength, Speed, TurnSpeed
+from slam.scenario.world_plan import Person, World
 
 
 class Route(Section):
@@ -23,32 +24,40 @@ class Route(Section):
     waypoints: tuple[Point, ...] = ()
     """Map frame, metres; none: the robot stands. Left out where a world is generated: a tour of it."""
     speed: Speed = 0.5
-    """m/s."""
+    """Speed, m/s."""
     turn_speed: TurnSpeed = 0.8
-    """rad/s."""
-    arrival: Small = 0.15
+    """Turning speed, rad/s."""
+    arrival: SmallLength = 0.15
     """A way-point is reached within this distance, metres."""
 
 
-class Physics(Section):
-    """The clock of the simulation."""
+def _kind(generate: Any) -> str | None:
+    """Read the kind that a section of settings names, or that the section made of them has."""
+    kind = generate.get("kind") if isinstance(generate, dict) else getattr(generate, "kind", None)
+    return None if kind is None else str(kind)
 
-    rate: Annotated[int, Field(ge=60, le=10_000)] = 240
-    """Physics steps a second."""
+
+Generator = Annotated[
+    Annotated[CorridorGenerator, Tag("corridor")]
+    | Annotated[OfficeGenerator, Tag("office")]
+    | Annotated[LoopGenerator, Tag("loop")],
+    Discriminator(_kind),
+]
+"""``kind`` says which, and which of the settings there are."""
 
 
 class Scenario(Section):
     """One whole experiment."""
 
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._ -]*$")
-    """Of the run folders too."""
+    """Name of the scenario, and of its run folders."""
     description: str = ""
-    """In one line."""
+    """Description in one line."""
     generate: Generator | None = None
     """Makes a world, a route and people from a seed, when the scenario is loaded; written by hand, they add to it."""
     world: World = World()
     people: tuple[Person, ...] = ()
-    """Who walks there."""
+    """People who walk there."""
     robot: RobotConfig = RobotConfig()
     lidar: LidarConfig = LidarConfig()
     hardware: HardwareConfig = HardwareConfig()
@@ -58,11 +67,16 @@ class Scenario(Section):
     duration: Positive = 600.0
     """The run ends after this many simulated seconds at the latest."""
     seed: int = Field(0, ge=0)
-    """Of all that is random: values that the file leaves to chance, noise of the lidar and the wheels, map points."""
+    """Seed of all that is random: values that the file leaves to chance, noise of lidar and wheels, map points."""
+
+    @property
+    def path(self) -> list[Point]:
+        """The start, then the way-points: the robot drives from one straight to the next; map frame, metres."""
+        return [(self.robot.start.x, self.robot.start.y), *self.route.waypoints]
 
     @property
     def clock(self) -> Clock:
-        """How physics, control and scans divide the time."""
+        """Division of time among physics, control and scans."""
         lidar = self.lidar.description.lidar
         sweep = (lidar.beams - 1) * self.lidar.time_increment
         return make_clock(self.physics.rate, self.robot.control_rate, lidar.scan_time, sweep)

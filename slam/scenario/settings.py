@@ -9,46 +9,50 @@ import yaml
 
 from slam.errors import ScenarioError
 from slam.scenario.random_value import is_random
-from slam.scenario.yaml_fault import UNREADABLE, yaml_fault
-from slam.scenario.yaml_file import Location
+from slam.scenario.yaml_file import YAML_ERRORS, KeyPath, explain_yaml_error
 
-_CODE_KEYS: Final[tuple[Location, ...]] = (("slam", "lines", "method"), ("slam", "matching", "method"))
+_CODE_KEYS: Final[tuple[KeyPath, ...]] = (("slam", "lines", "method"), ("slam", "matching", "method"))
 """The keys whose value may be code of the user's own."""
 
 
-def parse_setting(text: str) -> tuple[Location, Any]:
-    """``slam.lines.psi=1`` as its path and its value, which is read as YAML; a number in the path is an index."""
+def one_or_several(given: str | Iterable[str]) -> tuple[str, ...]:
+    """Take a bare string as a list of one, and not of its letters."""
+    return (given,) if isinstance(given, str) else tuple(given)
+
+
+def parse_setting(text: str) -> tuple[KeyPath, Any]:
+    """Parse ``slam.lines.psi=1`` into a path and a value, which is read as YAML; a number in the path is an index."""
     key, equals, value = text.partition("=")
     if not equals or not all(key.strip().split(".")):
         raise ScenarioError(f"--set {text}: expected key=value, for example --set duration=60")
     try:
         parsed = yaml.safe_load(value)
-    except UNREADABLE as error:
-        _, fault = yaml_fault(error)
+    except YAML_ERRORS as error:
+        _, fault = explain_yaml_error(error)
         raise ScenarioError(f"--set {text}: the value is not valid YAML: {fault}; quote it if it is text") from error
     return tuple(int(step) if step.isascii() and step.isdigit() else step for step in key.strip().split(".")), parsed
 
 
-def apply_settings(data: dict[str, Any], settings: Iterable[tuple[Location, Any]]) -> None:
+def apply_settings(data: dict[str, Any], settings: Iterable[tuple[KeyPath, Any]]) -> None:
     """Write each setting into the nested ``data``, making the mappings that are missing on the way."""
-    for location, value in settings:
+    for key_path, value in settings:
         at: Any = data
-        for step in location[:-1]:
-            at = _enter(at, step, location)
-        _check_item(at, location[-1], location)
-        at[location[-1]] = value
+        for step in key_path[:-1]:
+            at = _enter(at, step, key_path)
+        _check_item(at, key_path[-1], key_path)
+        at[key_path[-1]] = value
 
 
-def named_code(settings: Iterable[tuple[Location, Any]]) -> Iterator[str]:
-    """The ``module:name`` places that these settings name as parts of the method: whoever writes them allows them."""
-    for location, value in settings:
+def named_code(settings: Iterable[tuple[KeyPath, Any]]) -> Iterator[str]:
+    """Find the ``module:name`` places that settings name as parts of the method: whoever writes them allows them."""
+    for key_path, value in settings:
         for key in _CODE_KEYS:
-            if location == key[: len(location)]:
-                yield from _code_in(value, key[len(location) :])
+            if key_path == key[: len(key_path)]:
+                yield from _code_in(value, key[len(key_path) :])
 
 
-def _code_in(value: Any, rest: Location) -> Iterator[str]:
-    """The code at the rest of the path, and all that a random value may put there."""
+def _code_in(value: Any, rest: KeyPath) -> Iterator[str]:
+    """Find the code at the rest of the path, and all that a random value may put there."""
     if is_random(value):
         for choice in value.get("choice", ()):
             yield from _code_in(choice, rest)
@@ -58,18 +62,18 @@ def _code_in(value: Any, rest: Location) -> Iterator[str]:
         yield value
 
 
-def _enter(at: Any, step: str | int, location: Location) -> Any:
+def _enter(at: Any, step: str | int, key_path: KeyPath) -> Any:
     if isinstance(at, dict):
         if at.get(step) is None:
             at[step] = {}
         return at[step]
-    _check_item(at, step, location)
+    _check_item(at, step, key_path)
     return at[step]
 
 
-def _check_item(at: Any, step: str | int, location: Location) -> None:
+def _check_item(at: Any, step: str | int, key_path: KeyPath) -> None:
     """Refuse a path that leads through a plain value, or to an item that its list has not."""
-    name = ".".join(map(str, location))
+    name = ".".join(map(str, key_path))
     if isinstance(at, list):
         if not isinstance(step, int) or step >= len(at):
             raise ScenarioError(f"--set {name}: there are {len(at)} items here; {step} is none of 0 to {len(at) - 1}")

@@ -1,4 +1,4 @@
-"""Where a scenario comes from: a YAML file, those that it extends, and settings given by hand on top."""
+"""The data of a scenario: a YAML file, those that it extends, and settings given by hand on top."""
 
 from __future__ import annotations
 
@@ -8,12 +8,11 @@ from typing import Any, Final
 
 from slam.errors import ScenarioError
 from slam.scenario.random_value import is_random
-from slam.scenario.settings import apply_settings, parse_setting
+from slam.scenario.settings import apply_settings, one_or_several, parse_setting
 from slam.scenario.shipped import find_scenario
-from slam.scenario.texts import texts
-from slam.scenario.yaml_file import Location, YamlFile
+from slam.scenario.yaml_file import KeyPath, YamlFile
 
-_MAP_FILE: Final[Location] = ("world", "map", "file")
+_MAP_FILE: Final[KeyPath] = ("world", "map", "file")
 
 
 class ScenarioSource:
@@ -24,9 +23,9 @@ class ScenarioSource:
     """
 
     def __init__(self, path: Path, settings: str | Sequence[str] = ()) -> None:
-        self._files = _with_what_it_extends(path)
-        overrides = [parse_setting(text) for text in texts(settings)]
-        self._by_hand = [location for location, _ in overrides]
+        self._files = _extended_files(path)
+        overrides = [parse_setting(text) for text in one_or_several(settings)]
+        self._by_hand = [key_path for key_path, _ in overrides]
         self.data: dict[str, Any] = {}
         for file in reversed(self._files):
             self.data = _merged(self.data, file.data)
@@ -35,7 +34,7 @@ class ScenarioSource:
 
     @property
     def folder(self) -> Path:
-        """What the path of a map is relative to: the folder of the file that names it."""
+        """Folder of the file that names the ROS map, from which its path starts."""
         return self._file_of(_MAP_FILE).path.parent
 
     @property
@@ -54,22 +53,22 @@ class ScenarioSource:
         """All files that the scenario is made of."""
         return [*(file.path for file in self._files), *self.map_files]
 
-    def error(self, location: Location, reason: str) -> ScenarioError:
-        """One line that says what is wrong with the key at this path, and where it was written."""
-        key = ".".join(map(str, location)) or "scenario"
-        return ScenarioError(f"{self._place(location)}: {key}: {reason}")
+    def error(self, key_path: KeyPath, reason: str) -> ScenarioError:
+        """Make the error that says in one line what is wrong with the key at this path, and where it was written."""
+        key = ".".join(map(str, key_path)) or "scenario"
+        return ScenarioError(f"{self._place(key_path)}: {key}: {reason}")
 
-    def _place(self, location: Location) -> str:
-        by_hand = any(path[: len(location)] == location[: len(path)] for path in self._by_hand)
-        return "--set" if by_hand else self._file_of(location).place(location)
+    def _place(self, key_path: KeyPath) -> str:
+        by_hand = any(path[: len(key_path)] == key_path[: len(path)] for path in self._by_hand)
+        return "--set" if by_hand else self._file_of(key_path).place(key_path)
 
-    def _file_of(self, location: Location) -> YamlFile:
-        """The first file that has this key, or comes nearest to it."""
-        return max(self._files, key=lambda file: file.depth(location))
+    def _file_of(self, key_path: KeyPath) -> YamlFile:
+        """Find the first file that has this key, or comes nearest to it."""
+        return max(self._files, key=lambda file: file.depth(key_path))
 
 
-def _with_what_it_extends(path: Path) -> list[YamlFile]:
-    """The file, the one that it extends, and so on."""
+def _extended_files(path: Path) -> list[YamlFile]:
+    """Read the file, the one that it extends, and so on."""
     files = [YamlFile(path)]
     while "extends" in files[-1].data:
         name = files[-1].data.pop("extends")

@@ -8,21 +8,19 @@ from typing import Any, Final
 from pydantic import ValidationError
 
 from slam.config.section import ALLOWED
-from slam.scenario.cautions import cautions
-from slam.scenario.generators.build import built
-from slam.scenario.obstruction import obstruction
-from slam.scenario.random_value import RandomValue, filled, find_random, key_rng
+from slam.scenario.checks import find_obstruction, find_warnings
+from slam.scenario.random_value import RandomValue, find_random, key_rng
 from slam.scenario.schema import Scenario
 from slam.scenario.source import ScenarioSource
 from slam.scenario.validation_message import validation_message
-from slam.scenario.yaml_file import Location
+from slam.scenario.yaml_file import KeyPath
 
 _ATTEMPTS: Final = 50
 """Number of draws of a scenario in which a solid stands where the robot is to be, before it is an error."""
 
 
 class ScenarioTemplate:
-    """What a scenario file says: ``draw(seed)`` makes a scenario of it.
+    """A scenario file as read: ``draw(seed)`` makes a scenario of it.
 
     All random values are checked at both ends of their range, each with the others at their first end. Raises
     ScenarioError, which names file, line and key. ``allowed`` are the modules and ``module:name`` places whose code the
@@ -39,11 +37,11 @@ class ScenarioTemplate:
 
     @property
     def random(self) -> bool:
-        """Whether draws of different seeds differ in more than ``Scenario.seed``."""
+        """True where draws of different seeds differ in more than ``Scenario.seed``."""
         return bool(self._random)
 
     def draw(self, seed: int | None = None) -> Scenario:
-        """The scenario of this seed, or of the file's own: the same in every process.
+        """Draw the scenario of this seed, or of the file's own: the same in every process.
 
         Each random value depends on the seed and its own key only. Where a solid then stands at the start or at a
         way-point, all are drawn again; ScenarioError after 50 times.
@@ -52,30 +50,29 @@ class ScenarioTemplate:
             return self._first
         return self._draw(seed) if self.random else self._first.model_copy(update={"seed": seed})
 
-    def cautions(self, scenario: Scenario) -> list[str]:
-        """Warnings about strange values of a scenario that was drawn; each names file, line and key."""
-        return [str(self._source.error(key, reason)) for key, reason in cautions(scenario)]
+    def warnings(self, scenario: Scenario) -> list[str]:
+        """Warn of strange values of a scenario that was drawn, one line each, which names file, line and key."""
+        return [str(self._source.error(key, reason)) for key, reason in find_warnings(scenario)]
 
-    def _draw(self, seed: int, attempt: int = 0) -> Scenario:
-        values = {path: value.draw(key_rng(path, seed, attempt)) for path, value in self._random.items()}
-        scenario = built(self._validated(values | {("seed",): seed}))
-        blocked = obstruction(scenario)
-        if blocked is None:
-            return scenario
-        if self.random and attempt + 1 < _ATTEMPTS:
-            return self._draw(seed, attempt + 1)
-        key, problem = blocked
+    def _draw(self, seed: int) -> Scenario:
+        for attempt in range(_ATTEMPTS if self.random else 1):
+            values = {path: value.draw(key_rng(path, seed, attempt)) for path, value in self._random.items()}
+            scenario = _with_generated(self._validated(values | {("seed",): seed}))
+            obstruction = find_obstruction(scenario)
+            if obstruction is None:
+                return scenario
+            key, problem = obstruction
         drawn = f", and so it was in {_ATTEMPTS} draws of seed {seed}" if self.random else ""
         raise self._source.error(key, problem + drawn)
 
-    def _find_random(self) -> dict[Location, RandomValue]:
-        """The random values by their paths; a generator without a seed of its own gets a random one."""
+    def _find_random(self) -> dict[KeyPath, RandomValue]:
+        """Find the random values, by their paths; a generator without a seed of its own gets a random one."""
         generate = self._source.data.get("generate")
         if isinstance(generate, dict) and "kind" in generate:
             generate.setdefault("seed", {"integer": [0, 2**31]})
         return {path: self._parsed(path, kind, text) for path, kind, text in find_random(self._source.data)}
 
-    def _parsed(self, path: Location, kind: type[RandomValue], text: Any) -> RandomValue:
+    def _parsed(self, path: KeyPath, kind: type[RandomValue], text: Any) -> RandomValue:
         if path in {("seed",), ("name",)}:
             raise self._source.error(path, f"cannot be random (got {text!r})")
         try:
@@ -85,7 +82,7 @@ class ScenarioTemplate:
             raise self._source.error(path, f"{next(iter(text))}: {reason}") from errors
 
     def _checked_extremes(self) -> Scenario:
-        """The scenario with every random value at its first end, when it is valid at the other ends too."""
+        """Make the scenario with every random value at its first end; it must be valid at the other ends too."""
         lowest = {path: value.extremes[0] for path, value in self._random.items()}
         scenario = self._validated(lowest)
         for path, value in self._random.items():
@@ -93,11 +90,41 @@ class ScenarioTemplate:
                 self._validated(lowest | {path: extreme})
         return scenario
 
-    def _validated(self, values: dict[Location, Any]) -> Scenario:
-        """The scenario with these values in place of what the file has there."""
-        data = filled({"seed": 0} | self._source.data, values)
+    def _validated(self, values: dict[KeyPath, Any]) -> Scenario:
+        """Make the scenario with these values in place of what the file has there."""
+        data = _with_values({"seed": 0} | self._source.data, values)
         try:
             return Scenario.model_validate(data, context=self._context)
         except ValidationError as errors:
-            location, reason = validation_message(errors, Scenario)
-            raise self._source.error(location, reason) from errors
+            key_path, reason = validation_message(errors, Scenario)
+            raise self._source.error(key_path, reason) from errors
+
+
+def _with_values(data: Any, values: dict[KeyPath, Any], path: KeyPath = ()) -> Any:
+    """Copy nested data with these values at their paths; ``data`` stays as it is."""
+    if path in values:
+        return values[path]
+    if isinstance(data, dict):
+        return {step: _with_values(value, values, (*path, step)) for step, value in data.items()}
+    if isinstance(data, list):
+        return [_with_values(value, values, (*path, step)) for step, value in enumerate(data)]
+    return data
+
+
+def _with_generated(scenario: Scenario) -> Scenario:
+    """Add the world and the people that the scenario's generator makes to those that it has itself.
+
+    Way-points and a start pose of its own stay. The generator is gone from the result, which is therefore complete by
+    itself: written out, it stays the same even where a later version generates something else.
+    """
+    if scenario.generate is None:
+        return scenario
+    made, robot, route = scenario.generate.build(), scenario.robot, scenario.route
+    changed: dict[str, Any] = {
+        "generate": None, "world": scenario.world.joined(made.world), "people": scenario.people + made.people,
+    }  # fmt: skip
+    if "start" not in robot.model_fields_set:
+        changed["robot"] = robot.model_copy(update={"start": made.start})
+    if "waypoints" not in route.model_fields_set:
+        changed["route"] = route.model_copy(update={"waypoints": made.waypoints})
+    return scenario.model_copy(update=changed)

@@ -10,16 +10,17 @@ from pydantic_core import ErrorDetails
 
 from slam.config import OwnMethod
 from slam.config.section import OWN
+from slam.errors import did_you_mean
 from slam.modes import mode_with
-from slam.scenario.expected import expected, is_fixed_list, without_bounds
+from slam.scenario.expected_value import bare_annotation, describe_expected, is_fixed_list
 from slam.scenario.random_value import KINDS
-from slam.scenario.yaml_file import Location
+from slam.scenario.yaml_file import KeyPath
 
 
 class _Place(NamedTuple):
     """The place in the schema that a path leads to."""
 
-    path: Location
+    path: KeyPath
     """The path as the file has it, without the names of methods that pydantic puts into it."""
     section: Any
     """The annotation of the innermost section, or choice of sections, on it."""
@@ -29,15 +30,15 @@ class _Place(NamedTuple):
     """The sections that could stand in the place of ``section``, by the name that chooses them."""
 
 
-def validation_message(errors: ValidationError, section: type[BaseModel]) -> tuple[Location, str]:
+def validation_message(errors: ValidationError, section: type[BaseModel]) -> tuple[KeyPath, str]:
     """Tell the first of several errors, an unknown key before all others.
 
     Returns the path of the key, as the file has it, and what is wrong with it. ``section`` is the schema of the whole.
     """
-    return message_of(min(errors.errors(), key=lambda error: error["type"] != "extra_forbidden"), section)
+    return error_message(min(errors.errors(), key=lambda error: error["type"] != "extra_forbidden"), section)
 
 
-def message_of(error: ErrorDetails, section: type[BaseModel]) -> tuple[Location, str]:
+def error_message(error: ErrorDetails, section: type[BaseModel]) -> tuple[KeyPath, str]:
     """Tell one error: the path of the key, and what is wrong with it."""
     place = _walk(error["loc"], section)
     if error["type"] == "union_tag_invalid":
@@ -48,24 +49,18 @@ def message_of(error: ErrorDetails, section: type[BaseModel]) -> tuple[Location,
     return place.path, _reason(error, place)
 
 
-def hint(word: str, known: list[str]) -> str:
-    """Name the known word that was perhaps meant, or all that are known."""
-    close = get_close_matches(word, known, n=1)
-    return f"did you mean {close[0]}?" if close else f"known here: {', '.join(known)}"
-
-
 def _reason(error: ErrorDetails, place: _Place) -> str:
     value = error["input"]
     if error["type"] == "extra_forbidden":
         return _unknown(str(error["loc"][-1]), place)
     if error["type"] == "union_tag_invalid":
         name = error["ctx"]["tag"]
-        return f"no {_chooser(place.section)} {name!r}; {hint(name, list(_choices(place.section)))}"
+        return f"no {_chooser(place.section)} {name!r}; {did_you_mean(name, _choices(place.section))}"
     if error["type"] == "union_tag_not_found" and isinstance(value, dict):
         return f"{_chooser(place.section)} is missing; one of {', '.join(_choices(place.section))}"
     if error["type"] == "union_tag_not_found":
         error = error | {"type": "model_type"}
-    return expected(error, place.value) + (_meant_random(value) if isinstance(value, dict) else "")
+    return describe_expected(error, place.value) + (_meant_random(value) if isinstance(value, dict) else "")
 
 
 def _unknown(key: str, place: _Place) -> str:
@@ -75,7 +70,7 @@ def _unknown(key: str, place: _Place) -> str:
     names = [name for name, section in place.others.items() if key in section.model_fields and name != OWN]
     if names:
         return _belongs_elsewhere(names, place)
-    return f"unknown key; {hint(key, list(place.section.model_fields))}"
+    return f"unknown key; {did_you_mean(key, place.section.model_fields)}"
 
 
 def _belongs_elsewhere(names: list[str], place: _Place) -> str:
@@ -88,15 +83,15 @@ def _belongs_elsewhere(names: list[str], place: _Place) -> str:
 
 
 def _meant_random(value: dict[str, Any]) -> str:
-    """A hint for a mapping that looks like a random value whose kind is misspelt."""
+    """Give a hint where a mapping looks like a random value whose kind is misspelt."""
     close = get_close_matches(str(next(iter(value))), list(KINDS), n=1) if len(value) == 1 else []
     return f" (got {value!r}; did you mean {close[0]}?)" if close and close[0] not in value else ""
 
 
-def _walk(location: Location, section: Any) -> _Place:
-    path: Location = ()
+def _walk(key_path: KeyPath, section: Any) -> _Place:
+    path: KeyPath = ()
     value, others = section, dict[str, type[BaseModel]]()
-    for step in location:
+    for step in key_path:
         choices = _choices(section)
         if step in choices:
             section, others = choices[str(step)], choices
@@ -105,37 +100,37 @@ def _walk(location: Location, section: Any) -> _Place:
         if isinstance(step, int):
             value = _item(value, step)
         elif step in getattr(section, "model_fields", ()):
-            value = without_bounds(section.model_fields[step].annotation)
+            value = bare_annotation(section.model_fields[step].annotation)
             inner = _section_in(section.model_fields[step].annotation)
             section, others = (section, others) if inner is None else (inner, {})
     return _Place(path, section, value, others)
 
 
 def _item(annotation: Any, index: int) -> Any:
-    """The annotation of an item of this list."""
+    """Find the annotation of an item of this list."""
     items = get_args(annotation)
     return items[index] if is_fixed_list(annotation) and index < len(items) else items[0] if items else annotation
 
 
 def _section_in(annotation: Any) -> Any:
-    """The section in an annotation such as ``Route`` or ``tuple[Wall, ...]``, a choice of sections, or None."""
+    """Find the section in an annotation such as ``Route`` or ``tuple[Wall, ...]``, a choice of sections, or None."""
     if _choices(annotation) or (isinstance(annotation, type) and issubclass(annotation, BaseModel)):
         return annotation
     return next(filter(None, map(_section_in, get_args(annotation))), None)
 
 
 def _choices(annotation: Any) -> dict[str, type[BaseModel]]:
-    """The sections of a union by the name that chooses them, as in LineConfig; nothing for any other annotation."""
+    """Find the sections of a union by the name that chooses them, as in LineConfig; none for any other annotation."""
     variants = [get_args(variant) for variant in get_args(annotation)]
     return {v[1].tag: v[0] for v in variants if len(v) == 2 and isinstance(v[1], Tag)}
 
 
 def _chooser(annotation: Any) -> str:
-    """The key whose value chooses among the sections of a union."""
+    """Find the key whose value chooses among the sections of a union."""
     return _chooser_of(_choices(annotation))
 
 
 def _chooser_of(choices: dict[str, type[BaseModel]]) -> str:
-    """The key that each section has its own name in."""
+    """Find the key that each section has its own name in."""
     name, section = next(iter(choices.items()))
     return next(key for key, field in section.model_fields.items() if field.default == name)

@@ -1,43 +1,81 @@
-"""What the sections of a scenario are made of: positive numbers, points and poses in SI units and radians."""
+"""Values that the sections of a scenario are made of: positive numbers, points and poses in SI units and radians."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import pi
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, core_schema
 
 from slam.config import Section
 from slam.pose import Pose2D
-from slam.scenario.quantity import Within
+
+
+@dataclass(frozen=True, slots=True)
+class Within:
+    """Metadata of an annotated float: the least and the largest value that can be meant, in ``unit``.
+
+    A number given in ``wrong_unit``, of which one is ``factor`` units, lies far outside of these bounds, and the error
+    converts it. The JSON schema has the bounds too.
+    """
+
+    low: float
+    high: float
+    unit: str
+    wrong_unit: str
+    factor: float
+
+    def check(self, value: float) -> float:
+        """Return the value; ValueError where it is out of bounds."""
+        if self.low <= value <= self.high:
+            return value
+        bounds = f"at most {self.high:g}" if self.low >= 0 else f"within {self.low:g} and {self.high:g}"
+        meant = f"{value:g} {self.wrong_unit} are {value * self.factor:.4g} {self.unit}"
+        raise ValueError(f"{self.unit}, {bounds}; {meant}")
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_after_validator_function(self.check, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        shown = handler(schema)
+        return shown | {"maximum": self.high} | ({} if "exclusiveMinimum" in shown else {"minimum": self.low})
+
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Count = Annotated[int, Field(ge=0, le=1000)]
 Length = Annotated[float, Field(gt=0, le=1000)]
-"""Of a thing or a building, metres."""
+"""Size of a thing or a building, metres."""
 Angle = Annotated[float, Within(-6.2832, 6.2832, "radians", "degrees", pi / 180.0)]
-"""Within a turn either way."""
+"""Angle within a turn either way."""
 Speed = Annotated[Positive, Within(0.0, 2.2, "m/s", "mm/s", 1e-3)]
 """No P3-DX is faster: MaxVelocity of p3dx-sh.p."""
 TurnSpeed = Annotated[Positive, Within(0.0, 8.73, "rad/s", "deg/s", pi / 180.0)]
 """No P3-DX turns faster: MaxRVelocity of p3dx-sh.p, 500 deg/s."""
-Small = Annotated[Positive, Within(0.0, 3.0, "m", "mm", 1e-3)]
-"""A measure of the robot, of a person, or of a way beside them."""
+SmallLength = Annotated[Positive, Within(0.0, 3.0, "m", "mm", 1e-3)]
+"""Length of a part of the robot, of a person, or of a way beside them, metres."""
 Coordinate = Annotated[float, Field(ge=-5000, le=5000)]
 """Metres, map frame; so far out, the ranges of a robot are still good to a hundredth of a millimetre."""
 Point = tuple[Coordinate, Coordinate]
 """x and y in the map frame, metres."""
 
 
-def _ordered(bounds: tuple[float, float]) -> tuple[float, float]:
+def rising(bounds: tuple[Any, Any]) -> tuple[Any, Any]:
+    """Return the bounds; ValueError where the upper one comes first."""
     if bounds[0] > bounds[1]:
         raise ValueError("the lower bound comes first")
     return bounds
 
 
-Span = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
+Span = Annotated[tuple[Length, Length], AfterValidator(rising)]
 """The least and the largest value."""
+
+
+def millimetres(*values: float) -> tuple[float, ...]:
+    """Round lengths in metres, which people are to read, to whole millimetres."""
+    return tuple(round(float(value), 3) for value in values)
 
 
 class Place(Section):
@@ -52,5 +90,5 @@ class Place(Section):
 
     @property
     def pose(self) -> Pose2D:
-        """As a value to compute with."""
+        """The same pose to compute with."""
         return Pose2D(self.x, self.y, self.theta)

@@ -13,29 +13,28 @@ from pydantic import Field, model_validator
 
 from slam.config import Section
 from slam.pose import Pose2D
-from slam.scenario.prism import Prism, rectangle
-from slam.scenario.quantity import Within
-from slam.scenario.values import Length, NotNegative, Point, Small
+from slam.scenario.solids import Prism, rectangle
+from slam.scenario.values import Length, NotNegative, Point, SmallLength, Within
 
 
 class Door(Section):
     """An opening in a wall, as high as the wall, with a leaf or without."""
 
     at: NotNegative
-    """Where the opening begins: metres along the wall from its first point. It ends ``width`` later."""
+    """Start of the opening, metres along the wall from its first point. It ends ``width`` later."""
     width: Length = 0.9
-    """Metres."""
+    """Width of the opening, metres."""
     angle: Annotated[float, Within(-3.1416, 3.1416, "radians", "degrees", pi / 180.0)] | None = None
-    """How far the leaf is open, radians: 0 is shut, positive opens to the left of the wall as it is drawn, negative to
-    the right. Without it there is no leaf."""
+    """Angle by which the leaf is open, radians: 0 is shut, positive opens to the left of the wall as it is drawn,
+    negative to the right. Without it there is no leaf."""
     hinge: Literal["begin", "end"] = "begin"
     """The side of the opening where the leaf hangs."""
-    leaf: Small = 0.04
+    leaf: SmallLength = 0.04
     """Thickness of the leaf, metres."""
 
     @property
     def end(self) -> float:
-        """Where the opening ends, metres along the wall."""
+        """End of the opening, metres along the wall."""
         return self.at + self.width
 
 
@@ -49,11 +48,11 @@ class Stretch:
     length: float
 
     def holds(self, door: Door) -> bool:
-        """Whether the whole opening lies in this part."""
+        """True where the whole opening lies in this part."""
         return self.begin - 1e-9 <= door.at and door.end <= self.begin + self.length + 1e-9
 
     def solid(self, low: float, high: float, width: float, top: float) -> Prism:
-        """The wall between two places, metres from this part's first point."""
+        """Make the wall between two places, metres from this part's first point."""
         T = self.T_map_stretch
         middle = T @ Pose2D((low + high) / 2.0)
         return Prism(rectangle((middle.x, middle.y), high - low, width, T.theta), 0.0, top)
@@ -65,17 +64,17 @@ class Wall(Section):
     points: tuple[Point, ...] = Field(min_length=2)
     """Corners, map frame, metres."""
     closed: bool = False
-    """From the last point on to the first."""
-    thickness: Small = 0.1
-    """Metres."""
+    """The wall goes on from the last point to the first."""
+    thickness: SmallLength = 0.1
+    """Thickness, metres."""
     height: Annotated[Length, Within(0.0, 100.0, "m", "mm", 1e-3)] = 1.0
-    """Metres."""
+    """Height, metres."""
     doors: tuple[Door, ...] = ()
     """Openings, in any order."""
 
     def prisms(self) -> Iterator[Prism]:
-        """What stands of each stretch, half a thickness longer at its ends so that corners are filled; then the leaves
-        of all doors."""
+        """Yield what stands of each stretch, half a thickness longer at its ends so that corners are filled; then the
+        leaves of all doors."""
         for stretch in self._stretches():
             openings = [place - stretch.begin for door in self._doors_in(stretch) for place in (door.at, door.end)]
             ends = [-self.thickness / 2, *openings, stretch.length + self.thickness / 2]
@@ -85,7 +84,7 @@ class Wall(Section):
         yield from self.leaves()
 
     def leaves(self) -> Iterator[Prism]:
-        """The leaves of the doors alone."""
+        """Yield the leaves of the doors alone."""
         for stretch in self._stretches():
             for door in self._doors_in(stretch):
                 if door.angle is not None:
@@ -105,7 +104,7 @@ class Wall(Section):
         ]
 
     def _leaf(self, stretch: Stretch, door: Door, angle: float) -> Prism:
-        """The leaf hangs on the face of the wall that it opens to, or in the middle of the wall when it is shut."""
+        """Make a leaf, which hangs on the face of the wall that it opens to, or in its middle when it is shut."""
         hinge, swing = (door.at, angle) if door.hinge == "begin" else (door.end, pi - angle)
         T_map_hinge = stretch.T_map_stretch @ Pose2D(
             hinge - stretch.begin, float(np.sign(angle)) * self.thickness / 2.0, swing

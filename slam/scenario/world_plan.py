@@ -1,59 +1,71 @@
-"""The world of a scenario as a plan: upright prisms on a floor, z = 0. Metres and radians, map frame."""
+"""The world of a scenario as a plan: what stands on the floor, and who walks there. Metres and radians, map frame."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
 
 from slam.config import Section
 from slam.pose import FloatArray
-from slam.scenario.furniture import Box, Cylinder, Movable, Table, movable
-from slam.scenario.prism import Prism, disc, rectangle
+from slam.scenario.furniture import Box, Cylinder, Furniture, Movable, Table, movable
 from slam.scenario.ros_map import RosMap
-from slam.scenario.wall import Door, Wall
-
-__all__ = ["Box", "Cylinder", "Door", "Prism", "RosMap", "Table", "Wall", "World", "disc", "rectangle"]
+from slam.scenario.solids import Prism
+from slam.scenario.values import NotNegative, Place, Point, Positive, SmallLength, Within
+from slam.scenario.wall import Wall
 
 
 class World(Section):
     """All that stands on the floor."""
 
     walls: tuple[Wall, ...] = ()
-    """With their doors."""
+    """Walls with their doors."""
     boxes: tuple[Box, ...] = ()
     """Cupboards, crates, steps."""
     tables: tuple[Table, ...] = ()
-    """Of which a low lidar sees the legs."""
+    """Tables, of which a low lidar sees the legs."""
     cylinders: tuple[Cylinder, ...] = ()
     """Pillars, bins, plant pots."""
     map: RosMap | None = None
     """A ROS map whose occupied cells stand up as solids."""
 
     def prisms(self) -> list[Prism]:
-        """Every solid of the world, kind by kind; what can be pushed, where it stands when a run begins."""
+        """List every solid of the world, kind by kind; what can be pushed, where it stands when a run begins."""
         return self._prisms([*self.walls, *self._furniture])
 
     def fixed_prisms(self) -> list[Prism]:
-        """Every solid that nothing moves."""
+        """List every solid that nothing moves."""
         return self._prisms([*self.walls, *(piece for piece in self._furniture if piece.mass is None)])
 
     def movables(self) -> list[Movable]:
-        """The furniture that the robot can push."""
+        """List the furniture that the robot can push."""
         return [thing for piece in self._furniture if (thing := movable(piece)) is not None]
 
     def outlines(self, height: float) -> list[FloatArray]:
-        """Outlines (N, 2) of what a horizontal plane at this height cuts: what a lidar there can see."""
+        """List the outlines (N, 2) of what a horizontal plane at this height cuts: what a lidar there can see."""
         return [prism.footprint for prism in self.prisms() if prism.bottom <= height <= prism.top]
 
+    def bounds(self) -> tuple[FloatArray, FloatArray] | None:
+        """Find the least and the largest x and y of all that stands; None where nothing does."""
+        outlines = [prism.footprint for prism in self.prisms()]
+        if not outlines:
+            return None
+        corners = np.concatenate(outlines)
+        return corners.min(axis=0), corners.max(axis=0)
+
     @property
-    def _furniture(self) -> list[Box | Table | Cylinder]:
+    def _furniture(self) -> list[Furniture]:
         return [*self.boxes, *self.tables, *self.cylinders]
 
-    def _prisms(self, things: Sequence[Wall | Box | Table | Cylinder]) -> list[Prism]:
-        """Prisms of these things, then those of the map."""
+    def _prisms(self, things: Sequence[Wall | Furniture]) -> list[Prism]:
+        """List the prisms of these things, then those of the map."""
         return [*(prism for thing in things for prism in thing.prisms()), *(self.map.prisms() if self.map else ())]
 
     def joined(self, other: World) -> World:
-        """Both in one; the map is this one's."""
+        """Join both worlds; the map is this one's."""
         return World(
             walls=self.walls + other.walls,
             boxes=self.boxes + other.boxes,
@@ -61,3 +73,37 @@ class World(Section):
             cylinders=self.cylinders + other.cylinders,
             map=self.map,
         )
+
+
+class Person(Section):
+    """Somebody who walks from way-point to way-point, for ever, and stands still while the robot is in the way."""
+
+    waypoints: tuple[Point, ...] = Field(min_length=1)
+    """Way-points, metres, map frame; one alone: a person who stands there."""
+    closed: bool = False
+    """The way goes on from the last way-point to the first; else the same way back."""
+    speed: Annotated[Positive, Within(0.0, 5.0, "m/s", "mm/s", 1e-3)] = 1.0
+    """Speed, m/s."""
+    pause: NotNegative = 0.0
+    """Seconds at each way-point."""
+    start: NotNegative = 0.0
+    """Metres of the path that this person has walked when the run begins."""
+    leg_radius: SmallLength = 0.06
+    """Radius of a leg, metres."""
+    stance: SmallLength = 0.2
+    """Distance between the middles of the legs, across the path, metres."""
+    stride: SmallLength = 0.7
+    """Distance between two footprints of different legs, along the path, metres."""
+    keep: Annotated[NotNegative, Within(0.0, 20.0, "m", "mm", 1e-3)] = 0.8
+    """This person stops while the middle of the robot is nearer than this ahead, metres. Their feet are up
+    to half a stride ahead of their own middle."""
+
+
+@dataclass(frozen=True, slots=True)
+class GeneratedWorld:
+    """A world, and how it is to be visited: nothing stands nearer than 0.3 m to the way from ``start`` on."""
+
+    world: World
+    start: Place
+    waypoints: tuple[Point, ...]
+    people: tuple[Person, ...] = ()

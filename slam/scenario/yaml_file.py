@@ -1,16 +1,45 @@
-"""YAML read safely, with the line of every key, so that an error can say where it is."""
+"""YAML read safely: the line of every key, so that an error can say where it is, and faults in plain words."""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import yaml
 
 from slam.errors import ScenarioError
-from slam.scenario.yaml_fault import UNREADABLE, yaml_fault
 
-Location = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
+"""The steps from the top of a scenario to a key: names of keys, and indices of list items."""
+YAML_ERRORS: Final = (yaml.YAMLError, ValueError, KeyError, AttributeError, RecursionError)
+"""Exceptions of PyYAML for text that it cannot read; the builtin ones are of values such as 2024-13-45."""
+_WORDS: Final = (
+    (r"'\\t' that cannot start", "a tab; YAML is indented with spaces only"),
+    (r"character ('.+') that cannot start", "text that begins with {0} must be in quotes"),
+    (r"but found '([\]}])'", "a {0} too many"),
+    (r"expected <block end>, but found '<scalar>'", "text after the end of the value; use the other quotes"),
+    (r"expected <block end>, but found '-'", "a list item among keys; put it under a key, and indent it"),
+    (r"expected <block end>", "this line does not fit those above it; check its indentation and theirs"),
+    (r"expected '<document start>'", "this line does not belong to the keys above it; check its indentation"),
+    (r"mapping values are not", "a ':' where none can be; check the indentation, and that a space follows the ':' of "
+     "the line above; text with a ': ' in it must be in quotes"),
+    (r"mapping keys are not|sequence entries are not", "a list item must begin on a line of its own"),
+    (r"could not find expected ':'", "a key without ':' and a space after it"),
+    (r"expected ',' or '(.)'", "a bracket is not closed by {0}, or a comma is missing"),
+    (r"expected the node content", "a value is missing, or a bracket is not closed"),
+    (r"unexpected end of stream", "a quotation mark is not closed"),
+    (r"another document|unexpected document separator", "a second document begins; a file holds one, without ---"),
+    (r"unknown escape|escape sequence", "in double quotes a \\ begins an escape; put the text in single quotes"),
+    (r"expected chomping", "after | or > the text begins on the next line"),
+    (r"undefined alias", "nothing above is marked with & for this *; put text that begins with * in quotes"),
+    (r"second occurrence", "this & name marks something above already; choose another"),
+    (r"constructor for the tag '(?:tag:yaml.org,2002:)?(.*)'", "the tag {0} is not read; write a plain value"),
+    (r"unhashable key", "a key must be plain text; put one that begins with a bracket in quotes"),
+    (r"for merging", "after << a mapping belongs; put the key in quotes if it is text"),
+)  # fmt: skip
+_FOUND_AT_THE_END: Final = re.compile(r"expected ',' or|the node content|unexpected end|could not find expected")
+"""Faults for which the line where the value begins says more than the line where PyYAML found them."""
 
 
 class YamlFile:
@@ -27,18 +56,18 @@ class YamlFile:
         self._root = root
         self.data: dict[str, Any] = data
 
-    def place(self, location: Location) -> str:
+    def place(self, key_path: KeyPath) -> str:
         """``file:line`` of the key or item at this path, or of the nearest thing around it that the file has."""
-        return f"{self.path}:{self._lines(location)[-1] + 1}"
+        return f"{self.path}:{self._lines(key_path)[-1] + 1}"
 
-    def depth(self, location: Location) -> int:
-        """How many steps of this path the file has."""
-        return len(self._lines(location)) - 1
+    def depth(self, key_path: KeyPath) -> int:
+        """Count the steps of this path that the file has."""
+        return len(self._lines(key_path)) - 1
 
-    def _lines(self, location: Location) -> list[int]:
-        """The line, from 0, of the top, and of each step of the path as far as the file has it."""
+    def _lines(self, key_path: KeyPath) -> list[int]:
+        """Find the line, from 0, of the top, and of each step of the path as far as the file has it."""
         node, lines = self._root, [self._root.start_mark.line]
-        for step in location:
+        for step in key_path:
             found = next((pair for pair in _children(node) if pair[0] == step), None)
             if found is None:
                 break
@@ -47,7 +76,7 @@ class YamlFile:
         return lines
 
     def _parse(self) -> tuple[yaml.Node | None, Any]:
-        """The tree of nodes, which know their lines, and the plain data."""
+        """Read the tree of nodes, which know their lines, and the plain data."""
         try:
             text = self.path.read_text(encoding="utf-8")
             root, data = yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
@@ -55,8 +84,8 @@ class YamlFile:
             return root, data
         except OSError as error:
             raise ScenarioError(f"{self.path}: cannot be read: {error.strerror}") from error
-        except UNREADABLE as error:
-            line, fault = yaml_fault(error)
+        except YAML_ERRORS as error:
+            line, fault = explain_yaml_error(error)
             place = self.path if line is None else f"{self.path}:{line}"
             raise ScenarioError(f"{place}: not valid YAML: {fault}") from error
 
@@ -76,3 +105,24 @@ def _children(node: yaml.Node | None) -> list[tuple[str | int, int, yaml.Node]]:
     if isinstance(node, yaml.SequenceNode):
         return [(index, item.start_mark.line, item) for index, item in enumerate(node.value)]
     return []
+
+
+def explain_yaml_error(error: Exception) -> tuple[int | None, str]:
+    """Tell the line, from 1, where the error has one, and what is wrong there, of an error in YAML_ERRORS."""
+    if isinstance(error, yaml.MarkedYAMLError):
+        problem = error.problem or error.context or "not YAML"
+        began = error.context_mark if _FOUND_AT_THE_END.search(problem) else None
+        mark = began or error.problem_mark
+        return mark.line + 1 if mark else None, _in_plain_words(problem)
+    if isinstance(error, yaml.YAMLError | UnicodeError):
+        return None, f"not a text file: {str(error).splitlines()[0]}"
+    if isinstance(error, RecursionError):
+        return None, "lists or mappings inside each other, too many to be read"
+    return None, f"a value cannot be read: {error}; put it in quotes if it is text"
+
+
+def _in_plain_words(problem: str) -> str:
+    for pattern, words in _WORDS:
+        if (found := re.search(pattern, problem)) is not None:
+            return words.format(*found.groups())
+    return problem

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, mo
 from slam.config import Section
 from slam.modes import ModeName
 from slam.scenario.random_value import KINDS, is_random
-from slam.scenario.validation_message import message_of
+from slam.scenario.validation_message import error_message
 
 
 def _parse_range(given: Any) -> Any:
@@ -32,7 +32,7 @@ def _check_distribution(given: Any) -> Any:
     try:
         kind.model_validate(given)
     except ValidationError as errors:
-        raise ValueError(message_of(errors.errors()[0], kind)[1]) from errors
+        raise ValueError(error_message(errors.errors()[0], kind)[1]) from errors
     return given
 
 

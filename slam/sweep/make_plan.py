@@ -14,12 +14,10 @@ from pydantic import ValidationError
 from slam.errors import InputError, ScenarioError
 from slam.named_code import is_allowed, refusal
 from slam.scenario.random_value import KINDS
-from slam.scenario.settings import named_code
+from slam.scenario.settings import named_code, one_or_several
 from slam.scenario.shipped import SHIPPED
-from slam.scenario.texts import texts
 from slam.scenario.validation_message import validation_message
-from slam.scenario.yaml_fault import UNREADABLE, yaml_fault
-from slam.scenario.yaml_file import Location, YamlFile
+from slam.scenario.yaml_file import YAML_ERRORS, KeyPath, YamlFile, explain_yaml_error
 from slam.sweep.config import SweepConfig
 from slam.sweep.plan import Plan
 
@@ -32,8 +30,8 @@ def make_plan(names: str | Sequence[str], changes: dict[str, Any], allow_modules
     What ``changes`` name as ``module:name`` may run, and what the files name so where ``allow_modules`` has its module.
     InputError, where the fault is in a file with file, line and key.
     """
-    names = texts(names)
-    allowed = [*texts(allow_modules), *(place for _, place in _code_in(changes))]
+    names = one_or_several(names)
+    allowed = [*one_or_several(allow_modules), *(place for _, place in _code_in(changes))]
     files = [path for path in map(_sweep_file, names) if path is not None]
     if not files:
         return Plan(_config(_config_of_names(names) | changes, None), allowed=allowed)
@@ -72,8 +70,8 @@ def _split(option: str, text: str, example: str) -> tuple[str, str]:
 def _yaml(option: str, text: str, value: str) -> list[Any]:
     try:
         return list(yaml.safe_load(value))
-    except UNREADABLE as error:
-        _, fault = yaml_fault(error)
+    except YAML_ERRORS as error:
+        _, fault = explain_yaml_error(error)
         fault = f"the values are not valid YAML: {fault}; quote those that are text"
         raise ScenarioError(f"{option} {text}: {fault}") from error
 
@@ -94,7 +92,7 @@ def _config_of_names(names: Sequence[str]) -> dict[str, Any]:
     return {"scenarios": scenarios, "logs": logs, "name": "-".join(stems[:3])}
 
 
-def _code_in(config: dict[str, Any]) -> Iterator[tuple[Location, str]]:
+def _code_in(config: dict[str, Any]) -> Iterator[tuple[KeyPath, str]]:
     """The ``module:name`` places in a sweep's configuration, each with the key that it stands at."""
     values = [(part, key, value) for part in ("settings", "sample") for key, value in config.get(part, {}).items()]
     values += [("grid", key, value) for key, several in config.get("grid", {}).items() for value in several]

@@ -24,7 +24,7 @@ from slam.mapping.surfel_map import SurfelMap
 from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import FloatArray, Pose2D
 from slam.saved_slam import SavedSlam
-from slam.scenario.validation_message import message_of
+from slam.scenario.validation_message import error_message
 
 
 def write_map(path: Path, saved: SavedSlam) -> None:
@@ -98,7 +98,7 @@ def _validation_message(errors: ValidationError) -> str:
     error = min(errors.errors(), key=lambda error: error["loc"] != ("version",))
     if error["loc"] == ("version",) and error["type"] != "missing":
         return f"version: this hopslam reads version {VERSION}, and not {error['input']!r}; map again, or update"
-    location, reason = message_of(error, MapDocument)
+    location, reason = error_message(error, MapDocument)
     key = ".".join(map(str, location)) or "the whole"
     return f"{key}: {reason}; a map is written by hopslam run and replay as map.json"
 

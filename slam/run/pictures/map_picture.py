@@ -17,7 +17,7 @@ from slam.files.tum import read_tum
 from slam.pose import FloatArray, Pose2D
 from slam.run.pictures.figure_style import PAPER, Palette, plain_axes, save_figure
 from slam.run.results.run_record import RunRecord
-from slam.scenario.prism import rectangle
+from slam.scenario.solids import rectangle
 
 _MAX_POINTS: Final = 200_000
 """More map points than this are thinned evenly for the picture: it shows no more."""

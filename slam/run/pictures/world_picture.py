@@ -19,9 +19,9 @@ from slam.files.atomic_files import atomic_file
 from slam.pose import FloatArray
 from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.run.pictures.map_picture import ROBOT
-from slam.scenario.people import Person
-from slam.scenario.prism import Prism
 from slam.scenario.schema import Scenario
+from slam.scenario.solids import Prism
+from slam.scenario.world_plan import Person
 
 _FORMATS = (".png", ".svg", ".pdf")
 _LIGHT, _DARK = "0.82", "0.2"

@@ -9,7 +9,7 @@ from typing import Final, Literal
 from urllib.parse import urlsplit
 
 from slam.errors import InputError
-from slam.scenario.texts import texts
+from slam.scenario.settings import one_or_several
 
 GRPC_PORT: Final = 9876
 WEB_PORT: Final = 9090
@@ -31,7 +31,7 @@ class Target:
 
 def parse_targets(given: str | Iterable[str]) -> list[Target]:
     """Parse all options, each target once; InputError for another form, or a file that cannot be written."""
-    return list(dict.fromkeys(map(parse_target, texts(given))))
+    return list(dict.fromkeys(map(parse_target, one_or_several(given))))
 
 
 def parse_target(text: str) -> Target:

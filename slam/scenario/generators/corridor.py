@@ -9,44 +9,42 @@ import numpy as np
 from pydantic import Field
 
 from slam.pose import Pose2D
-from slam.scenario.generators.passage import Passage
-from slam.scenario.generators.side import Side
-from slam.scenario.generators.site import Site, millimetres
-from slam.scenario.people import Person
-from slam.scenario.values import Place
+from slam.scenario.generators.passage import PassageGenerator, WallFace
+from slam.scenario.values import Place, millimetres
 from slam.scenario.wall import Wall
+from slam.scenario.world_plan import GeneratedWorld, Person
 
 _TURN: Final = 1.0
-"""The robot turns so far before the end, metres."""
+"""Distance from the end at which the robot turns, metres."""
 
 
-class CorridorGenerator(Passage):
+class CorridorGenerator(PassageGenerator):
     """Two walls along the x axis, from x = 0 to ``length``, and one at each end."""
 
     kind: Literal["corridor"] = "corridor"
     """This generator."""
     length: float = Field(20.0, ge=4.0, le=1000)
-    """Metres."""
+    """Length, metres."""
 
-    def sides(self) -> tuple[Side, Side]:
-        """The right one and the left one, seen from the start."""
+    def wall_faces(self) -> tuple[WallFace, WallFace]:
+        """List the right face and the left one, seen from the start."""
         y = self.width / 2.0
-        return Side(Pose2D(0.0, -y, 0.0), self.length), Side(Pose2D(self.length, y, pi), self.length)
+        return WallFace(Pose2D(0.0, -y, 0.0), self.length), WallFace(Pose2D(self.length, y, pi), self.length)
 
-    def site(self) -> Site:
-        """The same for the same parameters, in any process."""
+    def build(self) -> GeneratedWorld:
+        """Build the world of these parameters: the same in any process."""
         rng = np.random.default_rng(self.seed)
         world = self.furnished(rng)
         y = self.width / 2.0
         ends = tuple(Wall(points=((x, -y), (x, y))) for x in (-0.05, self.length + 0.05))
         people = tuple(self._person(rng) for _ in range(self.people))
         far = round(self.length - _TURN, 3)
-        return Site(
+        return GeneratedWorld(
             world.model_copy(update={"walls": world.walls + ends}), Place(x=_TURN), ((far, 0.0), (_TURN, 0.0)), people
         )
 
     def _person(self, rng: np.random.Generator) -> Person:
-        """Up and down a part of the corridor."""
+        """Make somebody who walks up and down a part of the corridor."""
         way = rng.uniform(0.25, 0.75) * (self.length - 2.0 * _TURN)
         near = rng.uniform(_TURN, self.length - _TURN - way)
         near, far, y = millimetres(near, near + way, self.walking_offset(rng))

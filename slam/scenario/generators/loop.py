@@ -9,44 +9,42 @@ import numpy as np
 from pydantic import model_validator
 
 from slam.pose import Pose2D
-from slam.scenario.generators.passage import Passage
-from slam.scenario.generators.side import Side
-from slam.scenario.generators.site import Site, millimetres
-from slam.scenario.people import Person
-from slam.scenario.values import Length, Place, Point
+from slam.scenario.generators.passage import PassageGenerator, WallFace
+from slam.scenario.values import Length, Place, Point, millimetres
+from slam.scenario.world_plan import GeneratedWorld, Person
 
 
-class LoopGenerator(Passage):
+class LoopGenerator(PassageGenerator):
     """A ring around a rectangular block; the robot starts in the middle of the side at y = 0."""
 
     kind: Literal["loop"] = "loop"
     """This generator."""
     size: tuple[Length, Length] = (14.0, 8.0)
-    """Of the ring's middle line, along x and y, metres."""
+    """Size of the ring's middle line, along x and y, metres."""
 
-    def sides(self) -> tuple[Side, ...]:
-        """Four of the outer walls, then four of the block."""
+    def wall_faces(self) -> tuple[WallFace, ...]:
+        """List four faces of the outer walls, then four of the block."""
         outer, inner = self._ring(self.width / 2.0), self._ring(-self.width / 2.0)
         return (
-            *(_side(outer[k], outer[(k + 1) % 4], outer_corner=False) for k in range(4)),
-            *(_side(inner[(k + 1) % 4], inner[k], outer_corner=True) for k in range(4)),
+            *(_face(outer[k], outer[(k + 1) % 4], outer_corner=False) for k in range(4)),
+            *(_face(inner[(k + 1) % 4], inner[k], outer_corner=True) for k in range(4)),
         )
 
-    def site(self) -> Site:
-        """The same for the same parameters, in any process."""
+    def build(self) -> GeneratedWorld:
+        """Build the world of these parameters: the same in any process."""
         rng = np.random.default_rng(self.seed)
         world = self.furnished(rng)
         first, *corners = self._ring(0.0)
         people = tuple(self._person(rng) for _ in range(self.people))
-        return Site(world, Place(), (*corners, first, (0.0, 0.0)), people)
+        return GeneratedWorld(world, Place(), (*corners, first, (0.0, 0.0)), people)
 
     def _ring(self, out: float) -> tuple[Point, Point, Point, Point]:
-        """Corners of the middle line, or of a rectangle ``out`` metres outside it; counter-clockwise."""
+        """List the corners of the middle line, or of a rectangle ``out`` metres outside it; counter-clockwise."""
         x, y = self.size[0] / 2.0 + out, self.size[1] + out
         return (-x, -out), (x, -out), (x, y), (-x, y)
 
     def _person(self, rng: np.random.Generator) -> Person:
-        """Around the block on one side of the robot's way, in either direction."""
+        """Make somebody who walks around the block on one side of the robot's way, in either direction."""
         ring = self._ring(self.walking_offset(rng))[:: rng.choice([-1, 1])]
         speed, start = millimetres(rng.uniform(0.5, 1.3), rng.uniform(0.0, 2.0 * sum(self.size)))
         corners = tuple((round(x, 3), round(y, 3)) for x, y in ring)
@@ -60,7 +58,7 @@ class LoopGenerator(Passage):
         return self
 
 
-def _side(start: Point, end: Point, outer_corner: bool) -> Side:
+def _face(start: Point, end: Point, outer_corner: bool) -> WallFace:
     run = np.subtract(end, start)
     yaw = float(np.arctan2(run[1], run[0]))
-    return Side(Pose2D(*start, pi if yaw == -pi else yaw), float(np.linalg.norm(run)), outer_corner)
+    return WallFace(Pose2D(*start, pi if yaw == -pi else yaw), float(np.linalg.norm(run)), outer_corner)

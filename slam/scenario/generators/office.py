@@ -13,22 +13,21 @@ from pydantic import Field, model_validator
 
 from slam.config import Section
 from slam.pose import Pose2D
-from slam.scenario.clearance import sampled
-from slam.scenario.generators.room import Room, furniture
-from slam.scenario.generators.site import Site, millimetres
-from slam.scenario.values import Count, Place, Point, Span
+from slam.scenario.generators.room import Room, furniture_world
+from slam.scenario.solids import sample_path
+from slam.scenario.values import Count, Place, Point, Span, millimetres
 from slam.scenario.wall import Door, Wall
-from slam.scenario.world_plan import World
+from slam.scenario.world_plan import GeneratedWorld, World
 
 _THICKNESS: Final[float] = Wall.model_fields["thickness"].default
 _INTO_ROOM: Final = 1.1
-"""The robot drives so far into a room that it visits, metres."""
+"""Distance that the robot drives into a room which it visits, metres."""
 _BESIDE_DOOR: Final = 0.2
 """Least wall between a door, or its open leaf, and the corner of its room, metres."""
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class RoomRow:
     """The rooms on one side. ``T_map_row``: x along the corridor's middle, y towards these rooms."""
 
     T_map_row: Pose2D
@@ -37,7 +36,7 @@ class Row:
     doors: tuple[Door, ...]
 
     def point(self, x: float, y: float) -> Point:
-        """From the row's frame to the map."""
+        """Transform a point of the row's frame to the map."""
         place = self.T_map_row @ Pose2D(x, y)
         x, y = millimetres(place.x, place.y)
         return x, y
@@ -49,55 +48,55 @@ class OfficeGenerator(Section):
     kind: Literal["office"] = "office"
     """This generator."""
     seed: int = Field(0, ge=0)
-    """Of all that is random; left out, it is drawn with the scenario's seed."""
+    """Seed of all that is random; left out, it is drawn with the scenario's seed."""
     rooms: int = Field(3, ge=1, le=50)
-    """On each side."""
+    """Rooms on each side."""
     room_length: Span = (3.0, 5.0)
     """Least and largest length of a room along the corridor, metres."""
     room_depth: float = Field(4.0, ge=2.0, le=1000)
-    """Metres."""
+    """Depth of the rooms, metres."""
     corridor_width: float = Field(2.0, ge=1.2, le=1000)
-    """Between the walls, metres."""
+    """Width between the walls, metres."""
     door_width: float = Field(0.95, ge=0.8, le=1000)
-    """Metres."""
+    """Width of the doors, metres."""
     door_angle: Span = (1.6, 2.0)
     """Least and largest angle of an open door's leaf, radians; less than pi / 2 would block the way."""
     shut: float = Field(0.25, ge=0, le=1)
     """Share of the doors that are shut, on average."""
     visits: Count = 2
-    """How many of the open rooms the route leads into, at most."""
+    """Open rooms that the route leads into, at most."""
     furniture: Count = 3
     """Boxes, tables and cylinders in each room, as far as there is space off the robot's way."""
     people: Count = 0
-    """How many walk about in rooms, as far as there is space off the robot's way."""
+    """People who walk about in rooms, as far as there is space off the robot's way."""
 
-    def site(self) -> Site:
-        """The same for the same parameters, in any process."""
+    def build(self) -> GeneratedWorld:
+        """Build the world of these parameters: the same in any process."""
         rng = np.random.default_rng(self.seed)
         rows = self._rows(rng)
         waypoints = self._waypoints(rows, rng)
-        route = sampled([(1.0, 0.0), *waypoints], step=0.1)
+        route = sample_path([(1.0, 0.0), *waypoints], step=0.1)
         walls = self._walls(rows)
-        outlines = [sampled(leaf.footprint, step=0.1) for wall in walls for leaf in wall.leaves()]
+        outlines = [sample_path(leaf.footprint, step=0.1) for wall in walls for leaf in wall.leaves()]
         leaves = np.concatenate(outlines)
         rooms = [Room.between(low, high, route, leaves) for row in rows for low, high in self._floors(row)]
-        pieces = [room.pieces(self.furniture, rng) for room in rooms]
+        furniture = [room.furnish(self.furniture, rng) for room in rooms]
         chosen = rng.permutation(np.resize(rng.permutation(len(rooms)), self.people))
-        people = [rooms[k].person(pieces[k], rng) for k in chosen]
-        world = reduce(World.joined, map(furniture, pieces), World(walls=walls))
-        return Site(world, Place(x=1.0), waypoints, tuple(person for person in people if person))
+        people = [rooms[k].person(furniture[k], rng) for k in chosen]
+        world = reduce(World.joined, map(furniture_world, furniture), World(walls=walls))
+        return GeneratedWorld(world, Place(x=1.0), waypoints, tuple(person for person in people if person))
 
-    def _rows(self, rng: np.random.Generator) -> tuple[Row, Row]:
-        """Left and right; the same room lengths in another order, so that both end together."""
+    def _rows(self, rng: np.random.Generator) -> tuple[RoomRow, RoomRow]:
+        """Draw the left and the right row: the same room lengths in another order, so that both end together."""
         lengths = rng.uniform(*self.room_length, self.rooms)
         total = float(lengths.sum())
         frames = Pose2D(), Pose2D(total, 0.0, pi)
         bounds = [millimetres(*np.cumsum([0.0, *rng.permutation(lengths)])) for _ in frames]
-        left, right = (Row(T, xs, self._doors(xs, rng)) for T, xs in zip(frames, bounds, strict=True))
+        left, right = (RoomRow(T, xs, self._doors(xs, rng)) for T, xs in zip(frames, bounds, strict=True))
         return left, right
 
     def _doors(self, bounds: tuple[float, ...], rng: np.random.Generator) -> tuple[Door, ...]:
-        """One for each room."""
+        """Draw a door for each room."""
         doors = []
         for low, high in pairwise(bounds):
             at = rng.uniform(low + self._beside_door, high - self._beside_door - self.door_width)
@@ -106,8 +105,8 @@ class OfficeGenerator(Section):
             doors.append(Door(at=at, width=self.door_width, angle=angle, hinge=hinge))
         return tuple(doors)
 
-    def _waypoints(self, rows: tuple[Row, Row], rng: np.random.Generator) -> tuple[Point, ...]:
-        """Along the corridor into some rooms whose doors are open, to its far end, and back."""
+    def _waypoints(self, rows: tuple[RoomRow, RoomRow], rng: np.random.Generator) -> tuple[Point, ...]:
+        """Draw a route along the corridor into some rooms whose doors are open, to its far end, and back."""
         doors = [(row, door.at + door.width / 2.0) for row in rows for door in row.doors if door.angle]
         visited = [doors[k] for k in rng.permutation(len(doors))[: self.visits]]
         inside = self._room_front + _INTO_ROOM
@@ -118,7 +117,7 @@ class OfficeGenerator(Section):
 
     @property
     def _beside_door(self) -> float:
-        """From a door to the corner of its room, metres, at least."""
+        """Least distance from a door to the corner of its room, metres."""
         return _BESIDE_DOOR - self.door_width * cos(self.door_angle[1])
 
     @property
@@ -126,8 +125,8 @@ class OfficeGenerator(Section):
         """y of a row's room behind the corridor's wall, metres."""
         return self.corridor_width / 2.0 + _THICKNESS
 
-    def _floors(self, row: Row) -> list[tuple[Point, Point]]:
-        """Lower and upper corner of each room, map frame."""
+    def _floors(self, row: RoomRow) -> list[tuple[Point, Point]]:
+        """List the lower and the upper corner of each room, map frame."""
         half, front = _THICKNESS / 2.0, self._room_front
         corners = [
             (row.point(x0 + half, front), row.point(x1 - half, front + self.room_depth))
@@ -135,8 +134,8 @@ class OfficeGenerator(Section):
         ]
         return [((min(a[0], b[0]), min(a[1], b[1])), (max(a[0], b[0]), max(a[1], b[1]))) for a, b in corners]
 
-    def _walls(self, rows: tuple[Row, Row]) -> tuple[Wall, ...]:
-        """Of each row: the one with the doors, the one behind, the partitions; then both ends of the corridor."""
+    def _walls(self, rows: tuple[RoomRow, RoomRow]) -> tuple[Wall, ...]:
+        """List the walls of each row: with the doors, behind, the partitions; then both ends of the corridor."""
         front, back = self._room_front - _THICKNESS / 2.0, self._room_front + self.room_depth + _THICKNESS / 2.0
         walls = []
         for row in rows:

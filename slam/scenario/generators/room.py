@@ -10,23 +10,19 @@ from typing import Final, Self
 import numpy as np
 
 from slam.pose import FloatArray, Pose2D
-from slam.scenario.clearance import clearance, sampled
-from slam.scenario.furniture import Box, Cylinder, Table
-from slam.scenario.generators.site import millimetres
-from slam.scenario.people import Person
-from slam.scenario.prism import disc, rectangle
-from slam.scenario.values import Point
-from slam.scenario.world_plan import World
+from slam.scenario.furniture import Box, Cylinder, Furniture, Table
+from slam.scenario.solids import clearance, disc, rectangle, sample_path
+from slam.scenario.values import Point, millimetres
+from slam.scenario.world_plan import Person, World
 
-Piece = Box | Table | Cylinder
 _TRIES: Final = 20
-"""A thing for which no place is found so often is left out."""
+"""Tries to find a place for a thing before it is left out."""
 _FROM_ROUTE: Final = 0.45
-"""What stands keeps so far from the robot's way, metres ..."""
+"""Distance that furniture keeps from the robot's way, metres ..."""
 _WALKER_FROM_ROUTE: Final = 0.7
-"""... and who walks, so far, to the middle of the body ..."""
+"""... and that people keep from it, to the middle of the body, metres ..."""
 _WALKER_FROM_THINGS: Final = 0.35
-"""... and so far from what stands."""
+"""... and from furniture, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,24 +40,24 @@ class Room:
 
     @classmethod
     def between(cls, low: Point, high: Point, route: FloatArray, leaves: FloatArray) -> Self:
-        """The room, with what it needs of the points on all ways and doors."""
+        """Make the room, with what it needs of the points on all ways and doors."""
         return cls(low, high, *(_near(points, low, high) for points in (route, leaves)))
 
-    def pieces(self, count: int, rng: np.random.Generator) -> list[Piece]:
-        """Up to ``count`` pieces of furniture, apart from each other."""
-        placed: list[Piece] = []
+    def furnish(self, count: int, rng: np.random.Generator) -> list[Furniture]:
+        """Place up to ``count`` pieces of furniture, apart from each other."""
+        placed: list[Furniture] = []
         for _ in range(count):
             tries = (self._piece(rng) for _ in range(_TRIES))
             free = (piece for piece in tries if self._has_place(piece, placed))
             placed += [piece for piece in [next(free, None)] if piece]
         return placed
 
-    def person(self, pieces: Sequence[Piece], rng: np.random.Generator) -> Person | None:
-        """Somebody who walks to and fro, clear of the furniture too; None where there is no room."""
-        things = [_footprint(piece) for piece in pieces]
+    def person(self, furniture: Sequence[Furniture], rng: np.random.Generator) -> Person | None:
+        """Place somebody who walks to and fro, clear of the furniture too; None where there is no room."""
+        things = [_footprint(piece) for piece in furniture]
         for _ in range(_TRIES):
             ends = [self._point(0.4, 0.4, rng) for _ in range(2)]
-            path = sampled(ends)
+            path = sample_path(ends)
             if (
                 _all_far(path, self.route, _WALKER_FROM_ROUTE)
                 and _all_far(path, self.leaves, _WALKER_FROM_THINGS)
@@ -71,7 +67,7 @@ class Room:
                 return Person(waypoints=(ends[0], ends[1]), speed=speed, pause=2.0)
         return None
 
-    def _has_place(self, piece: Piece, others: Sequence[Piece]) -> bool:
+    def _has_place(self, piece: Furniture, others: Sequence[Furniture]) -> bool:
         outline = _footprint(piece)
         return (
             all(_apart(piece, other) for other in others)
@@ -79,8 +75,8 @@ class Room:
             and bool((clearance(self.leaves, [outline]) > 0.0).all())
         )
 
-    def _piece(self, rng: np.random.Generator) -> Piece:
-        """One of three kinds, somewhere in the room and wholly inside."""
+    def _piece(self, rng: np.random.Generator) -> Furniture:
+        """Draw a piece of one of three kinds, somewhere in the room and wholly inside."""
         kind = rng.integers(3)
         if kind == 0:
             (radius,) = millimetres(rng.uniform(0.1, 0.3))
@@ -95,7 +91,7 @@ class Room:
         return Box(center=center, size=(length, width, 1.0), yaw=yaw)
 
     def _point(self, dx: float, dy: float, rng: np.random.Generator) -> Point:
-        """A point so far inside the walls."""
+        """Draw a point at least ``dx`` and ``dy`` inside the walls."""
         x, y = millimetres(
             rng.uniform(self.low[0] + dx, self.high[0] - dx), rng.uniform(self.low[1] + dy, self.high[1] - dy)
         )
@@ -103,7 +99,7 @@ class Room:
 
 
 def _near(points: FloatArray, low: Point, high: Point) -> FloatArray:
-    """Those of the points (N, 2) that matter to a room between these corners."""
+    """Select those of the points (N, 2) that matter to a room between these corners."""
     lowest, highest = np.subtract(low, _WALKER_FROM_ROUTE), np.add(high, _WALKER_FROM_ROUTE)
     return points[np.all((points > lowest) & (points < highest), axis=1)]
 
@@ -112,26 +108,26 @@ def _all_far(path: FloatArray, points: FloatArray, distance: float) -> bool:
     return bool((np.linalg.norm(path[:, np.newaxis] - points, axis=2) >= distance).all())
 
 
-def furniture(pieces: Sequence[Piece]) -> World:
-    """The pieces as a world."""
+def furniture_world(furniture: Sequence[Furniture]) -> World:
+    """Make a world of the pieces of furniture alone."""
     return World(
-        boxes=tuple(piece for piece in pieces if isinstance(piece, Box)),
-        tables=tuple(piece for piece in pieces if isinstance(piece, Table)),
-        cylinders=tuple(piece for piece in pieces if isinstance(piece, Cylinder)),
+        boxes=tuple(piece for piece in furniture if isinstance(piece, Box)),
+        tables=tuple(piece for piece in furniture if isinstance(piece, Table)),
+        cylinders=tuple(piece for piece in furniture if isinstance(piece, Cylinder)),
     )
 
 
-def _footprint(piece: Piece) -> FloatArray:
-    """All of what it covers; of a table, the top."""
+def _footprint(piece: Furniture) -> FloatArray:
+    """Outline of all that a piece covers; of a table, the top."""
     if isinstance(piece, Cylinder):
         return disc(piece.center, piece.radius)
     return rectangle(piece.center, piece.size[0], piece.size[1], piece.yaw)
 
 
-def _apart(one: Piece, other: Piece) -> bool:
-    """Whether the circles around two pieces do not meet."""
+def _apart(one: Furniture, other: Furniture) -> bool:
+    """True where the circles around two pieces do not meet."""
     return Pose2D(*one.center).distance(Pose2D(*other.center)) > _radius(one) + _radius(other)
 
 
-def _radius(piece: Piece) -> float:
+def _radius(piece: Furniture) -> float:
     return piece.radius if isinstance(piece, Cylinder) else hypot(*piece.size[:2]) / 2.0

@@ -7,10 +7,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from slam.errors import InputError
+from slam.errors import InputError, did_you_mean
 from slam.modes import MODES
 from slam.pose import FloatArray
-from slam.scenario.validation_message import hint
 from slam.sweep.result_rows import Row
 from slam.sweep.result_store import ResultStore
 
@@ -83,7 +82,7 @@ def pick_metric(store: ResultStore, asked: str | None) -> str:
     if found is None:
         known = list(numbers)
         raise InputError(
-            f"no column {asked!r} of numbers; {hint(asked, known)}" if asked else "no run has a result yet"
+            f"no column {asked!r} of numbers; {did_you_mean(asked, known)}" if asked else "no run has a result yet"
         )
     return found
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import threading
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from time import monotonic
 from typing import Final
 
 from slam.console.terminal import Terminal
-from slam.env.seen_grid import warm_up_seen_grid
-from slam.errors import RobotError
+from slam.env.occupancy_grid import warm_up_occupancy_grid
+from slam.errors import InputError, RobotError
 from slam.odometry import Twist2D
 from slam.robot import Observation, Restartable, Robot
 from slam.run.backends import is_restartable, make_robot
@@ -26,23 +27,24 @@ _REST: Final = Twist2D(0.005, 0.01)
 """A robot that is slower than this, m/s and rad/s, is at rest."""
 
 
-class DrivenRobot:
-    """A robot of one back end; it is stopped when it is closed, and when this object is lost.
+class RobotSession:
+    """The robot of an environment; it is stopped when it is closed, and when this object is lost.
 
     A ``Restartable`` robot is set back to its start where it can; every other one is closed and opened anew.
     """
 
-    def __init__(self, backend: str, **options: bool) -> None:
+    def __init__(self, backend: str, *, yes: bool, dry_run: bool) -> None:
+        options = _backend_options(backend, yes, dry_run)
         self.restartable = is_restartable(backend)  # an unknown name is refused now
-        """Whether an episode begins at the start of its scenario; else it begins where the robot stands."""
+        """True where an episode begins at the start of its scenario; else it begins where the robot stands."""
         self._backend, self._options = backend, options
         self._robot: Robot | None = None
         self._scenario: Scenario | None = None
-        self._loss: weakref.finalize[..., DrivenRobot] | None = None
+        self._loss: weakref.finalize[..., RobotSession] | None = None
 
     @property
     def running(self) -> bool:
-        """Whether there is a robot now."""
+        """True while there is a robot."""
         return self._robot is not None
 
     @property
@@ -86,6 +88,18 @@ class DrivenRobot:
             if abs(twist.linear) < _REST.linear and abs(twist.angular) < _REST.angular:
                 return
 
+    @contextmanager
+    def stopping(self) -> Iterator[None]:
+        """Let the robot stand whatever goes wrong: after wrong input it may go on, after all else it is closed."""
+        try:
+            yield
+        except InputError:
+            self.stand()
+            raise
+        except BaseException:
+            self.close()
+            raise
+
     def close(self) -> None:
         """Stop the robot and free its devices; closing twice is allowed."""
         robot, self._robot, self._scenario = self._robot, None, None
@@ -104,10 +118,19 @@ class DrivenRobot:
         robot = make_robot(self._backend, longer, seed=seed, **self._options)
         if not self.restartable:  # it may be real: nothing is compiled while it drives
             warm_up(Terminal(stderr=True), scenario.slam)
-            warm_up_seen_grid()
+            warm_up_occupancy_grid()
         robot.__enter__()
         self._robot, self._scenario = robot, scenario
         self._loss = weakref.finalize(self, _let_go, robot)
+
+
+def _backend_options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
+    """Options that the back end is made with; InputError for options that do not fit it, and for a recorded log."""
+    if backend == "replay":
+        raise InputError("backend='replay': a recorded log obeys no agent; run: hopslam replay LOG")
+    if backend != "hardware" and (yes or dry_run):
+        raise InputError("yes and dry_run are for the real robot; add backend='hardware'")
+    return {"yes": yes, "dry_run": dry_run, "newest": True} if backend == "hardware" else {}
 
 
 def _let_go(robot: Robot) -> None:
@@ -121,9 +144,9 @@ def _let_go(robot: Robot) -> None:
 
 def _require_lidar(scan: LaserScan, config: LidarConfig) -> None:
     """RobotError where a scan does not fit into the spaces."""
-    told, expected = scan.lidar, config.description.lidar
-    if (told.beams, told.range_max) != (expected.beams, expected.range_max):
+    given, expected = scan.lidar, config.description.lidar
+    if (given.beams, given.range_max) != (expected.beams, expected.range_max):
         raise RobotError(
-            f"the robot's scans have {told.beams} beams and reach {told.range_max:g} m; those of lidar.model "
+            f"the robot's scans have {given.beams} beams and reach {given.range_max:g} m; those of lidar.model "
             f"{config.model} have {expected.beams} and reach {expected.range_max:g} m: set lidar to what it carries"
         )

@@ -18,7 +18,7 @@ from slam.run.viewer.targets import GRPC_PORT
 from slam.run.viewer.viewers import Viewers
 
 
-class Window:
+class RerunWindow:
     """Shows what ``hopslam run --rerun spawn`` shows, one recording for each episode.
 
     Nothing waits for the viewer. Where there is no screen, that is said once, and nothing is shown.
@@ -33,20 +33,20 @@ class Window:
         self._viewer: RunViewer | None = None
 
     def begin(self, episode: Episode) -> None:
-        """Begin the recording of an episode, with its first moment."""
+        """Begin the recording of an episode, with its first state."""
         self.close()
-        setting = _setting(episode)
-        broadcast = Viewers("spawn", self._console).open(setting) if self._there else None
+        scene = _scene(episode)
+        broadcast = Viewers("spawn", self._console).open(scene) if self._there else None
         if broadcast is not None:
-            self._viewer = RunViewer(self._episode.enter_context(broadcast), setting)
+            self._viewer = RunViewer(self._episode.enter_context(broadcast), scene)
             self.show(episode, Twist2D())
 
     def show(self, episode: Episode, applied: Twist2D) -> None:
-        """Show the moment that the episode is at."""
-        moment = episode.moment
+        """Show the state that the episode is in."""
+        state = episode.state
         if self._viewer is not None:
-            estimate = moment.estimate or Estimate(moment.observation.scan.stamp, moment.T_map_base)
-            self._viewer.on_step(Step(episode.turns - 1, moment.observation, estimate, applied, 0.0))
+            estimate = state.estimate or Estimate(state.observation.scan.stamp, state.T_map_base)
+            self._viewer.on_step(Step(episode.turns - 1, state.observation, estimate, applied, 0.0))
 
     def close(self) -> None:
         """End the recording; the window stays."""
@@ -54,7 +54,7 @@ class Window:
         self._episode.close()
 
 
-def _setting(episode: Episode) -> Scene:
+def _scene(episode: Episode) -> Scene:
     scenario = episode.scenario
     outlines = tuple(scenario.world.outlines(scenario.lidar.height))
     waypoints = scenario.route.waypoints

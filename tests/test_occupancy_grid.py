@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slam.env.ray_marching import FREE, UNKNOWN, WALL, mark_rays
-from slam.env.seen_grid import Extent, SeenGrid, sight
+from slam.env.occupancy_grid import FREE, UNKNOWN, WALL, Extent, OccupancyGrid, mark_rays, seen_ranges
 from slam.pose import Pose2D
 from slam.scan import LaserScan
 
@@ -39,33 +38,35 @@ def test_a_ray_marks_the_cells_that_it_crosses_and_no_others(
 
 
 @given(st.floats(-np.pi, np.pi), st.lists(st.floats(0.0, 6.0), min_size=2, max_size=9))
-def test_seeing_it_again_is_no_news_and_the_sum_is_what_was_seen(theta: float, ranges: list[float]) -> None:
-    grid = SeenGrid(Extent((-4.0, -4.0), (8.0, 8.0)), 0.25)
+def test_newly_seen_area_is_that_of_the_marked_cells_and_none_at_a_second_look(
+    theta: float, ranges: list[float]
+) -> None:
+    grid = OccupancyGrid(Extent((-4.0, -4.0), (8.0, 8.0)), 0.25)
     scan = LaserScan(0.0, -1.0, 2.0 / len(ranges), 0.1, 5.0, np.array(ranges))
-    first = grid.add(scan, Pose2D(0.1, 0.2, theta))
-    assert first == pytest.approx(np.count_nonzero(grid.cells) * 0.25**2) == grid.area
-    assert grid.add(scan, Pose2D(0.1, 0.2, theta)) == 0.0
+    first = grid.add_scan(scan, Pose2D(0.1, 0.2, theta))
+    assert first == pytest.approx(np.count_nonzero(grid.cells) * 0.25**2)
+    assert grid.add_scan(scan, Pose2D(0.1, 0.2, theta)) == 0.0
 
 
 def test_a_beam_sees_up_to_its_echo_and_silence_is_open_space_only_among_silence() -> None:
     ranges = np.array([2.0, np.inf, 2.0, np.nan, -np.inf, 2.0, np.inf, np.inf, np.inf])
     scan = LaserScan(0.0, 0.0, 0.1, 0.1, 3.0, ranges)
-    assert sight(scan).tolist() == [2.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 3.0, 3.0]
+    assert seen_ranges(scan).tolist() == [2.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 3.0, 3.0]
 
 
 def test_a_beam_marks_what_lies_before_its_echo_and_no_more() -> None:
-    grid = SeenGrid(Extent((-5.0, -5.0), (10.0, 10.0)), 1.0)
-    grid.add(LaserScan(0.0, 0.0, 0.1, 0.1, 3.0, np.array([2.0])), Pose2D(0.5, 0.5))
+    grid = OccupancyGrid(Extent((-5.0, -5.0), (10.0, 10.0)), 1.0)
+    grid.add_scan(LaserScan(0.0, 0.0, 0.1, 0.1, 3.0, np.array([2.0])), Pose2D(0.5, 0.5))
     ahead = np.array([[1.5, 0.5], [2.5, 0.5], [3.5, 0.5]])
     np.testing.assert_array_equal(grid.at(ahead), [FREE, WALL, UNKNOWN])
 
 
 def test_outside_of_the_grid_nothing_is_seen_and_nothing_is_known() -> None:
-    grid = SeenGrid(Extent((0.0, 0.0), (2.0, 1.0)), 0.5)
+    grid = OccupancyGrid(Extent((0.0, 0.0), (2.0, 1.0)), 0.5)
     scan = LaserScan(0.0, 0.0, 0.1, 0.1, 9.0, np.full(3, 8.0))
     assert grid.cells.shape == (2, 4)
-    assert grid.add(scan, Pose2D(-20.0, 0.5)) == 0.0
-    assert grid.add(scan, Pose2D(-5.0, 0.25)) > 0.0  # from outside to inside
+    assert grid.add_scan(scan, Pose2D(-20.0, 0.5)) == 0.0
+    assert grid.add_scan(scan, Pose2D(-5.0, 0.25)) > 0.0  # from outside to inside
     assert (grid.at(np.array([[-0.1, 0.1], [0.1, -0.1], [2.1, 0.1], [0.1, 1.1]])) == UNKNOWN).all()
 
 

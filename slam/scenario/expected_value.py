@@ -34,8 +34,8 @@ _short: Final = Repr()
 _short.maxlevel, _short.maxstring, _short.maxother = 3, 60, 60
 
 
-def expected(error: ErrorDetails, annotation: Any) -> str:
-    """``expected a list of 2 numbers, like [1, 2] (got [1])``, for a value of that annotation."""
+def describe_expected(error: ErrorDetails, annotation: Any) -> str:
+    """Describe the value of that annotation: ``expected a list of 2 numbers, like [1, 2] (got [1])``."""
     kind, value = error["type"], error["input"]
     if kind == "missing":
         return "this key is missing"
@@ -46,19 +46,19 @@ def expected(error: ErrorDetails, annotation: Any) -> str:
 
 
 def is_fixed_list(annotation: Any) -> bool:
-    """Whether a list of so many items, and no other number, belongs there."""
+    """True for a list whose number of items is fixed."""
     return get_origin(annotation) is tuple and Ellipsis not in get_args(annotation)
 
 
-def without_bounds(annotation: Any) -> Any:
-    """The annotation without ``Annotated`` and ``| None``, at every depth of lists."""
+def bare_annotation(annotation: Any) -> Any:
+    """Strip an annotation of ``Annotated`` and ``| None``, at every depth of lists."""
     arguments = get_args(annotation)
     if hasattr(annotation, "__metadata__"):
-        return without_bounds(arguments[0])
+        return bare_annotation(arguments[0])
     if get_origin(annotation) is tuple:
-        return tuple[tuple(item if item is Ellipsis else without_bounds(item) for item in arguments)]  # type: ignore[misc]
+        return tuple[tuple(item if item is Ellipsis else bare_annotation(item) for item in arguments)]  # type: ignore[misc]
     if type(None) in arguments:
-        return without_bounds(next(argument for argument in arguments if argument is not type(None)))
+        return bare_annotation(next(argument for argument in arguments if argument is not type(None)))
     return annotation
 
 
@@ -99,7 +99,7 @@ def _section_of(annotation: Any) -> str:
 
 
 def _list_of(annotation: Any, context: dict[str, Any]) -> str:
-    """The list that belongs there, with an example of one of numbers."""
+    """Describe the list that is expected, with an example of one of numbers."""
     if get_origin(annotation) is not tuple:
         return "a list"
     least, most = context.get("min_length", 1), context.get("max_length")
@@ -125,7 +125,7 @@ def _plural(annotation: Any) -> str:
 
 
 def _example(annotation: Any, least: int, numbers: Iterator[int]) -> str | None:
-    """A list of that shape; None where it holds other things than numbers."""
+    """Write a list of that shape; None where it holds other things than numbers."""
     if annotation in (float, int):
         return str(next(numbers))
     if get_origin(annotation) is not tuple:

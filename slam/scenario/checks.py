@@ -1,4 +1,4 @@
-"""Cautions about values of a scenario that are allowed and hardly meant, such as a way through a wall."""
+"""Checks of a drawn scenario: solids where the robot is to stand, and values that are allowed but hardly meant."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from typing import Final
 import numpy as np
 
 from slam.pose import FloatArray
-from slam.scenario.clearance import clearance, in_the_way, sampled
-from slam.scenario.people import Person
-from slam.scenario.schema import Scenario
+from slam.scenario.robot_config import Limits
+from slam.scenario.schema import Route, Scenario
+from slam.scenario.solids import ROBOT_RADIUS, clearance, obstacle_footprints, sample_path
 from slam.scenario.values import Point
-from slam.scenario.yaml_file import Location
+from slam.scenario.world_plan import Person, World
+from slam.scenario.yaml_file import KeyPath
 
 HALF_WIDTH: Final = 0.19
 """Half of the robot's width, metres: where a solid is nearer to its way than this, it cannot pass."""
@@ -26,8 +27,8 @@ FAR: Final = 20.0
 RUNNING: Final = 3.0
 """Speed beyond which a person is hardly meant to walk, m/s."""
 
-Caution = tuple[Location, str]
-"""The path of a key, and what is strange about its value."""
+Finding = tuple[KeyPath, str]
+"""The path of a key, and what is wrong with its value."""
 
 
 class _Solids:
@@ -39,8 +40,8 @@ class _Solids:
         self._high = np.array([outline.max(axis=0) for outline in footprints]).reshape(-1, 2)
 
     def tight_spot(self, leg: tuple[Point, Point], least: float) -> tuple[float, float] | None:
-        """The first point of a straight way that is nearer than ``least`` metres to a solid."""
-        points = sampled(leg, step=least / 2.0)
+        """Find the first point of a straight way that is nearer than ``least`` metres to a solid."""
+        points = sample_path(leg, step=least / 2.0)
         for begin in range(0, len(points), 20):
             part = points[begin : begin + 20]
             low, high = part.min(axis=0) - least, part.max(axis=0) + least
@@ -51,35 +52,44 @@ class _Solids:
         return None
 
 
-def cautions(scenario: Scenario) -> Iterator[Caution]:
-    """One caution for each key whose value is strange, in the order of the file's sections."""
-    yield from _vast_world(scenario)
-    yield from _large_things(scenario)
-    yield from _hasty_people(scenario)
-    yield from _blocked_people(scenario)
-    yield from _far_places(scenario)
-    yield from _blocked_route(scenario)
-    yield from _unreachable_speeds(scenario)
+def find_obstruction(scenario: Scenario) -> Finding | None:
+    """Find the first place where the robot is to stand and a solid stands already."""
+    free = clearance(np.array(scenario.path), obstacle_footprints(scenario.world.prisms()))
+    for (key, (x, y)), distance in zip(_robot_places(scenario), free, strict=True):
+        if distance < ROBOT_RADIUS:
+            where = "inside a solid" if distance == 0.0 else f"{distance:.2f} m from a solid"
+            return key, f"({x:g}, {y:g}) is {where}; the robot needs {ROBOT_RADIUS} m around its middle"
+    return None
 
 
-def _vast_world(scenario: Scenario) -> Iterator[Caution]:
-    if (extent := _extent(scenario)) is not None:
-        length, width = extent[1] - extent[0]
-        if max(length, width) > VAST:
-            yield ("world",), f"{length:.0f} m by {width:.0f} m; lengths are in metres"
+def find_warnings(scenario: Scenario) -> Iterator[Finding]:
+    """Find the keys whose values are strange, in the order of the file's sections."""
+    world, bounds = scenario.world, scenario.world.bounds()
+    solids, fixed = (_Solids(obstacle_footprints(prisms)) for prisms in (world.prisms(), world.fixed_prisms()))
+    if bounds is not None:
+        yield from _vast_world(*bounds)
+    yield from _large_things(world)
+    yield from _running_people(scenario.people)
+    yield from _blocked_people(scenario.people, solids)
+    if bounds is not None:
+        yield from _far_places(scenario, *bounds)
+    yield from _blocked_route(scenario.path, fixed)
+    yield from _unreachable_speeds(scenario.route, scenario.robot.limits)
 
 
-def _extent(scenario: Scenario) -> tuple[FloatArray, FloatArray] | None:
-    """The least and the largest x and y of all that stands; None where nothing does."""
-    outlines = [prism.footprint for prism in scenario.world.prisms()]
-    if not outlines:
-        return None
-    corners = np.concatenate(outlines)
-    return corners.min(axis=0), corners.max(axis=0)
+def _robot_places(scenario: Scenario) -> Iterator[tuple[KeyPath, Point]]:
+    """List the points of the robot's path, each with its key."""
+    keys = [("route", "waypoints", k) for k in range(len(scenario.route.waypoints))]
+    yield from zip([("robot", "start"), *keys], scenario.path, strict=True)
 
 
-def _large_things(scenario: Scenario) -> Iterator[Caution]:
-    world = scenario.world
+def _vast_world(low: FloatArray, high: FloatArray) -> Iterator[Finding]:
+    length, width = high - low
+    if max(length, width) > VAST:
+        yield ("world",), f"{length:.0f} m by {width:.0f} m; lengths are in metres"
+
+
+def _large_things(world: World) -> Iterator[Finding]:
     sizes = [
         *((("world", "boxes", k, "size"), max(box.size)) for k, box in enumerate(world.boxes)),
         *((("world", "tables", k, "size"), max(table.size)) for k, table in enumerate(world.tables)),
@@ -91,48 +101,36 @@ def _large_things(scenario: Scenario) -> Iterator[Caution]:
             yield key, f"this thing measures {length:g} m; sizes are in metres"
 
 
-def _hasty_people(scenario: Scenario) -> Iterator[Caution]:
-    for k, person in enumerate(scenario.people):
+def _running_people(people: Sequence[Person]) -> Iterator[Finding]:
+    for k, person in enumerate(people):
         if person.speed > RUNNING:
             yield ("people", k, "speed"), f"{person.speed:g} m/s is running; people walk at 1 to 2 m/s"
 
 
-def _blocked_people(scenario: Scenario) -> Iterator[Caution]:
-    solids = _Solids(in_the_way(scenario.world.prisms()))
-    for k, person in enumerate(scenario.people):
-        for leg in pairwise(_round(person)):
+def _blocked_people(people: Sequence[Person], solids: _Solids) -> Iterator[Finding]:
+    for k, person in enumerate(people):
+        ends = (*person.waypoints, person.waypoints[0]) if person.closed else person.waypoints
+        for leg in pairwise(ends):
             if (spot := solids.tight_spot(leg, person.leg_radius)) is not None:
                 yield ("people", k, "waypoints"), f"the way {_leg(leg)} leads through a solid at {_place(spot)}"
                 break
 
 
-def _round(person: Person) -> tuple[Point, ...]:
-    return (*person.waypoints, person.waypoints[0]) if person.closed else person.waypoints
-
-
-def _far_places(scenario: Scenario) -> Iterator[Caution]:
-    if (extent := _extent(scenario)) is None:
-        return
-    low, high = extent
-    start = scenario.robot.start
-    stops = enumerate(scenario.route.waypoints)
-    for key, point in [(("robot", "start"), (start.x, start.y)), *((("route", "waypoints", k), p) for k, p in stops)]:
+def _far_places(scenario: Scenario, low: FloatArray, high: FloatArray) -> Iterator[Finding]:
+    for key, point in _robot_places(scenario):
         beyond = float(np.maximum(low - point, point - high).max())
         if beyond > FAR:
             yield key, f"{_place(point)} is {beyond:.0f} m outside of everything that stands; places are in metres"
 
 
-def _blocked_route(scenario: Scenario) -> Iterator[Caution]:
-    solids = _Solids(in_the_way(scenario.world.fixed_prisms()))
-    start = scenario.robot.start
-    for k, leg in enumerate(pairwise([(start.x, start.y), *scenario.route.waypoints])):
+def _blocked_route(path: Sequence[Point], solids: _Solids) -> Iterator[Finding]:
+    for k, leg in enumerate(pairwise(path)):
         if (spot := solids.tight_spot(leg, HALF_WIDTH)) is not None:
             passes = f"the way {_leg(leg)} leads through or too near to a solid at {_place(spot)}"
             yield ("route", "waypoints", k), f"{passes}; the robot drives straight, and is {2 * HALF_WIDTH:g} m wide"
 
 
-def _unreachable_speeds(scenario: Scenario) -> Iterator[Caution]:
-    route, limits = scenario.route, scenario.robot.limits
+def _unreachable_speeds(route: Route, limits: Limits) -> Iterator[Finding]:
     if route.speed > limits.linear:
         yield ("route", "speed"), f"the robot drives no faster than robot.limits.linear = {limits.linear:g} m/s"
     if route.turn_speed > limits.angular:

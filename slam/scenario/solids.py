@@ -1,0 +1,85 @@
+"""Upright prisms, which every thing of a world is made of, and how far points are from them.
+
+Metres and radians, map frame; the floor is z = 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import acos, ceil, pi
+from typing import Final
+
+import numpy as np
+
+from slam.pose import FloatArray, Pose2D, unit_vectors
+from slam.scenario.values import Point
+
+_CHORD: Final = 1e-3
+"""A polygon that stands for a circle deviates from it by no more than this, metres."""
+ROBOT_RADIUS: Final = 0.25
+"""Radius of the disc that must be free around it, metres: more than half its width, less than half its length."""
+SILL: Final = 0.025
+"""The robot drives over a solid that ends no higher than this, metres: the step that the P3-DX's data sheet allows."""
+ROBOT_SPAN: Final = (SILL, 0.4)
+"""A solid that has no part between these heights, metres, is not in the robot's way."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prism:
+    """A solid with the outline ``footprint`` (N, 2), counter-clockwise and convex, from ``bottom`` up to ``top``."""
+
+    footprint: FloatArray
+    bottom: float
+    top: float
+
+
+def rectangle(center: Point, length: float, width: float, yaw: float) -> FloatArray:
+    """Make the corners (4, 2) of a rectangle, counter-clockwise; ``length`` lies along ``yaw``."""
+    corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * [length, width]
+    return Pose2D(*center, yaw).transform(corners)
+
+
+def disc(center: Point, radius: float) -> FloatArray:
+    """Make a regular polygon (N, 2), counter-clockwise, in a circle, less than 1 mm inside it everywhere."""
+    sides = max(8, ceil(pi / acos(max(1.0 - _CHORD / radius, 0.0))))
+    angles = np.arange(sides) * (2.0 * pi / sides)
+    return radius * unit_vectors(angles) + center
+
+
+def obstacle_footprints(prisms: Sequence[Prism]) -> list[FloatArray]:
+    """List the footprints of the solids that the robot cannot drive over or under."""
+    low, high = ROBOT_SPAN
+    return [prism.footprint for prism in prisms if prism.bottom < high and prism.top > low]
+
+
+def clearance(points: FloatArray, footprints: Sequence[FloatArray]) -> FloatArray:
+    """Measure from each of the points (N, 2) to the nearest of the convex, counter-clockwise footprints, metres (N,).
+
+    0 inside of one; infinite where there is no footprint.
+    """
+    if not footprints:
+        return np.full(len(points), np.inf)
+    start = np.concatenate(footprints)
+    first = np.cumsum([0, *map(len, footprints)])
+    following = np.arange(1, len(start) + 1)
+    following[first[1:] - 1] = first[:-1]
+    edge = start[following] - start
+    to_point = points[:, np.newaxis] - start
+    squared = np.maximum((edge**2).sum(axis=1), np.finfo(np.float64).tiny)
+    along = np.clip((to_point * edge).sum(axis=2) / squared, 0.0, 1.0)
+    distance = np.linalg.norm(to_point - along[:, :, np.newaxis] * edge, axis=2).min(axis=1)
+    left_of_edge = edge[:, 0] * to_point[:, :, 1] - edge[:, 1] * to_point[:, :, 0]
+    inside = (np.minimum.reduceat(left_of_edge, first[:-1], axis=1) >= 0.0).any(axis=1)
+    return np.where(inside, 0.0, distance)
+
+
+def sample_path(path: Sequence[tuple[float, float]] | FloatArray, step: float = 0.05) -> FloatArray:
+    """Sample points (N, 2) on a polyline, no more than ``step`` metres apart, its corners among them."""
+    corners = np.asarray(path, np.float64)
+    parts = [corners[:1]]
+    for a, b in pairwise(corners):
+        count = max(1, int(np.ceil(np.linalg.norm(b - a) / step)))
+        parts.append(a + (b - a) * np.linspace(0.0, 1.0, count + 1)[1:, np.newaxis])
+    return np.concatenate(parts)

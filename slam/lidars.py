@@ -1,4 +1,4 @@
-"""The planar lidars that hopslam knows by name, with the errors their makers admit."""
+"""Planar lidars: their beams and reach; those that hopslam knows by name, with the errors their makers admit."""
 
 from __future__ import annotations
 
@@ -9,7 +9,29 @@ from typing import Final, Literal
 import numpy as np
 
 from slam.pose import FloatArray
-from slam.scan import Lidar
+
+
+@dataclass(frozen=True, slots=True)
+class Lidar:
+    """A planar lidar, described by its beams and its reach. Radians, metres, seconds."""
+
+    angle_min: float
+    angle_increment: float
+    beams: int
+    range_min: float
+    range_max: float
+    scan_time: float
+
+    @property
+    def angle_max(self) -> float:
+        """Bearing of the last beam."""
+        return self.angle_min + (self.beams - 1) * self.angle_increment
+
+    @property
+    def angles(self) -> FloatArray:
+        """Bearings of all beams in the sensor frame, shape (beams,), from ahead: theta_k(j) of eq. (1) less 90 degrees,
+        as the paper has its y axis ahead (Fig. 2)."""
+        return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True)

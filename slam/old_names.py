@@ -94,7 +94,6 @@ MOVED: Final = {
     "slam.run.logs.tracks": "slam.files.logs.bag_poses",
     "slam.run.logs.tum": "slam.files.tum",
     "slam.run.maps": "slam.files.maps",
-    "slam.run.optional": "slam.optional",
     "slam.run.patience": "slam.run.loop",
     "slam.run.pilot": "slam.run.pilots",
     "slam.run.report.metric_rows": "slam.run.report.page",

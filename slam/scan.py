@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from slam.lidars import Lidar
 from slam.pose import FloatArray, unit_vectors
 
 BEARING, COS, SIN = range(3)
@@ -19,29 +20,6 @@ def even_fan(angle_min: float, angle_increment: float, beams: int) -> FloatArray
     """Return the fan (3, N) of evenly spaced beams; not to be written to."""
     angles = angle_min + angle_increment * np.arange(beams, dtype=np.float64)
     return np.stack([angles, np.cos(angles), np.sin(angles)])
-
-
-@dataclass(frozen=True, slots=True)
-class Lidar:
-    """A planar lidar, described by its beams and its reach. Radians, metres, seconds."""
-
-    angle_min: float
-    angle_increment: float
-    beams: int
-    range_min: float
-    range_max: float
-    scan_time: float
-
-    @property
-    def angle_max(self) -> float:
-        """Bearing of the last beam."""
-        return self.angle_min + (self.beams - 1) * self.angle_increment
-
-    @property
-    def angles(self) -> FloatArray:
-        """Bearings of all beams in the sensor frame, shape (beams,), from ahead: theta_k(j) of eq. (1) less 90 degrees,
-        as the paper has its y axis ahead (Fig. 2)."""
-        return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

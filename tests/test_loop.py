@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from slam.errors import RobotTimeout
+from slam.lidars import Lidar
 from slam.line_slam import Estimate
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
@@ -16,7 +17,7 @@ from slam.run.pilots import ReplayPilot, WaypointPilot
 from slam.run.robot_env import RobotEnv
 from slam.run.step import Step
 from slam.run.watchers import Interruption
-from slam.scan import LaserScan, Lidar
+from slam.scan import LaserScan
 from slam.scenario.schema import Route
 
 LIDAR = Lidar(-0.5, 0.5, 3, 0.1, 9.0, 0.1)

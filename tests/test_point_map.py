@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from slam.config import PointMapConfig
-from slam.lidars import TABLE1
+from slam.lidars import TABLE1, Lidar
 from slam.mapping.point_map import PointMap
 from slam.pose import Pose2D
-from slam.scan import Lidar
 
 ALL = PointMapConfig(draw=1.0)
 

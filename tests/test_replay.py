@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from slam.errors import LogError, RobotError
 from slam.files.logs import Log, read_log
+from slam.lidars import Lidar
 from slam.odometry import Twist2D, wheel_motion
 from slam.pose import FloatArray, Pose2D
 from slam.run.replay_robot import ReplayRobot
-from slam.scan import Lidar
 
 DATA = Path(__file__).parents[1] / "../shared/data"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason=f"no recorded logs in {DATA}")

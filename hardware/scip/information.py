@@ -10,7 +10,7 @@ from typing import Final, Self
 from hardware import DecodeError
 from hardware.scip.reply import Reply
 from hardware.scip.time_stamp import decode_hex_time, encode_hex_time
-from slam.scan import Lidar
+from slam.lidars import Lidar
 
 _LASER: Final = {True: "ON", False: "OFF"}
 _OLD_FIRMWARE: Final = re.compile(r"\((\d+)-(\d+)\[mm\],\d+\[deg\],(\d+)-(\d+)\[step\],(\d+)\[rpm\]\)")

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.config import PointMapConfig
+from slam.lidars import Lidar
 from slam.pose import FloatArray, Pose2D
-from slam.scan import Lidar
 
 
 class PointMap:

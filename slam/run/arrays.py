@@ -9,9 +9,10 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from slam.errors import InputError
+from slam.lidars import Lidar
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray
-from slam.scan import LaserScan, Lidar
+from slam.scan import LaserScan
 
 _BOUND: Final = np.array([1e4, 1e4, np.pi, 10.0, 100.0], np.float32)
 """Largest x, y (m), theta (rad), v (m/s), omega (rad/s): no robot of this kind goes beyond."""

@@ -7,9 +7,9 @@ from pathlib import Path
 from slam.closing import Closing
 from slam.errors import RobotError
 from slam.files.logs import Log, read_log
+from slam.lidars import Lidar
 from slam.odometry import Twist2D
 from slam.robot import Observation, Robot
-from slam.scan import Lidar
 
 
 class ReplayRobot(Closing):

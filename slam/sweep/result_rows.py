@@ -104,10 +104,13 @@ def _table(rows: list[Row]) -> Any:
 
 
 def _column(pa: Any, values: list[Any]) -> Any:
+    booleans = {isinstance(value, bool) for value in values if value is not None}
     try:
-        return pa.array(values)
+        if len(booleans) < 2:  # pyarrow takes False among numbers for 0
+            return pa.array(values)
     except (pa.ArrowInvalid, pa.ArrowTypeError):
-        return pa.array([_text(value) for value in values])
+        pass
+    return pa.array([_text(value) for value in values])
 
 
 def _text(value: Any) -> str | None:

@@ -21,8 +21,8 @@ from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import in_order
 from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_transforms
 from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE
+from slam.lidars import Lidar
 from slam.pose import FloatArray, Pose2D, relative_poses
-from slam.scan import Lidar
 
 _BASES: Final = ("base_link", "base_footprint")
 

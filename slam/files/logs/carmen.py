@@ -16,8 +16,8 @@ from slam.files.logs.carmen_message import PARSERS, Fan, Message, params_of, par
 from slam.files.logs.log import Log, scan_time
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import in_order
+from slam.lidars import Lidar
 from slam.pose import FloatArray, Pose2D, relative_poses, wrap_angle
-from slam.scan import Lidar
 
 _TYPES: Final = frozenset(
     b"FLASER RLASER LASER3 LASER4 ROBOTLASER1 ROBOTLASER2 RAWLASER1 RAWLASER2 RAWLASER3 RAWLASER4"

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from slam.lidars import Lidar
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
-from slam.scan import LaserScan, Lidar
+from slam.scan import LaserScan
 
 
 @dataclass(frozen=True, slots=True, eq=False)

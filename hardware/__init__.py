@@ -8,8 +8,6 @@ robot; one of the lidar passes serial_port, scip_session (scip.frames), urg04lx 
 robot.
 """
 
-import slam  # noqa: F401  # it lets Python find moved modules under their old names
-
 
 class DecodeError(ValueError):
     """Bytes that break the rules of their format; whoever reads the line drops them and goes on."""

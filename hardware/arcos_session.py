@@ -1,7 +1,5 @@
 """The dialogue with an ARCOS robot: finds it on the line, opens it, asks for its settings, closes it."""
 
-from __future__ import annotations
-
 import threading
 import time
 from collections.abc import Callable

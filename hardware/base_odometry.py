@@ -1,7 +1,5 @@
 """Dead reckoning from the reports of a P3-DX: counters unwrapped, impossible steps left out, wheels corrected."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from math import hypot
 from typing import Final

@@ -1,7 +1,5 @@
 """Examines serial ports: which device answers there, or what keeps it from answering."""
 
-from __future__ import annotations
-
 import os
 import threading
 from contextlib import suppress

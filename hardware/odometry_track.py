@@ -1,7 +1,5 @@
 """The base's pose at any time of the last seconds, from reports that come ten times a second."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections import deque
 from typing import Final

@@ -1,7 +1,5 @@
 """The operator's consent: asks on the terminal whether the robot may move."""
 
-from __future__ import annotations
-
 import select
 import sys
 import termios

@@ -1,7 +1,5 @@
 """The Pioneer P3-DX on its serial line."""
 
-from __future__ import annotations
-
 import logging
 import threading
 import time

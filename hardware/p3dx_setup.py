@@ -1,7 +1,5 @@
 """Opens a P3-DX: finds it on a line, checks its settings, and sends it the scenario's limits."""
 
-from __future__ import annotations
-
 import logging
 import threading
 from dataclasses import dataclass

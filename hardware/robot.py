@@ -1,7 +1,5 @@
 """The real robot behind the ``Robot`` protocol."""
 
-from __future__ import annotations
-
 import atexit
 import logging
 import threading

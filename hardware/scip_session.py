@@ -1,7 +1,5 @@
 """The dialogue with a SCIP sensor: finds it on the line whatever state it is in, asks, stops scans."""
 
-from __future__ import annotations
-
 import threading
 import time
 from contextlib import suppress

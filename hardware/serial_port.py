@@ -1,7 +1,5 @@
 """The one place that opens ports: a device, ``socket://host:port`` or ``loop://``."""
 
-from __future__ import annotations
-
 import errno
 import os
 import select

@@ -1,7 +1,5 @@
 """Velocities as commands of an ARCOS robot, which has whole steps of speed."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 
 from hardware.arcos.commands import SI_PER_UNIT, VEL2_UNIT, Command, CommandId, encode_vel2

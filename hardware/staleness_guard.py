@@ -1,7 +1,5 @@
 """Stops the robot when commands, scans or odometry are stale."""
 
-from __future__ import annotations
-
 import logging
 import threading
 import time

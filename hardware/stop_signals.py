@@ -1,7 +1,5 @@
 """Signals that end or suspend a program, passed on before they do so."""
 
-from __future__ import annotations
-
 import logging
 import os
 import signal

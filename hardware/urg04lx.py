@@ -1,7 +1,5 @@
 """The Hokuyo URG-04LX on its serial line."""
 
-from __future__ import annotations
-
 import logging
 import threading
 import time

@@ -1,7 +1,5 @@
 """One PyBullet client: every call names its client, and every PyBullet error becomes a RobotError."""
 
-from __future__ import annotations
-
 import os
 import weakref
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Collisions, and the bumper segments that were pressed, from the contacts of the robot's body."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from math import atan2, cos, pi, sin
 from typing import Final, NamedTuple

@@ -6,8 +6,6 @@ PWM before stall", and StallCount, milliseconds after a stall in which the motor
 factory values, so the effort (``sim.p3dx.MOTOR_TORQUE``) and both times are ours.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from operator import or_
 from typing import Final

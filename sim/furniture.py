@@ -1,7 +1,5 @@
 """Furniture that the robot can push: bodies in the simulated world that slide and turn on the floor."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import atan2, cos, hypot, sin, sqrt
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """The gait of people on their way-points: one foot stands while the other swings. Metres, seconds, map frame."""
 
-from __future__ import annotations
-
 from math import floor, hypot
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Readings of a lidar from true ranges: noise by name, drop-outs, limits and steps."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One triangle mesh of the prisms of a world plan, and the lists of it that PyBullet takes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import count, islice

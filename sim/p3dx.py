@@ -1,7 +1,5 @@
 """The base of a Pioneer P3-DX in a simulated world, with the speed ramps, watchdog and encoders of its controller."""
 
-from __future__ import annotations
-
 from math import atan2, cos, isfinite, sin
 from pathlib import Path
 from typing import Final

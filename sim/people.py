@@ -1,7 +1,5 @@
 """The people of a scenario in the simulated world."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

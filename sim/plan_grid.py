@@ -1,7 +1,5 @@
 """Exact rays in a plan of polygons: the segments lie in the cells of a grid, and a ray walks from cell to cell."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import floor, inf
 from typing import Final, NamedTuple

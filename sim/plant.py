@@ -1,7 +1,5 @@
 """The world that moves emulated devices: the simulated base and lidar without the simulated firmware."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Ray casters by name: PyBullet's, and a compiled one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Final, Protocol
 

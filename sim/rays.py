@@ -1,7 +1,5 @@
 """The beams of one sweep as rays in the plane: where each starts and where it points. Metres, radians, map frame."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import cos, sin

@@ -6,8 +6,6 @@ negotiation", 2009, describe; both find that the figures depend on the target so
 follow from how such a sensor works; the constants are this project's choice.
 """
 
-from __future__ import annotations
-
 from math import cos, exp, sin
 from typing import Final
 

@@ -1,7 +1,5 @@
 """The simulated robot behind the ``Robot`` protocol."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from sim.bumpers import Bumpers

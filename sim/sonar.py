@@ -1,7 +1,5 @@
 """The front sonar ring of the P3-DX: eight transducers, each the nearest echo within its cone."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import radians
 from typing import Final

@@ -1,7 +1,5 @@
 """A planar lidar in the simulated world: the Hokuyo URG-04LX, or any other ``LidarModel``."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Dead reckoning from wheel encoders as the firmware does it, with its wrong beliefs and errors on purpose."""
 
-from __future__ import annotations
-
 from math import pi, sqrt
 from typing import Final
 

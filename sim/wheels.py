@@ -1,7 +1,5 @@
 """The wheels of the P3-DX: their size, their encoders, and the slip and scrub between them and the floor."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Final, NamedTuple
 

@@ -1,7 +1,5 @@
 """The simulated world: a floor, what stands on it, gravity, time and rays. Metres, seconds, map frame."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import chain
 from operator import itemgetter

@@ -1,7 +1,5 @@
 """A base for objects that hold what must be given back: files, ports, processes."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from typing import Self
 

@@ -3,8 +3,6 @@
 # mypy: disable-error-code="no-untyped-call"
 # numba's classes have types in part.
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator
 from contextlib import suppress

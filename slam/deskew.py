@@ -1,7 +1,5 @@
 """Undo the motion of the robot while the beams of a scan were taken one after another."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

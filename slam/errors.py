@@ -11,8 +11,6 @@ HopslamError
 └── ClusterError        the machines that run the jobs cannot      (exit code 3)
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from difflib import get_close_matches
 

@@ -1,7 +1,5 @@
 """Planar lidars: their beams and reach; those that hopslam knows by name, with the errors their makers admit."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi
 from typing import Final, Literal

@@ -1,7 +1,5 @@
 """Localisation in a known map that stays as it is: the robot is found from nothing, tracked, and found again."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from time import perf_counter
 

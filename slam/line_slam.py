@@ -1,7 +1,5 @@
 """The whole method on one page: Fig. 14."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from time import perf_counter
 

@@ -1,7 +1,5 @@
 """Mapping that goes on in a saved map, from a place that must be found first."""
 
-from __future__ import annotations
-
 from slam.config import SlamConfig
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import Estimate, LineSlam

@@ -1,7 +1,5 @@
 """The modes: which method each part of the SLAM has where a scenario names none."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Final, Literal, NamedTuple
 

@@ -1,7 +1,5 @@
 """Uncertainty of odometry: the covariance of one motion of the base."""
 
-from __future__ import annotations
-
 from math import cos, sin
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Code named as ``module:name``, imported when it is used, a user's own only if allowed; and optional packages."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping, Sequence
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Checks of what a user's own code returns, made before anything computes with it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import isfinite
 from numbers import Real

@@ -1,7 +1,5 @@
 """The Robot protocol: a robot as the method, the learning environment, the runner and the viewer know it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol, Self, runtime_checkable
 

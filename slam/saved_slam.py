@@ -1,7 +1,5 @@
 """The method saved: resumed later where it stopped, or relocated to another place in the same map."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One turn of a planar lidar, with the field names of ``sensor_msgs/LaserScan``."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

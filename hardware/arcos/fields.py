@@ -1,7 +1,5 @@
 """Little-endian fields one after another, as the reports of a robot have them."""
 
-from __future__ import annotations
-
 import struct
 from dataclasses import dataclass, field, fields
 from typing import Any

@@ -1,7 +1,5 @@
 """Framing: ``FA FB | count | data | checksum``, where count is the length of data and checksum."""
 
-from __future__ import annotations
-
 from typing import Final
 
 from hardware import DecodeError

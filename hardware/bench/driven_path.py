@@ -1,7 +1,5 @@
 """The path of a robot in one run, truth and estimate, and the difference of two paths."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final, Self

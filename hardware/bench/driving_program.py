@@ -1,7 +1,5 @@
 """A program that drives the emulated robot, as a user starts it."""
 
-from __future__ import annotations
-
 import os
 import pty
 import subprocess

@@ -1,7 +1,5 @@
 """The drivers and the emulated devices in one process, for the benchmarks to measure, and the load of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace

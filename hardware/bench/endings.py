@@ -1,7 +1,5 @@
 """Benchmark of endings: how soon a robot is told to stop, and stands, when its program ends or is suspended."""
 
-from __future__ import annotations
-
 import resource
 import signal
 import threading

@@ -1,7 +1,5 @@
 """Benchmark of faults: how soon the robot stands, which reason it names, and whether the cure brings it back."""
 
-from __future__ import annotations
-
 import os
 import signal
 import time

@@ -1,7 +1,5 @@
 """Benchmark of noise: the messages that get through a noisy wire, and those of them that are wrong."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass

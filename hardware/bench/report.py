@@ -1,7 +1,5 @@
 """The tables of ``hopslam bench hardware``."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from functools import partial
 from math import degrees

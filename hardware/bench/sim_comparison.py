@@ -1,7 +1,5 @@
 """Benchmarks sim and env: the same drive of the simulated robot, and of the drivers on emulated devices."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """An emulated device at its port, with the serial line between them."""
 
-from __future__ import annotations
-
 from math import inf
 from random import Random
 

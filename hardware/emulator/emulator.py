@@ -1,7 +1,5 @@
 """Both emulated devices in real time, on a thread of their own."""
 
-from __future__ import annotations
-
 import os
 import select
 import threading

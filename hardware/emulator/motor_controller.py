@@ -1,7 +1,5 @@
 """The part of the P3-DX's firmware that moves it: limits, ramps, watchdog, motors, emergency stop."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import copysign, inf, sqrt
 from typing import Final

@@ -1,7 +1,5 @@
 """The emulated P3-DX: ARCOS on one side, a plant on the other."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from math import radians
 from typing import Final

@@ -1,7 +1,5 @@
 """The commands of an open, emulated P3-DX, and their actions on its motors and reports."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Final
 

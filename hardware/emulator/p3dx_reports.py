@@ -1,7 +1,5 @@
 """The reports of the emulated P3-DX, sent every cycle."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

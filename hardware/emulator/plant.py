@@ -1,7 +1,5 @@
 """The plant, in the sense of control engineering: the robot's body and world, which the emulated devices control."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 from slam.odometry import Twist2D

@@ -1,7 +1,5 @@
 """The ports that an emulated device listens on: a pseudo-terminal, or TCP on the loopback interface."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import pty

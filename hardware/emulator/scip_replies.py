@@ -1,7 +1,5 @@
 """The replies of an emulated sensor to each command, and the changes that the command makes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final

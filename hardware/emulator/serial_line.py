@@ -1,7 +1,5 @@
 """The emulated serial line between a device and its port: its bit rate takes time, and its noise damages bytes."""
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass
 from math import inf

@@ -1,7 +1,5 @@
 """The emulator as a program, which runs until it is interrupted, and its view for the rerun viewer."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress

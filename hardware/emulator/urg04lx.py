@@ -1,7 +1,5 @@
 """The emulated URG-04LX: SCIP 1.1 when it gets power, SCIP 2.0 when asked, one answer a turn."""
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import dataclass, replace
 from math import pi

@@ -4,8 +4,6 @@ Every character of a line counts in its sum: in lines of data the semicolon is t
 ends a ``KEY:value;`` line of VV, PP and II is left out.
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Framing: the sensor's stream is cut into answers, which an empty line ends, and the client's into commands."""
 
-from __future__ import annotations
-
 from typing import Final
 
 _LONGEST: Final = 8192

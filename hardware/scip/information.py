@@ -1,7 +1,5 @@
 """The sensor's description of itself: the answers to VV, PP and II, lines of ``KEY:value;``."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from math import pi

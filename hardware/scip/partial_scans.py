@@ -7,8 +7,6 @@ nothing is kept. Damage also comes in runs, whose ends reach into the next line 
 none is believed. What gets through is measured by ``hopslam bench hardware noise``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from contextlib import suppress
 from itertools import takewhile

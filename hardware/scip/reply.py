@@ -1,7 +1,5 @@
 """One answer of the sensor: the echo of the command, a status, lines of data, and an empty line."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Ranges on the wire: a time stamp, and whole millimetres of which those below 20 name errors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

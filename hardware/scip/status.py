@@ -1,7 +1,5 @@
 """The meaning of a status, the two characters behind an echo."""
 
-from __future__ import annotations
-
 from typing import Final
 
 _GENERAL: Final = {

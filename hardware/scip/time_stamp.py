@@ -1,7 +1,5 @@
 """The sensor's time stamps: milliseconds in 24 bits on the wire, seconds here, and their times on the host's clock."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A base that cannot go on: driven against people, walls and sills for seconds on end."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import cos, radians, sin
 from typing import Any, Final, Literal

@@ -1,7 +1,5 @@
 """Growth of memory over a long life of a process."""
 
-from __future__ import annotations
-
 import resource
 import sys
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The tables of ``hopslam bench sim``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import degrees
 from typing import Final

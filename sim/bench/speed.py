@@ -1,7 +1,5 @@
 """Speed of the simulator, and PyBullet's own share of it: its calls are recorded, and made again alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass

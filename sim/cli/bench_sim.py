@@ -1,7 +1,5 @@
 """``hopslam bench sim``."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -4,8 +4,6 @@ A plan is an array of walls (W, 2, 2), each [[x0, y0], [x1, y1]] in metres. The 
 walls that touch are never parts of one straight line.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import pairwise
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Registry of the line extractors that are compared, by name, with the settings of each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -6,8 +6,6 @@ is one to one, for the greatest sum of overlaps. A segment that matches no wall 
 wall that is not required, nearer than 0.10 m to its middle.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Final

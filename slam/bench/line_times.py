@@ -1,7 +1,5 @@
 """Time of line extraction beside the least that it could take: one pass that fills prefix sums."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """``hopslam bench lines``: line extractors side by side, on simulated scans with known walls or on a recorded log."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial

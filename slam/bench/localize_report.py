@@ -1,7 +1,5 @@
 """``hopslam bench localize``: a run makes a map, then robots are set down in it, and moved without being told."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import chain

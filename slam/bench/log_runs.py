@@ -1,7 +1,5 @@
 """Runs of the method on recorded logs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Score of line extractors on a recorded log, where no truth is known: how many beams their segments explain."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from time import perf_counter

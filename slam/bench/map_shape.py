@@ -1,7 +1,5 @@
 """Quality of a map without any truth: crisp walls, walls in line with their building, loops that meet."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import product
 from typing import Final, NamedTuple

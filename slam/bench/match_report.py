@@ -1,7 +1,5 @@
 """``hopslam bench match``: tables and picture."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

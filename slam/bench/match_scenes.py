@@ -1,7 +1,5 @@
 """Scans on which matchers are compared: one world, scans at known poses that make the map, and scans to match to it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final

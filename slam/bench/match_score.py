@@ -1,7 +1,5 @@
 """Score of matchers: how fast, from how far and how well each finds the pose of a scan."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product

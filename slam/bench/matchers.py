@@ -1,7 +1,5 @@
 """Matchers that are compared: each is made from the scans of the map, then asked where a scan was taken."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, Final, Protocol
 

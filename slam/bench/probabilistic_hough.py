@@ -1,7 +1,5 @@
 """The probabilistic Hough transform of OpenCV on the scan drawn as a picture (Matas et al. 2000)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """RANSAC, one line after the other, with scikit-image (Fischler and Bolles 1981)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any

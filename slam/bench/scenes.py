@@ -4,8 +4,6 @@ Four families of floor plan (see floor_plans.py) seen by a URG-04LX: 682 beams, 
 without echo. Tune on TUNING_SEEDS of each family only; results are quoted on HELD_OUT_SEEDS.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final

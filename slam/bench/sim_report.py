@@ -1,7 +1,5 @@
 """``hopslam bench slam-sim``: errors, covariances and costs in the simulator, also over an hour."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from typing import Final

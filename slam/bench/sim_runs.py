@@ -1,7 +1,5 @@
 """Runs of the method in the simulator, where the truth is known."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from time import process_time
 from typing import Final

@@ -4,8 +4,6 @@ PEERS are measurements of LaMa, Karto, GMapping and others built from their own 
 measure the best of them. The relations are those of Kuemmerle et al. 2009, the references GMapping's.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Split-and-merge by iterative end-point fit (Ramer 1972, Duda and Hart 1973), as in the comparison of Nguyen et al.,
 "A comparison of line extraction algorithms using 2D laser rangefinder for indoor mobile robotics", IROS 2005."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Start-up times: of the help, and until the first scan of a run."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable, Sequence

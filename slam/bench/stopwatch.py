@@ -1,7 +1,5 @@
 """Wall time of a function."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from time import perf_counter
 

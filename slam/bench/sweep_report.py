@@ -1,7 +1,5 @@
 """``hopslam bench sweep``: speed and memory of sweeps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import astuple
 from statistics import median

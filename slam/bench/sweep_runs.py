@@ -1,7 +1,5 @@
 """Cost of sweeping itself: runs a second by the number of jobs, the driver's share, its memory."""
 
-from __future__ import annotations
-
 import os
 from collections import deque
 from collections.abc import Callable, Iterator

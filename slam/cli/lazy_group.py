@@ -1,7 +1,5 @@
 """Groups of commands that are imported when they are named, or listed by ``--help``."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, MutableMapping
 from typing import Any
 

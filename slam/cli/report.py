@@ -1,7 +1,5 @@
 """``hopslam report`` and ``hopslam animate``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """``hopslam schema``."""
 
-from __future__ import annotations
-
 import typer
 
 

@@ -1,7 +1,5 @@
 """The settings of line extraction, named as in the paper where they are the paper's, in SI units and radians."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 
 from pydantic import Field, Tag, model_validator

@@ -1,7 +1,5 @@
 """The settings of localisation in a saved map, in SI units and radians."""
 
-from __future__ import annotations
-
 from pydantic import Field
 
 from slam.config.section import Section

@@ -1,7 +1,5 @@
 """Sections, the parts of a configuration: what all have in common, the choice among them, and a user's own code."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any, Final, Self
 

@@ -1,7 +1,5 @@
 """The settings of the whole method: which extractor, map and matcher, and when they are used."""
 
-from __future__ import annotations
-
 from typing import Any, Self
 
 from pydantic import Field, model_validator

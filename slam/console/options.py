@@ -1,7 +1,5 @@
 """Options that several commands have, and the words that the shell offers for them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

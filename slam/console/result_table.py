@@ -1,7 +1,5 @@
 """A table for the terminal and for a Markdown report."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Standard output that may go away while the program works on: ``| head``, a full disk, a closed terminal."""
 
-from __future__ import annotations
-
 import errno
 import io
 import os

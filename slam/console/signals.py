@@ -1,7 +1,5 @@
 """Signals by which somebody ends a program, or suspends it."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator

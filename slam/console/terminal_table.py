@@ -1,7 +1,5 @@
 """A table of plain text for the terminal, a file or a pipe."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The arguments of a learning environment, checked."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationError

@@ -1,7 +1,5 @@
 """One episode, from scan to scan."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The scenarios of the episodes of an environment."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The ids under which gymnasium knows the environments, and the manual of each."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from inspect import getdoc
 from typing import Any, Final

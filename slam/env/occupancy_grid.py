@@ -1,7 +1,5 @@
 """An occupancy grid of a bounded world: what the beams of a lidar ran through and met."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final, Self
 

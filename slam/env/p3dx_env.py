@@ -1,7 +1,5 @@
 """A Pioneer P3-DX, simulated or real, as a gymnasium environment."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """``render_mode="human"``: an environment in the window of the rerun viewer."""
 
-from __future__ import annotations
-
 from contextlib import ExitStack
 
 import numpy as np

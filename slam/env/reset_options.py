@@ -1,7 +1,5 @@
 """The options of ``reset``, which change one episode."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self

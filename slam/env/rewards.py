@@ -1,7 +1,5 @@
 """Rewards of an agent, by name."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Final, Protocol
 

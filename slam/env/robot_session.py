@@ -1,7 +1,5 @@
 """The robot of an environment, from reset to reset."""
 
-from __future__ import annotations
-
 import threading
 import weakref
 from collections.abc import Callable, Iterator

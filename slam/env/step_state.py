@@ -1,7 +1,5 @@
 """The state of an episode after one scan, and the ends that it may have come to."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import nan

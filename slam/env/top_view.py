@@ -1,7 +1,5 @@
 """The episode from above, as an image: a prepared background, and a few strokes a frame."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

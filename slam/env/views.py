@@ -1,7 +1,5 @@
 """What an agent sees, by name: each view gives its space, and a fresh array of every state."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final, Literal, Protocol

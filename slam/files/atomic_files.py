@@ -1,7 +1,5 @@
 """Files that survive a crash: whole ones appear at once or not at all, growing ones can be read at every moment."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

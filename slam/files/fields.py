@@ -1,7 +1,5 @@
 """The fields of one line of a log, as numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

@@ -1,7 +1,5 @@
 """The lines of a text file, plain or gzip, of any size."""
 
-from __future__ import annotations
-
 import gzip
 import zlib
 from collections.abc import Generator, Iterable, Iterator

@@ -3,8 +3,6 @@
 The format of https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats, which evo reads.
 """
 
-from __future__ import annotations
-
 from contextlib import closing
 from math import cos, sin
 from pathlib import Path

@@ -5,8 +5,6 @@ incidence. With range noise sigma_r the chi-square of a run is the least sum of 
 q = r^2 / sigma_r^2, and six prefix sums of q give it for any run: q, q x, q y, q x^2, q x y, q y^2.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

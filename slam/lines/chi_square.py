@@ -5,8 +5,6 @@ segment its covariance (wall_lines.py). An end where two walls meet is the corne
 its beam meets the line.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor

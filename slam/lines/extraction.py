@@ -1,7 +1,5 @@
 """The line segments of a scan, by the method that the settings name; those of a user's own extractor are checked."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import hypot
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Facets: short pieces of wall with a normal, and small clusters of points without one. They are what is matched."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from slam.compiled import compiled

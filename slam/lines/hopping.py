@@ -4,8 +4,6 @@ The procedure as printed, with the singular values of A_i(l) at every test; pref
 counted from 0, and a run includes both its ends.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from math import isfinite
 from typing import Final

@@ -1,7 +1,5 @@
 """The line through a set of points, by SVD of the Hough line equation: section 3.1, eqs. (2)-(12)."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

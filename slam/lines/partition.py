@@ -3,8 +3,6 @@
 Each step takes the sums of beam_sums.py and the ``m`` runs of a partition, and returns how many runs there are then.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ sigma_3^2 is the smallest eigenvalue of A^T A, whose entries n, sum x, sum y, su
 of prefix sums over the scan: a test costs the same however many points it spans, and needs no eigen-solver.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from slam.compiled import compiled

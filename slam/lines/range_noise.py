@@ -1,7 +1,5 @@
 """The noise of a lidar's ranges, from the description of the sensor or estimated from a scan."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """The lines through runs of beams that saw one wall each, their end points and covariance; compiled."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from slam.compiled import compiled

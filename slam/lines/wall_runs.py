@@ -1,7 +1,5 @@
 """Runs of beams that saw one straight wall each, merged from the bottom up by chi-square; compiled."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from slam.compiled import compiled

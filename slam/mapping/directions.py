@@ -4,8 +4,6 @@ The walls of the map frame are gathered into clusters of directions, each a mean
 direction when it has a good share of all wall seen, and a building has main directions when these have most of it.
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

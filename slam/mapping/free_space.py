@@ -1,7 +1,5 @@
 """Surfels that beams went through, compiled: counted, and taken out of the grid when that was too often."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

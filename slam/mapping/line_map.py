@@ -1,7 +1,5 @@
 """The map of lines: the segments of every scan that was mapped, as Figs. 16 and 21(c) show them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from slam.lines.segments import Segments

@@ -1,7 +1,5 @@
 """The uncertainty of the map, place by place: a pose inherits that of the part of the map that it was matched to."""
 
-from __future__ import annotations
-
 from math import floor
 from typing import Final
 

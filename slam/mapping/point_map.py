@@ -1,7 +1,5 @@
 """The map of points: section 4.1."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

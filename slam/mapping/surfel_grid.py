@@ -1,7 +1,5 @@
 """The grid of surfels as plain arrays, for compiled functions, and room in it for more."""
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np

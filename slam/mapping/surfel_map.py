@@ -3,8 +3,6 @@
 It grows with the area that was seen and not with time: a cell has one surfel for each wall in it and each side of that.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from slam.config import SurfelMapConfig

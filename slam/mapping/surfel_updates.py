@@ -1,7 +1,5 @@
 """Puts facets of a scan into the grid of surfels, compiled."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from slam.compiled import compiled

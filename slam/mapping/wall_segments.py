@@ -1,7 +1,5 @@
 """The walls of the map: surfels that lie on one line and touch are one segment."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from slam.compiled import compiled

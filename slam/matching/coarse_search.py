@@ -5,8 +5,6 @@ clusters, so that a facet finds support only on what faces its way. For every he
 facet, are added up over the whole window at once. After Olson, "Real-time correlative scan matching", ICRA 2009.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

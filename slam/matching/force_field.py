@@ -4,8 +4,6 @@ The map points move and the segments stand still (Fig. 9); the motion that bring
 inverse of the motion of the sensor: hence the minus signs of eqs. (21), (34) and (35).
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -6,8 +6,6 @@ blocks with the highest bounds are looked into (the bound of branch and bound, a
 closure in 2D lidar SLAM", ICRA 2016; here many places are wanted, and not the best one alone).
 """
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -9,8 +9,6 @@ A step is taken only in the directions that the scan constrains: those eigenvect
 counted as motion of a lever, whose eigenvalue is not a small share of the largest. In the others the prior stands.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

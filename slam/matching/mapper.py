@@ -1,7 +1,5 @@
 """The Mapper protocol, a matcher with its map as LineSlam uses it; and the mapper that the settings name."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 from slam.config import ForceFieldConfig, LeastSquaresConfig, OwnMethod, PointMapConfig, SlamConfig, SurfelMapConfig

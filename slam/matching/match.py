@@ -1,7 +1,5 @@
 """The result of matching a scan to the map, whatever the method."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from slam.pose import FloatArray, Pose2D

@@ -1,7 +1,5 @@
 """Pairs of facets and surfels, and the normal equations of their residuals, compiled: see least_squares.py."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from slam.compiled import compiled

@@ -1,7 +1,5 @@
 """The paper's matcher and map: map points are pulled onto the segments of the scan, and every scan is added."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from slam.config import ForceFieldConfig, PointMapConfig

@@ -1,7 +1,5 @@
 """This project's matcher and map: the facets of a scan are matched to surfels, with odometry as a prior."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import sqrt
 

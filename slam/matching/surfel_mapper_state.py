@@ -1,7 +1,5 @@
 """The state of this project's matcher and map: what is saved, and continued from."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from typing import Self
 

@@ -1,7 +1,5 @@
 """The heading that the long walls of a scan tell, where the building has main directions: one that does not drift."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from slam.compiled import compiled

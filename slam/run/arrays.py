@@ -1,7 +1,5 @@
 """Commands, scans and odometry as the arrays of a gymnasium environment, and the spaces of these arrays."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The robots that a run can drive, by name, imported when they are used."""
 
-from __future__ import annotations
-
 import re
 from difflib import get_close_matches
 from typing import Any, Final, cast

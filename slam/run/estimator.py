@@ -1,7 +1,5 @@
 """The Estimator protocol, by which a run knows whatever estimates the pose; dead reckoning; the one of the settings."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 from slam.config import SlamConfig

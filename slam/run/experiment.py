@@ -1,7 +1,5 @@
 """A whole run: set up, driven through the loop, recorded, measured and drawn."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress

@@ -1,7 +1,5 @@
 """Experiments set up: on a robot or a recorded log, from scratch or in a saved map."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import replace

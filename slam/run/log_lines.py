@@ -1,7 +1,5 @@
 """The segments of the scans of a recorded log, written to files or shown."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack

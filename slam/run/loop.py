@@ -1,7 +1,5 @@
 """The loop of every run: observe, estimate, decide, drive."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from math import inf
 from time import monotonic

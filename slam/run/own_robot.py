@@ -1,7 +1,5 @@
 """A back end of the user's own, checked at every call."""
 
-from __future__ import annotations
-
 from typing import Any, Self
 
 from slam.errors import RobotError

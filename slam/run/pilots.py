@@ -1,7 +1,5 @@
 """Pilots decide where to drive: along way-points on the estimated pose, or about on the scans alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import cos

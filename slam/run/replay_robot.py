@@ -1,7 +1,5 @@
 """A recorded run behind the same seam as a robot: it drives as it once did."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from slam.closing import Closing

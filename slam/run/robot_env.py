@@ -1,7 +1,5 @@
 """Any ``Robot`` as a gymnasium environment: the one way in which a run steps a robot."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

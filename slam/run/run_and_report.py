@@ -1,7 +1,5 @@
 """A run as the commands make it: with viewers, a summary and an exit code."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final

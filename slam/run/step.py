@@ -1,7 +1,5 @@
 """A step of a run, and those who watch it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 

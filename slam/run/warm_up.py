@@ -1,7 +1,5 @@
 """The hot loops, compiled before the clock of a run starts."""
 
-from __future__ import annotations
-
 from time import perf_counter
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Watchers that keep no file: the progress bar of a run, and the signals that end it."""
 
-from __future__ import annotations
-
 from contextlib import ExitStack
 from signal import SIGINT
 from time import perf_counter

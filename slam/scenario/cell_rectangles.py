@@ -1,7 +1,5 @@
 """Occupied cells of a grid, merged into few rectangles."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

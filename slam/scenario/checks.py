@@ -1,7 +1,5 @@
 """Checks of a drawn scenario: solids where the robot is to stand, and values that are allowed but hardly meant."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Final

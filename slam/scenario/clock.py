@@ -1,7 +1,5 @@
 """The three clocks of a simulated robot, which divide one another: physics, control, scan."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import ceil
 from typing import Annotated

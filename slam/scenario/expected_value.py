@@ -1,7 +1,5 @@
 """Descriptions of the value that was expected, in the words of somebody who writes a scenario file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from difflib import get_close_matches
 from itertools import count

@@ -1,7 +1,5 @@
 """Scenario files: loaded, written, and told in a few words."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 from math import dist

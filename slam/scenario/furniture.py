@@ -1,7 +1,5 @@
 """Furniture: boxes, tables and cylinders."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated

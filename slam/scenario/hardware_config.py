@@ -1,7 +1,5 @@
 """The devices of a real robot: where they are connected, and how they are used."""
 
-from __future__ import annotations
-
 from typing import Annotated, Final, Literal
 
 from pydantic import AfterValidator, Field

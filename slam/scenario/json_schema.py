@@ -1,7 +1,5 @@
 """The JSON schema of scenario files, by which editors complete and check them as they are written."""
 
-from __future__ import annotations
-
 import ast
 import json
 from inspect import cleandoc, getsource

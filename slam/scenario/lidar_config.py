@@ -1,7 +1,5 @@
 """The lidar of a scenario: which one, where it sits, and its errors."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator

@@ -1,7 +1,5 @@
 """Values that are drawn anew for every seed: ``{uniform: [0.2, 0.6]}`` in place of a plain value."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from hashlib import sha256
 from typing import Annotated, Any, Final

@@ -1,7 +1,5 @@
 """The reference of scenario files, as Markdown: every section and key, made from the JSON schema."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Iterator
 from typing import Any, Final

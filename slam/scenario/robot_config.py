@@ -1,7 +1,5 @@
 """The Pioneer P3-DX of a scenario: its start, the errors of its wheels, the floor, its limits."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """A ROS map, ``map.yaml`` and its image, as solids."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 from typing import Final, Literal, Self

@@ -1,7 +1,5 @@
 """A scenario: a world, a robot in it, where it goes, and the method that maps it. Read from YAML."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator

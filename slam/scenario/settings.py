@@ -1,7 +1,5 @@
 """``--set key=value``: settings given by hand, on top of a file."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """The scenarios that come with hopslam, and scenarios found by name or path."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from pathlib import Path
 

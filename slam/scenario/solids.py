@@ -3,8 +3,6 @@
 Metres and radians, map frame; the floor is z = 0.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """The data of a scenario: a YAML file, those that it extends, and settings given by hand on top."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """A scenario before its random values are drawn."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """Errors of pydantic about a scenario, told in the words of its YAML file."""
 
-from __future__ import annotations
-
 from difflib import get_close_matches
 from typing import Any, NamedTuple, get_args
 

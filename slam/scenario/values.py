@@ -1,7 +1,5 @@
 """Values that the sections of a scenario are made of: positive numbers, points and poses in SI units and radians."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import pi
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """Walls, and the doors in them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import accumulate, pairwise

@@ -1,7 +1,5 @@
 """YAML read safely: the line of every key, so that an error can say where it is, and faults in plain words."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """The code, files and package versions that the machines of a cluster need for the runs of a sweep."""
 
-from __future__ import annotations
-
 import platform
 import shutil
 from collections.abc import Iterable

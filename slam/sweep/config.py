@@ -1,7 +1,5 @@
 """Configuration of a sweep: schema of its YAML file, and of the options of ``hopslam sweep``."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator

@@ -1,7 +1,5 @@
 """Interface of what runs a sweep's jobs: processes of this machine, or a cluster."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol

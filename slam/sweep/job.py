@@ -1,7 +1,5 @@
 """One run of a sweep."""
 
-from __future__ import annotations
-
 import json
 import shlex
 from hashlib import sha256

@@ -1,7 +1,5 @@
 """Lock that lets one driver at a time work in a sweep's folder."""
 
-from __future__ import annotations
-
 import fcntl
 import json
 import os

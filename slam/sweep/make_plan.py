@@ -1,7 +1,5 @@
 """Plan of a sweep from the arguments of ``hopslam sweep`` or from a sweep file."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Sequence
 from difflib import get_close_matches

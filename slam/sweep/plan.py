@@ -1,7 +1,5 @@
 """All runs of a sweep, one after another, made when they are asked for."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product

@@ -1,7 +1,5 @@
 """Table of what a sweep would run, and how long that takes, before it is started."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil

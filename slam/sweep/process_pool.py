@@ -1,7 +1,5 @@
 """Runs jobs in processes of this machine, and replaces those that die."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Executor that runs jobs as tasks of a Ray cluster."""
 
-from __future__ import annotations
-
 import json
 import logging
 import os

@@ -1,7 +1,5 @@
 """Running one row of a sweep again, and comparing what comes out."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final

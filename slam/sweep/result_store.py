@@ -1,7 +1,5 @@
 """Storage of a sweep's rows: each exactly once, whatever is killed when."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The work of a sweep's worker: one run, whatever becomes of it."""
 
-from __future__ import annotations
-
 import platform
 from collections.abc import Sequence
 from datetime import UTC, datetime

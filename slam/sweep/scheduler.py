@@ -1,7 +1,5 @@
 """The loop of a sweep: jobs to the executor, rows to the store."""
 
-from __future__ import annotations
-
 from collections import Counter, deque
 from collections.abc import Callable, Iterable
 from typing import Final

@@ -1,7 +1,5 @@
 """A whole sweep: what is missing is run, and its rows are kept."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass

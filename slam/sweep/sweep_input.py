@@ -1,7 +1,5 @@
 """Input of a sweep: a scenario or a recorded log, with the settings that each mode needs."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from hashlib import file_digest, sha256

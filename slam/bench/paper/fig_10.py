@@ -1,7 +1,5 @@
 """Fig. 10: the force of a segment on a point, eq. (24), over their distance."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 

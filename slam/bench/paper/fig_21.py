@@ -1,7 +1,5 @@
 """Fig. 21: the share of matching and map update in the time of a run along the corridor, section 5.2."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Fig. 3: the scan from (1 m, 1 m, 20 deg) on the plan of Fig. 1, taken by the simulated sensor of Table 1."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from math import degrees, pi, radians
 from pathlib import Path

@@ -4,8 +4,6 @@ end of a segment and over the next one too is still refused where it lands, and 
 Counted here: how often the segments with hops differ from those without, and how many values of sigma_3 they take.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path

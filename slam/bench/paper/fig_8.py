@@ -1,7 +1,5 @@
 """Fig. 8: one scan of three segments AB, BC and CD; a Hough transform beside hopping with psi = 5."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

@@ -1,7 +1,5 @@
 """The Hough transform that section 3.4 compares with: scikit-image's, on the scan drawn as a picture."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Final
 

@@ -1,7 +1,5 @@
 """``hopslam bench paper``: everything measured, drawn and written into a folder."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final

@@ -1,8 +1,6 @@
 """Table 2: time and speed-up of hopping over 2280 nearly collinear points, with three ways to compute sigma_3, and the
 speed-up that eqs. (13) and (14) promise."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

@@ -1,7 +1,5 @@
 """What was measured beside what the paper printed."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import degrees
 

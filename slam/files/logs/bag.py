@@ -4,8 +4,6 @@ Odometry is that of ``nav_msgs/Odometry``, or else the transforms from ``odom`` 
 comes from the transforms. A log of this project says besides where in the map it began, and what was true.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 

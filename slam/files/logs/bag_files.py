@@ -1,7 +1,5 @@
 """Kind of bag at a path, and the reader of its messages, imported when there is one."""
 
-from __future__ import annotations
-
 import sqlite3
 import struct
 from collections.abc import Callable, Iterable, Iterator

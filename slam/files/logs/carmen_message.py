@@ -1,7 +1,5 @@
 """Messages of a CARMEN log: the words of a line to numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import inf, pi

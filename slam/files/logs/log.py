@@ -1,7 +1,5 @@
 """A recorded run: scans and the wheel odometry at each of them, in SI units and radians."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Reading a recorded log whose format is known by its content."""
 
-from __future__ import annotations
-
 from collections.abc import Generator, Iterable
 from contextlib import closing
 from itertools import chain, islice

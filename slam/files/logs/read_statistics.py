@@ -1,7 +1,5 @@
 """Statistics of reading a log: usable, skipped and ignored lines."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path

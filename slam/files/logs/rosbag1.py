@@ -4,8 +4,6 @@ The reader of the container is the project's own: bags of 2010 give a wrong leng
 rosbags gives up, and a bag that was cut has no index at all.
 """
 
-from __future__ import annotations
-
 import bz2
 import struct
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Scans in the order of their stamps."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Sequence
 from typing import Protocol, TypeVar

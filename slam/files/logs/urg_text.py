@@ -3,8 +3,6 @@
 Column 0 is the time in microseconds, 2 and 3 the left and right encoder counts, 24 to 705 the 682 ranges in mm.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise

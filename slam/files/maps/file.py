@@ -4,8 +4,6 @@ JSON, because every language reads it, an eye can, and nothing in it can be run;
 maps can be compared line by line.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """``map.json``, version 1: see docs/localization.md."""
 
-from __future__ import annotations
-
 from typing import Annotated, Literal, Self
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Messages of ROS 1 and ROS 2 as this project's values; BadLine for bytes that are no such message."""
 
-from __future__ import annotations
-
 import struct
 from math import atan2, pi
 from typing import Any, Final, NamedTuple

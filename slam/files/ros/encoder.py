@@ -1,7 +1,5 @@
 """This project's values as ROS 2 messages, in CDR: https://docs.ros.org/en/humble/p/sensor_msgs, nav_msgs, tf2_msgs."""
 
-from __future__ import annotations
-
 from math import cos, sin
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """MCAP files, written as they grow and read to their end or to where they were cut: https://mcap.dev/spec."""
 
-from __future__ import annotations
-
 import os
 import struct
 from collections.abc import Generator, Iterator

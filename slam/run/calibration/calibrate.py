@@ -1,7 +1,5 @@
 """A robot driven around squares, and its wheels fitted to them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Results of a calibration: a table, a picture of the squares, and a scenario on top of another."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import yaml

@@ -4,8 +4,6 @@ Borenstein and Feng, IEEE T-RA 12(6), 1996: an error of the wheels that turns th
 other's closed, so driving both ways tells the errors apart.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial

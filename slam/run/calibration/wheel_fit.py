@@ -4,8 +4,6 @@ The closed form of Censi, Franchi, Marchionni and Oriolo (IEEE T-RO 29, 2013): h
 wheel's way over the track, then ways, which are linear in the track.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The log of a run as a bag: an MCAP file, or the folder of a ROS 2 bag."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 

@@ -4,8 +4,6 @@ What the messages have no field for stands in ``PARAM hopslam_...`` lines, which
 slam/files/logs/carmen_message.py. With it, a replay gives the same run.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final

@@ -1,7 +1,5 @@
 """The map of lines as GeoJSON, DXF and SVG; metres, map frame."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Final

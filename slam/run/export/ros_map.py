@@ -1,7 +1,5 @@
 """An occupancy map for ROS: a folder with ``map.pgm`` and ``map.yaml``, as map_server loads it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The trajectory of a run as TUM text, and all that is known of every scan as one CSV table."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Iterator

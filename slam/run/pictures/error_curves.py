@@ -1,7 +1,5 @@
 """Errors and iterations step by step: ``errors.png``, and Figs. 17 to 20 of the paper."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Look of all pictures: colours, axes, and margins when a figure is saved."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Final

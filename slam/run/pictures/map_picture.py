@@ -1,7 +1,5 @@
 """``map.png``: what was mapped, from above."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A picture of one scan with its segments, in the manner of Figs. 8(d) and 15."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from matplotlib.figure import Figure

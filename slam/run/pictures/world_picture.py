@@ -1,7 +1,5 @@
 """A floor plan of a scenario's world, with what moves in it."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from itertools import pairwise

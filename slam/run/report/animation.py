@@ -1,7 +1,5 @@
 """The map of a run as it grows, as an animated WebP or GIF."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final

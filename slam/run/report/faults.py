@@ -1,7 +1,5 @@
 """Faults of a run, as sentences."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """Every figure of a run as PNG and PDF, for papers: those of the report, and the paper's own."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final

@@ -1,7 +1,5 @@
 """Figures as SVG inside a page: small, without a reference to anything outside, in the colours of the page's theme."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import fields

@@ -1,7 +1,5 @@
 """One picture after another of a map that grows: what stays is drawn once, what moves on a copy."""
 
-from __future__ import annotations
-
 from typing import Final
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figs. 15, 16 and 21 of the paper, from a run: □ where a segment starts, ○ where it ends, map points as pink +."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The curves of a run: errors with their bounds, iterations, processing time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

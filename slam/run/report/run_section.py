@@ -1,7 +1,5 @@
 """The section of the page on one run."""
 
-from __future__ import annotations
-
 import os
 import shlex
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Numbers of ``metrics.json``: what each is called, its unit, its meaning, and how it is printed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Final
 

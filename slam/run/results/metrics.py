@@ -1,7 +1,5 @@
 """Metrics of a run, and of its localisation in a saved map, from what its folder holds."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any, Final
 

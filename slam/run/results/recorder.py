@@ -1,7 +1,5 @@
 """Writes a run into its folder as it goes, so that whatever ends it, what was done is there."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any, Final
 

@@ -1,7 +1,5 @@
 """The folder of a run."""
 
-from __future__ import annotations
-
 from datetime import datetime
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """``log.mcap``: the raw record of a run, written scan by scan, and read back as far as it was written."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Names that tell runs apart, by what differs between them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """The folder of a run, read back: of one that ended, or of one that was cut off."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass

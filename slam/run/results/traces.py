@@ -1,7 +1,5 @@
 """Trajectories and step table of a run, read back from its folder."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self

@@ -1,7 +1,5 @@
 """The scores of a trajectory, to be shown as a table."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal, NamedTuple
 

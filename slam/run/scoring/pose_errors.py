@@ -2,8 +2,6 @@
 
 Poses are rows x, y, theta (N, 3), metres and radians."""
 
-from __future__ import annotations
-
 from typing import Final, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Errors against relations known by hand: Kuemmerle et al., Autonomous Robots 27, 2009."""
 
-from __future__ import annotations
-
 from contextlib import closing
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Frames and events gathered, and sent as chunks in batches; with the map as it grows."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from time import monotonic

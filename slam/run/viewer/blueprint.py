@@ -1,7 +1,5 @@
 """Layout with which the viewer opens: the map from above, y up, beside the curves and the events."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Final
 

@@ -1,7 +1,5 @@
 """Frames to all files and viewers of one run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Self

@@ -1,7 +1,5 @@
 """Frames as columns for rerun: many scans of one entity are sent together, so that a scan costs little."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise

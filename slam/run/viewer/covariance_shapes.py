@@ -1,7 +1,5 @@
 """Covariance of a pose as shapes: the 95 % ellipse of x and y, and arrows where the scan said nothing."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from math import atan2, cos, hypot, sin
 from typing import Any, Final

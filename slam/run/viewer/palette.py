@@ -1,7 +1,5 @@
 """Colours, as 0xRRGGBBAA, on a dark ground; those of lines are told apart by the colour-blind too."""
 
-from __future__ import annotations
-
 from colorsys import hsv_to_rgb
 from typing import Final
 

@@ -1,7 +1,5 @@
 """The rerun program: a viewer's window, or a server of the viewer's web page; and who listens at an address."""
 
-from __future__ import annotations
-
 import os
 import socket
 import subprocess

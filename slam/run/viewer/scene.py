@@ -1,7 +1,5 @@
 """Values that a viewer shows: the scene once, a frame for each scan with its curves, and events."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import degrees, sqrt

@@ -1,7 +1,5 @@
 """Sinks of chunks: .rrd files, or over gRPC a viewer, which may be slow, come late, and go."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Entities that never change: the true walls, the planned route, the outline of the robot, colours and sizes."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Final
 

@@ -1,7 +1,5 @@
 """``--rerun``: where a run is to be shown."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path

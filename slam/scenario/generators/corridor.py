@@ -1,7 +1,5 @@
 """A straight corridor, driven to its end and back."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Final, Literal
 

@@ -1,7 +1,5 @@
 """A corridor that leads around a block, driven once around."""
 
-from __future__ import annotations
-
 from math import pi
 from typing import Literal, Self
 

@@ -1,7 +1,5 @@
 """An office: rooms on both sides of a corridor, some of which are visited."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import reduce
 from itertools import pairwise

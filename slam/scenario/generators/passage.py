@@ -1,7 +1,5 @@
 """Passages between walls with recesses, and furniture along them: the base of the corridor and the loop."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A room of a generated office, and what stands and walks in it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot, pi

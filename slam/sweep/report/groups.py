@@ -1,7 +1,5 @@
 """The rows of a sweep, put together by case: name, mode and the settings of the grid."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any, Final
 

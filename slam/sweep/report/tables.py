@@ -1,7 +1,5 @@
 """Tables of a sweep's report: summaries of the cases, and their differences seed by seed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final

@@ -1,7 +1,5 @@
 """Report of a sweep: ``report.html``, its tables and pictures, and the runs to look at first."""
 
-from __future__ import annotations
-
 import base64
 from contextlib import suppress
 from dataclasses import dataclass

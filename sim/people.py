@@ -76,8 +76,8 @@ class People:
 
 def _closed_way(person: Person) -> FloatArray:
     """Way-points (K, 2) of a walk that ends where it began; points in a row that are the same count once."""
-    there = list(person.waypoints)
-    back = [there[0]] if person.closed else there[-2::-1]
-    points = [*there, *back] if len(there) > 1 else there
+    out = list(person.waypoints)
+    back = [out[0]] if person.closed else out[-2::-1]
+    points = [*out, *back] if len(out) > 1 else out
     kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
     return np.array(kept, np.float64)

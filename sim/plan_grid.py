@@ -32,10 +32,14 @@ class PlanGrid(NamedTuple):
     """Rows of ``segments``."""
 
 
+def outline_edges(outline: FloatArray) -> FloatArray:
+    """Edges (N, 4) of a closed outline (N, 2): x, y of one end, and from there to the other."""
+    return np.hstack([outline, np.roll(outline, -1, axis=0) - outline])
+
+
 def plan_grid(outlines: Sequence[FloatArray]) -> PlanGrid:
     """Make the grid of closed outlines (N, 2), metres."""
-    ends = [np.hstack([outline, np.roll(outline, -1, axis=0) - outline]) for outline in outlines]
-    segments = np.concatenate([np.empty((0, 4)), *ends])
+    segments = np.concatenate([np.empty((0, 4)), *map(outline_edges, outlines)])
     if not len(segments):
         return PlanGrid(segments, np.zeros(2), CELL, (0, 0), np.zeros(1, np.int64), np.zeros(0, np.int64))
     corner = segments[:, :2].min(axis=0) - CELL / 2.0  # nothing lies on the rim

@@ -5,15 +5,8 @@ from typing import Final
 
 import numpy as np
 
-from sim.bumpers import Bumpers
-from sim.furniture import Furniture
-from sim.p3dx import P3dx
-from sim.people import People
 from sim.rays import Sweep
-from sim.sonar import SonarRing
-from sim.urg04lx import Urg04lx
-from sim.wheel_odometry import WheelOdometry
-from sim.world import World
+from sim.robot_in_world import RobotInWorld
 from slam.errors import ScenarioError
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D, stack_poses
@@ -23,7 +16,7 @@ _RATE: Final = 100
 """Turns a second of the emulated firmware's loop: how often ``advance`` is called."""
 
 
-class SimPlant:
+class SimPlant(RobotInWorld):
     """A ``Plant`` for the emulator: the scenario's world, people, wheels and noise in PyBullet.
 
     Ramps, limits and the watchdog are the emulated firmware's, which rounds its own reports too. Time passes in whole
@@ -33,21 +26,13 @@ class SimPlant:
     def __init__(self, scenario: Scenario) -> None:
         if not scenario.world.prisms():
             raise ScenarioError(f"{scenario.name}: nothing to see: the world is empty; choose a scenario with walls")
-        robot = scenario.robot.model_copy(update={"control_rate": _RATE})
-        errors = robot.odometry.model_copy(update={"firmware_units": False})
-        self._lidar_rng, odometry_rng = map(np.random.default_rng, np.random.SeedSequence(scenario.seed).spawn(2))
-        self._track = errors.track
-        movables = scenario.world.movables()
-        self._world = World(scenario.world.fixed_prisms(), -(-scenario.physics.rate // _RATE) * _RATE)
-        self._base = P3dx(self._world, robot)
-        self._people = People(self._world, scenario.people)
-        self._furniture = Furniture(self._world, movables)
-        self._lidar = Urg04lx(self._world, scenario.lidar, self._people.leg_radii, movables)
-        self._ring = SonarRing(self._world, movables) if robot.sonar else None
-        self._bumpers = Bumpers()
-        self._wheels = WheelOdometry(errors, self._base.read_encoders(), odometry_rng)
+        errors = scenario.robot.odometry.model_copy(update={"firmware_units": False})
+        robot = scenario.robot.model_copy(update={"control_rate": _RATE, "odometry": errors})
+        super().__init__(scenario, robot, -(-scenario.physics.rate // _RATE) * _RATE)
+        self._begin(scenario.seed)
         self._left = self._right = 0.0
-        self._warm_up()
+        still = self._sweep([self._place()] * 2, 1.0)  # compiled now: later, real time does not wait for it
+        self._lidar.measure_beams(np.zeros(1), still, 0.0, 0.0, np.random.default_rng(0))
 
     @property
     def T_map_base(self) -> Pose2D:
@@ -77,14 +62,10 @@ class SimPlant:
     def advance(self, seconds: float, setpoint: Twist2D) -> None:
         """Let time pass with the motors at this speed."""
         self._base.set_velocity(setpoint)
-        for _ in range(round(seconds * self._world.rate)):
-            self._world.step()
-            if contacts := self._base.contacts():
-                self._bumpers.add(contacts, self._base.place)
-        if self._people:
-            self._people.step(self._base.place[:2], seconds)
-        self._wheels.add(self._base.read_encoders())
-        self._roll(seconds)
+        self._advance(round(seconds * self._world.rate))
+        left, right = self._wheels.mean_twist(self._world.time).to_wheels(self._wheel_errors.track)
+        self._left += left * seconds
+        self._right += right * seconds
 
     def ranges(self, bearings: FloatArray, ahead: float = 0.0, increment: float = 0.0) -> FloatArray:
         """Ranges that the lidar reports along these directions (N,) of its own frame, with its noise.
@@ -102,15 +83,7 @@ class SimPlant:
 
     def sonar(self) -> tuple[float, ...]:
         """The front ring, metres from left to right, inf without an echo; () where the scenario has none."""
-        if self._ring is None:
-            return ()
-        return self._ring.read(self._base.pose, self._people.legs, self._people.leg_radii, self._furniture.places)
-
-    def _warm_up(self) -> None:
-        """Load the compiled code now, since real time does not wait for it."""
-        self._lidar.measure_beams(
-            np.zeros(1), self._sweep([self._place()] * 2, 1.0), 0.0, 0.0, np.random.default_rng(0)
-        )
+        return self._read_sonar(self._base.pose)
 
     def _sweep(self, path: Sequence[Pose2D], seconds: float) -> Sweep:
         """Sweep from one place of the base to another, with all else where it is now."""
@@ -120,8 +93,3 @@ class SimPlant:
     def _place(self, ahead: float = 0.0) -> Pose2D:
         """Predict the pose of the base so many seconds ahead, at its present speed."""
         return self._base.pose @ self._base.twist.motion(ahead)
-
-    def _roll(self, seconds: float) -> None:
-        left, right = self._wheels.mean_twist(self._world.time).to_wheels(self._track)
-        self._left += left * seconds
-        self._right += right * seconds

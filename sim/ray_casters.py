@@ -9,6 +9,7 @@ from sim.plan_grid import cast_in_plan, plan_grid
 from sim.world import World
 from slam.compiled import compiled
 from slam.pose import FloatArray
+from slam.scenario.solids import outlines_at
 
 
 class Caster(Protocol):
@@ -33,7 +34,7 @@ class ExactCaster:
     """Rays in the plan of the world, cut at ``height`` metres: a grid of wall segments, walked by compiled code."""
 
     def __init__(self, world: World, height: float, reach: float) -> None:
-        self._grid = plan_grid([p.footprint for p in world.prisms if p.bottom <= height <= p.top])
+        self._grid = plan_grid(outlines_at(world.prisms, height))
         self._reach = reach
 
     def cast(self, origins: FloatArray, directions: FloatArray) -> FloatArray:

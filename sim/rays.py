@@ -6,9 +6,11 @@ from math import cos, sin
 
 import numpy as np
 
+from sim.plan_grid import outline_edges
 from slam.compiled import compiled, wrapped
 from slam.pose import FloatArray
 from slam.scenario.furniture import Movable
+from slam.scenario.solids import outlines_at
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,10 +113,9 @@ class MovingOutlines:
 
     def __init__(self, movables: Sequence[Movable], height: float) -> None:
         ends = [
-            np.insert(np.hstack([p.footprint, np.roll(p.footprint, -1, axis=0) - p.footprint]), 0, owner, axis=1)
+            np.insert(outline_edges(outline), 0, owner, axis=1)
             for owner, thing in enumerate(movables)
-            for p in thing.prisms
-            if p.bottom <= height <= p.top
+            for outline in outlines_at(thing.prisms, height)
         ]
         self._segments = np.concatenate([np.empty((0, 5)), *ends])
         """(K, 5): the number of the thing; x, y of one end in its frame, and from there to the other."""

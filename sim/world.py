@@ -1,6 +1,7 @@
 """The simulated world: a floor, what stands on it, gravity, time and rays. Metres, seconds, map frame."""
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import chain
 from operator import itemgetter
 from typing import Any, Final
@@ -8,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from sim.bullet import Bullet, pybullet
-from sim.mesh import Mesh, extrude, reused_lists
+from sim.mesh import extrude, reused_lists
 from slam.closing import Closing
 from slam.pose import FloatArray
 from slam.scenario.solids import SILL, Prism
@@ -62,7 +63,9 @@ class World(Closing):
         sills = [prism for prism in prisms if prism.top <= SILL]
         for group, solids in ((WALLS, [prism for prism in prisms if prism.top > SILL]), (SILLS, sills)):
             if solids:
-                self._add_mesh(group, extrude(solids))
+                vertices, indices = reused_lists(extrude(solids))
+                mesh = {"vertices": vertices, "indices": indices, "flags": pybullet.GEOM_FORCE_CONCAVE_TRIMESH}
+                self._add_static(group, 0.5, shapeType=pybullet.GEOM_MESH, **mesh)
 
     def close(self) -> None:
         """Free the physics engine; closing twice is allowed."""
@@ -114,24 +117,11 @@ class World(Closing):
         Good to a micrometre, except at free edges: PyBullet lets triangles reach 1e-4 of their height too far.
         """
         batches = [slice(start, start + RAYS_PER_CALL) for start in range(0, len(ends), RAYS_PER_CALL)]
-        hits = chain.from_iterable(self._cast(origins[batch], ends[batch]) for batch in batches)
+        test = partial(self.bullet.call, pybullet.rayTestBatch, collisionFilterMask=WALLS | SILLS)
+        hits = chain.from_iterable(test(origins[batch], ends[batch]) for batch in batches)
         fractions = np.fromiter(map(_hit_fraction, hits), np.float64, len(ends))
         fractions[fractions == 1.0] = np.inf
         return fractions
-
-    def _cast(self, origins: FloatArray, ends: FloatArray) -> Any:
-        return self.bullet.call(pybullet.rayTestBatch, origins, ends, collisionFilterMask=WALLS | SILLS)
-
-    def _add_mesh(self, group: int, mesh: Mesh) -> int:
-        vertices, indices = reused_lists(mesh)
-        return self._add_static(
-            group,
-            lateral_friction=0.5,
-            shapeType=pybullet.GEOM_MESH,
-            vertices=vertices,
-            indices=indices,
-            flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
-        )
 
     def _add_static(self, group: int, lateral_friction: float, **shape: Any) -> int:
         shape_id = self.bullet.call(pybullet.createCollisionShape, **shape)

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from sim.firmware import ramped
 from sim.p3dx import P3dx, asset
-from sim.wheel_odometry import ANGLE_UNIT, MILLIMETRE, WheelOdometry
-from sim.wheels import TICKS_PER_TURN, TRACK, WHEEL_RADIUS, Ticks, TractionModel
+from sim.wheels import ANGLE_UNIT, MILLIMETRE, TICKS_PER_TURN, TRACK, WHEEL_RADIUS, Ticks, TractionModel, WheelOdometry
 from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Twist2D, wheel_motion

@@ -31,30 +31,23 @@ class Drive:
     @property
     def stood_at(self) -> float:
         """Seconds until the base stood for good."""
-        moved = np.flatnonzero(_ways(self.truth) > AT_REST)
+        steps = np.diff(self.truth, axis=0)
+        moved = np.flatnonzero(np.hypot(steps[:, 0], steps[:, 1]) + 0.2 * np.abs(wrap_angles(steps[:, 2])) > AT_REST)
         return float(self.seconds[moved[-1] + 1 if len(moved) else 0])
 
     @property
     def stalled_at(self) -> float:
         """Seconds until the first scan that tells of a stall; nan without one."""
-        first = np.flatnonzero(self.stalled)
-        return float(self.seconds[first[0]]) if len(first) else float("nan")
+        return float(self.seconds[np.argmax(self.stalled)]) if self.stalled.any() else float("nan")
 
     @property
     def odometry_after_stall(self) -> tuple[float, float]:
         """Farthest way and turn of the odometry from the first stall on: metres, radians; nan without a stall."""
         if not self.stalled.any():
             return float("nan"), float("nan")
-        after = self.odometry[int(np.flatnonzero(self.stalled)[0]) :]
+        after = self.odometry[np.argmax(self.stalled) :]
         away = after - after[0]
         return float(np.hypot(away[:, 0], away[:, 1]).max()), float(np.abs(np.unwrap(away[:, 2])).max())
-
-
-def _ways(poses: FloatArray) -> FloatArray:
-    """Distances from each pose to the next, metres; a radian counts as 0.2 m."""
-    steps = np.diff(poses, axis=0)
-    ways: FloatArray = np.hypot(steps[:, 0], steps[:, 1]) + 0.2 * np.abs(wrap_angles(steps[:, 2]))
-    return ways
 
 
 def scene(world: dict[str, Any], **parts: Any) -> Scenario:
@@ -83,11 +76,11 @@ def drive(scenario: Scenario, command: Twist2D = FORWARD, seconds: float = 13.0,
     with SimRobot(scenario, seed) as robot:
         for _ in range(round(10.0 * seconds)):
             robot.drive(command)
-            seen = robot.observe()
-            assert seen is not None
-            assert seen.T_map_base is not None
-            true, believed = seen.T_map_base, seen.odometry.T_odom_base
-            rows.append((*true.as_array(), *believed.as_array(), seen.stalled))
+            observation = robot.observe()
+            assert observation is not None
+            assert observation.T_map_base is not None
+            T_map_base, T_odom_base = observation.T_map_base, observation.odometry.T_odom_base
+            rows.append((*T_map_base.as_array(), *T_odom_base.as_array(), observation.stalled))
     table = np.array(rows, np.float64)
     stamps = np.linspace(0.1, 0.1 * len(table), len(table))
     return Drive(stamps, table[:, :3], table[:, 3:6], table[:, 6])

@@ -3,7 +3,7 @@
 Metres and radians, map frame; the floor is z = 0.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import acos, ceil, pi
@@ -31,6 +31,11 @@ class Prism:
     footprint: FloatArray
     bottom: float
     top: float
+
+
+def outlines_at(prisms: Iterable[Prism], height: float) -> list[FloatArray]:
+    """List the outlines (N, 2) of those prisms that a horizontal plane at this height cuts."""
+    return [prism.footprint for prism in prisms if prism.bottom <= height <= prism.top]
 
 
 def rectangle(center: Point, length: float, width: float, yaw: float) -> FloatArray:

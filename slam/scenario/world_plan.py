@@ -13,7 +13,7 @@ from slam.config import Section
 from slam.pose import FloatArray
 from slam.scenario.furniture import Box, Cylinder, Furniture, Movable, Table, movable
 from slam.scenario.ros_map import RosMap
-from slam.scenario.solids import Prism
+from slam.scenario.solids import Prism, outlines_at
 from slam.scenario.values import NotNegative, Place, Point, Positive, SmallLength, Within
 from slam.scenario.wall import Wall
 
@@ -46,7 +46,7 @@ class World(Section):
 
     def outlines(self, height: float) -> list[FloatArray]:
         """List the outlines (N, 2) of what a horizontal plane at this height cuts: what a lidar there can see."""
-        return [prism.footprint for prism in self.prisms() if prism.bottom <= height <= prism.top]
+        return outlines_at(self.prisms(), height)
 
     def bounds(self) -> tuple[FloatArray, FloatArray] | None:
         """Find the least and the largest x and y of all that stands; None where nothing does."""

@@ -63,8 +63,9 @@ class ClusterError(HopslamError):
     exit_code = 3
 
 
-def did_you_mean(word: str, known: Iterable[str], otherwise: str = "") -> str:
+def did_you_mean(word: str, known: Iterable[str], otherwise: str | None = None) -> str:
     """Name the known word that was perhaps meant; else say ``otherwise``, or all that are known."""
     known = list(known)
-    close = get_close_matches(word, known, n=1)
-    return f"did you mean {close[0]}?" if close else otherwise or f"known here: {', '.join(known)}"
+    if close := get_close_matches(word, known, n=1):
+        return f"did you mean {close[0]}?"
+    return f"known here: {', '.join(known)}" if otherwise is None else otherwise

@@ -1,10 +1,9 @@
 """The robots that a run can drive, by name, imported when they are used."""
 
 import re
-from difflib import get_close_matches
 from typing import Any, Final, cast
 
-from slam.errors import ScenarioError
+from slam.errors import ScenarioError, did_you_mean
 from slam.named_code import PLACE, call, find_code, import_by_name
 from slam.own_checks import expect_parts
 from slam.robot import Restartable, Robot
@@ -63,6 +62,5 @@ def _can_restart(code: Any) -> bool:
 def _place(name: str, table: dict[str, str], kind: str) -> str:
     if name in table or re.fullmatch(PLACE, name):
         return table.get(name, name)
-    close = get_close_matches(name, table, n=1)
-    hint = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(table)}, or give module:name"
+    hint = did_you_mean(name, table, otherwise=f"choose one of {', '.join(table)}, or give module:name")
     raise ScenarioError(f"no {kind} named {name!r}; {hint}")

@@ -1,7 +1,6 @@
 """Descriptions of the value that was expected, in the words of somebody who writes a scenario file."""
 
 from collections.abc import Iterator
-from difflib import get_close_matches
 from itertools import count
 from reprlib import Repr
 from typing import Any, Final, Literal, get_args, get_origin
@@ -9,6 +8,7 @@ from typing import Any, Final, Literal, get_args, get_origin
 from pydantic import BaseModel
 from pydantic_core import ErrorDetails
 
+from slam.errors import did_you_mean
 from slam.named_code import PLACE
 
 _PLAIN: Final[dict[str, str]] = {
@@ -85,8 +85,7 @@ def _meant(value: Any, annotation: Any) -> str:
     if annotation is str and isinstance(value, int | float):
         return "put it in quotes"
     known = [choice for choice in get_args(annotation) if isinstance(choice, str)]
-    close = get_close_matches(value, known, n=1) if isinstance(value, str) else []
-    return f"did you mean {close[0]}?" if close else ""
+    return did_you_mean(value, known, otherwise="") if isinstance(value, str) else ""
 
 
 def _section_of(annotation: Any) -> str:

@@ -1,6 +1,5 @@
 """Errors of pydantic about a scenario, told in the words of its YAML file."""
 
-from difflib import get_close_matches
 from typing import Any, NamedTuple, get_args
 
 from pydantic import BaseModel, Tag, ValidationError
@@ -82,8 +81,9 @@ def _belongs_elsewhere(names: list[str], place: _Place) -> str:
 
 def _meant_random(value: dict[str, Any]) -> str:
     """Give a hint where a mapping looks like a random value whose kind is misspelt."""
-    close = get_close_matches(str(next(iter(value))), list(KINDS), n=1) if len(value) == 1 else []
-    return f" (got {value!r}; did you mean {close[0]}?)" if close and close[0] not in value else ""
+    key = next(iter(value), None)
+    hint = did_you_mean(str(key), KINDS, otherwise="") if len(value) == 1 and key not in KINDS else ""
+    return f" (got {value!r}; {hint})" if hint else ""
 
 
 def _walk(key_path: KeyPath, section: Any) -> _Place:

@@ -2,14 +2,13 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Final
 
 import yaml
 from pydantic import ValidationError
 
-from slam.errors import InputError, ScenarioError
+from slam.errors import InputError, ScenarioError, did_you_mean
 from slam.named_code import is_allowed, refusal
 from slam.scenario.random_value import KINDS
 from slam.scenario.settings import named_code, one_or_several
@@ -52,8 +51,8 @@ def parse_sample(text: str) -> tuple[str, dict[str, Any]]:
     key, value = _split("--sample", text, "robot.start.y=uniform(-0.5,0.5)")
     call = _CALL.fullmatch(value)
     if call is None or call[1] not in KINDS:
-        close = get_close_matches(call[1], KINDS, n=1) if call else []
-        hint = f"did you mean {close[0]}?" if close else f"choose one of {', '.join(f'{kind}(..)' for kind in KINDS)}"
+        choices = ", ".join(f"{kind}(..)" for kind in KINDS)
+        hint = did_you_mean(call[1] if call else "", KINDS, otherwise=f"choose one of {choices}")
         raise ScenarioError(f"--sample {text}: no distribution {value!r}; {hint}")
     return key, {call[1]: _yaml("--sample", text, f"[{call[2]}]")}
 

@@ -11,9 +11,8 @@ from hypothesis.extra.numpy import arrays
 from PIL import Image
 
 from slam.errors import ScenarioError
-from slam.scenario.cell_rectangles import merge_cells
 from slam.scenario.file import dump_scenario, load_scenario
-from slam.scenario.ros_map import RosMap
+from slam.scenario.ros_map import RosMap, merge_cells
 from slam.scenario.solids import clearance
 
 HEADER = """\

@@ -12,7 +12,7 @@ Offset = Annotated[float, Within(-2.0, 2.0, "m", "mm", 1e-3)]
 
 
 class Mount(Place):
-    """Where a sensor sits on the base: ``T_base_laser``, metres and radians."""
+    """Place of a sensor on the base: ``T_base_laser``, metres and radians."""
 
     x: Offset = 0.0
     """Metres, ahead of the middle of the axle."""
@@ -29,9 +29,9 @@ class LidarConfig(Section):
     """The lidar on the robot."""
 
     model: LidarName = "urg04lx"
-    """Which sensor: the paper's of its Table 1, or Hokuyo's."""
+    """The sensor: the paper's of its Table 1, or Hokuyo's."""
     mount: Mount = Mount(x=0.16)
-    """Where it sits on the base."""
+    """Its place on the base."""
     height: SmallLength = 0.30
     """Height of the scan plane above the floor, metres."""
     rolling: bool = True

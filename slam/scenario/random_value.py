@@ -1,5 +1,6 @@
 """Values that are drawn anew for every seed: ``{uniform: [0.2, 0.6]}`` in place of a plain value."""
 
+from abc import abstractmethod
 from collections.abc import Iterator
 from hashlib import sha256
 from typing import Annotated, Any, Final
@@ -24,6 +25,10 @@ class _RandomSection(Section):
         (values,) = dict(self).values()
         return tuple(values)
 
+    @abstractmethod
+    def draw(self, rng: np.random.Generator) -> Any:
+        """Draw one value."""
+
 
 class Uniform(_RandomSection):
     """A number between two bounds."""
@@ -32,7 +37,6 @@ class Uniform(_RandomSection):
     """The bounds."""
 
     def draw(self, rng: np.random.Generator) -> Any:
-        """Draw one value."""
         return float(rng.uniform(*self.uniform))
 
 
@@ -43,7 +47,6 @@ class Integer(_RandomSection):
     """The bounds."""
 
     def draw(self, rng: np.random.Generator) -> Any:
-        """Draw one value."""
         return int(rng.integers(*self.integer, endpoint=True))
 
 
@@ -60,7 +63,6 @@ class Normal(_RandomSection):
         return mean - 3.0 * sigma, mean + 3.0 * sigma
 
     def draw(self, rng: np.random.Generator) -> Any:
-        """Draw one value."""
         while abs(deviation := rng.standard_normal()) > 3.0:
             pass
         mean, sigma = self.normal
@@ -74,7 +76,6 @@ class LogUniform(_RandomSection):
     """The bounds."""
 
     def draw(self, rng: np.random.Generator) -> Any:
-        """Draw one value."""
         low, high = self.loguniform
         return float(np.clip(np.exp(rng.uniform(np.log(low), np.log(high))), low, high))
 
@@ -86,7 +87,6 @@ class Choice(_RandomSection):
     """The values; one that is written twice is twice as likely."""
 
     def draw(self, rng: np.random.Generator) -> Any:
-        """Draw one value."""
         return self.choice[rng.integers(len(self.choice))]
 
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
+from slam.compiled import compiled
 from slam.config import Section
 from slam.pose import FloatArray, Pose2D
-from slam.scenario.cell_rectangles import merge_cells
 from slam.scenario.solids import Prism
 from slam.scenario.validation_message import validation_message
 from slam.scenario.values import Positive
@@ -105,3 +105,40 @@ def _occupied(path: Path, header: MapHeader) -> NDArray[np.bool_]:
         raise ValueError(f"{path}: not an image in a format that maps come in (PGM, PNG, BMP)") from error
     darkness = grey if header.negate else 1.0 - grey
     return (darkness > header.occupied_thresh)[::-1].copy()
+
+
+@compiled
+def _rows_occupied(occupied: NDArray[np.bool_], row: int, column: int, columns: int, limit: int) -> int:
+    """Count the rows from ``row`` on, at most ``limit``, that are occupied all along ``columns`` columns."""
+    for rows in range(limit):
+        for k in range(column, column + columns):
+            if not occupied[row + rows, k]:
+                return rows
+    return limit
+
+
+@compiled
+def merge_cells(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Rectangles (N, 4) of row, column, rows, columns that cover the occupied cells, each cell at least once.
+
+    Greedy: from each cell that is not yet covered, in reading order, the larger of the two rectangles that grow as far
+    as they can along the row first, or along the column first.
+    """
+    height, width = occupied.shape
+    covered = np.zeros_like(occupied)
+    found = np.empty((occupied.sum(), 4), np.int64)
+    count = 0
+    for row in range(height):
+        for column in range(width):
+            if not occupied[row, column] or covered[row, column]:
+                continue
+            wide = _rows_occupied(occupied.T, column, row, 1, width - column)
+            wide_rows = _rows_occupied(occupied, row, column, wide, height - row)
+            rows = _rows_occupied(occupied, row, column, 1, height - row)
+            columns = _rows_occupied(occupied.T, column, row, rows, width - column)
+            if wide * wide_rows >= rows * columns:
+                rows, columns = wide_rows, wide
+            covered[row : row + rows, column : column + columns] = True
+            found[count] = row, column, rows, columns
+            count += 1
+    return found[:count].copy()

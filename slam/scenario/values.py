@@ -76,6 +76,11 @@ def millimetres(*values: float) -> tuple[float, ...]:
     return tuple(round(float(value), 3) for value in values)
 
 
+def readable_point(x: float, y: float) -> Point:
+    """Round a point to whole millimetres."""
+    return round(float(x), 3), round(float(y), 3)
+
+
 class Place(Section):
     """A pose in the plane, metres and radians."""
 

@@ -8,7 +8,7 @@ from pydantic import model_validator
 
 from slam.pose import Pose2D
 from slam.scenario.generators.passage import PassageGenerator, WallFace
-from slam.scenario.values import Length, Place, Point, millimetres
+from slam.scenario.values import Length, Place, Point, millimetres, readable_point
 from slam.scenario.world_plan import GeneratedWorld, Person
 
 
@@ -45,8 +45,7 @@ class LoopGenerator(PassageGenerator):
         """Make somebody who walks around the block on one side of the robot's way, in either direction."""
         ring = self._ring(self.walking_offset(rng))[:: rng.choice([-1, 1])]
         speed, start = millimetres(rng.uniform(0.5, 1.3), rng.uniform(0.0, 2.0 * sum(self.size)))
-        corners = tuple((round(x, 3), round(y, 3)) for x, y in ring)
-        return Person(waypoints=corners, closed=True, speed=speed, start=start)
+        return Person(waypoints=tuple(readable_point(x, y) for x, y in ring), closed=True, speed=speed, start=start)
 
     @model_validator(mode="after")
     def _leaves_a_block(self) -> Self:

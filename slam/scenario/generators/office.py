@@ -13,7 +13,7 @@ from slam.config import Section
 from slam.pose import Pose2D
 from slam.scenario.generators.room import Room, furniture_world
 from slam.scenario.solids import sample_path
-from slam.scenario.values import Count, Place, Point, Span, millimetres
+from slam.scenario.values import Count, Place, Point, Span, millimetres, readable_point
 from slam.scenario.wall import Door, Wall
 from slam.scenario.world_plan import GeneratedWorld, World
 
@@ -36,8 +36,7 @@ class RoomRow:
     def point(self, x: float, y: float) -> Point:
         """Transform a point of the row's frame to the map."""
         place = self.T_map_row @ Pose2D(x, y)
-        x, y = millimetres(place.x, place.y)
-        return x, y
+        return readable_point(place.x, place.y)
 
 
 class OfficeGenerator(Section):

@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from slam.config import Section
 from slam.pose import Pose2D
 from slam.scenario.furniture import Box, Table
-from slam.scenario.values import Count, Length, Point, millimetres
+from slam.scenario.values import Count, Length, Point, millimetres, readable_point
 from slam.scenario.wall import Wall
 from slam.scenario.world_plan import World
 
@@ -76,8 +76,7 @@ class WallFace:
 
     def _point(self, x: float, y: float) -> Point:
         point = self.T_map_face @ Pose2D(x, y)
-        x, y = millimetres(point.x, point.y)
-        return x, y
+        return readable_point(point.x, point.y)
 
 
 class PassageGenerator(Section):

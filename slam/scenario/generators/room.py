@@ -10,7 +10,7 @@ import numpy as np
 from slam.pose import FloatArray, Pose2D
 from slam.scenario.furniture import Box, Cylinder, Furniture, Table
 from slam.scenario.solids import clearance, disc, rectangle, sample_path
-from slam.scenario.values import Point, millimetres
+from slam.scenario.values import Point, millimetres, readable_point
 from slam.scenario.world_plan import Person, World
 
 _TRIES: Final = 20
@@ -90,10 +90,8 @@ class Room:
 
     def _point(self, dx: float, dy: float, rng: np.random.Generator) -> Point:
         """Draw a point at least ``dx`` and ``dy`` inside the walls."""
-        x, y = millimetres(
-            rng.uniform(self.low[0] + dx, self.high[0] - dx), rng.uniform(self.low[1] + dy, self.high[1] - dy)
-        )
-        return x, y
+        x, y = rng.uniform(self.low[0] + dx, self.high[0] - dx), rng.uniform(self.low[1] + dy, self.high[1] - dy)
+        return readable_point(x, y)
 
 
 def _near(points: FloatArray, low: Point, high: Point) -> FloatArray:

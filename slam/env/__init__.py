@@ -1,1 +1,1 @@
-"""What a learning environment is made of: actions, views, rewards, ends and the picture from above."""
+"""The learning environment: its actions, views, rewards, ends and the picture from above."""

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 from slam.env.config import EnvConfig
 from slam.env.occupancy_grid import Extent
 from slam.env.step_state import StepState
-from slam.line_slam import Estimate
 from slam.odometry import Twist2D
-from slam.pose import FloatArray, Pose2D
+from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.estimator import Estimator, make_estimator
 from slam.run.pilots import RouteProgress
@@ -84,7 +83,7 @@ class Episode:
     def reward_terms(self) -> dict[str, float]:
         """Terms whose sum is the reward of the step to this state."""
         return {
-            self.config.reward: self._reward.of(self.state),
+            self.config.reward: self._reward(self.state),
             "collision": -self.config.collision_penalty if self.state.collided else 0.0,
         }
 
@@ -109,14 +108,11 @@ class Episode:
             "ending": ending,
         }
         if self.config.uses_slam and state.estimate is not None:
+            covariance = state.estimate.covariance
             info |= {
                 "slam_pose": state.estimated_pose.as_array(),
-                "slam_covariance": _covariance(state.estimate),
+                "slam_covariance": np.full((3, 3), np.nan) if covariance is None else covariance.copy(),
                 "slam_error": state.slam_error,
                 "slam_lost": state.lost,
             }
         return info
-
-
-def _covariance(estimate: Estimate) -> FloatArray:
-    return np.full((3, 3), np.nan) if estimate.covariance is None else estimate.covariance.copy()

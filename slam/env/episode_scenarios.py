@@ -1,15 +1,91 @@
-"""The scenarios of the episodes of an environment."""
+"""The scenarios of the episodes of an environment, and the options of ``reset``, which change one of them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from pydantic import ValidationError
 
 from slam.env.config import EnvConfig
-from slam.env.reset_options import ResetOptions
-from slam.errors import ScenarioError
+from slam.errors import InputError, ScenarioError, did_you_mean
+from slam.pose import Pose2D
+from slam.scenario.checks import find_obstruction
 from slam.scenario.file import load_template
 from slam.scenario.schema import Scenario
 from slam.scenario.settings import one_or_several
 from slam.scenario.template import ScenarioTemplate
+from slam.scenario.validation_message import validation_message
+from slam.scenario.values import Place
+
+_KEYS = ("start", "goal", "settings")
+
+
+@dataclass(frozen=True, slots=True)
+class ResetOptions:
+    """A start of the robot, an only way-point that it drives to, and settings on top of the scenario's."""
+
+    start: Place | None = None
+    goal: Place | None = None
+    settings: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, options: Mapping[str, Any] | None) -> Self:
+        """Check the options given to ``reset``; InputError names an unknown key, or what is wrong with a value."""
+        given = options or {}
+        if not isinstance(given, Mapping):
+            raise InputError(f"options={options!r}: give a dict with any of the keys {', '.join(_KEYS)}")
+        for key in given:
+            if key not in _KEYS:
+                raise InputError(f"options: no option {key!r}; {did_you_mean(str(key), _KEYS)}")
+        start, goal = given.get("start"), given.get("goal")
+        return cls(
+            None if start is None else _place("start", start, (2, 3)),
+            None if goal is None else _place("goal", goal, (2,)),
+            _settings(given.get("settings") or ()),
+        )
+
+    def applied(self, scenario: Scenario) -> Scenario:
+        """Put this start and goal into the scenario; ScenarioError where a solid stands there."""
+        if self.start is None and self.goal is None:
+            return scenario
+        robot, route = scenario.robot, scenario.route
+        if self.start is not None:
+            robot = robot.model_copy(update={"start": self.start})
+        if self.goal is not None:
+            route = route.model_copy(update={"waypoints": ((self.goal.x, self.goal.y),)})
+        changed = scenario.model_copy(update={"robot": robot, "route": route})
+        if (blocked := find_obstruction(changed)) is not None:
+            key_path, problem = blocked
+            raise ScenarioError(f"options: {'start' if key_path[0] == 'robot' else 'goal'}: {problem}")
+        return changed
+
+
+def _settings(given: Any) -> tuple[str, ...]:
+    settings = one_or_several(given)
+    if isinstance(given, Mapping) or not all(isinstance(setting, str) for setting in settings):
+        raise InputError(f"options: settings={given!r}: give 'key=value', or a list of such strings")
+    return settings
+
+
+def _place(name: str, value: Any, counts: tuple[int, ...]) -> Place:
+    form = " or ".join(("[x, y]", "[x, y, theta]")[count - 2] for count in counts)
+    given = (value.x, value.y, value.theta) if isinstance(value, Pose2D | Place) else value
+    try:
+        numbers = np.asarray(given, np.float64)
+        if numbers.ndim == 1 and len(numbers) in counts:
+            return Place(**dict(zip(("x", "y", "theta"), numbers.tolist(), strict=False)))
+    except (TypeError, ValueError) as error:
+        why = _number_error(error) if isinstance(error, ValidationError) else "no numbers"
+        raise InputError(f"options: {name}={value!r}: {why}; give {form}, metres and radians, map frame") from error
+    raise InputError(f"options: {name}={value!r}: give {form}, metres and radians, map frame")
+
+
+def _number_error(error: ValidationError) -> str:
+    """Name the number that is wrong, and why."""
+    (number,), reason = validation_message(error, Place)
+    return f"{number}: {reason}"
 
 
 class EpisodeScenarios:

@@ -8,8 +8,6 @@ import gymnasium
 
 from slam.errors import InputError, did_you_mean
 
-_NAMESPACE: Final = "hopslam"
-_ENTRY_POINT: Final = "slam.env.p3dx_env:P3DXEnv"
 ENV_IDS: Final[dict[str, str | None]] = {
     "hopslam/P3DX-v0": None,
     "hopslam/ClutteredRoom-v0": "cluttered_room",
@@ -30,12 +28,12 @@ def register_ids() -> None:
     for env_id, scenario in ENV_IDS.items():
         if env_id not in gymnasium.registry:
             kwargs = {} if scenario is None else {"scenario": scenario}
-            gymnasium.register(id=env_id, entry_point=_ENTRY_POINT, kwargs=kwargs)
+            gymnasium.register(id=env_id, entry_point="slam.env.p3dx_env:P3DXEnv", kwargs=kwargs)
 
 
 def find_env_id(name: str) -> str:
     """The whole id of this name, given with or without ``hopslam/``; InputError names what was perhaps meant."""
-    whole = name if name in ENV_IDS else f"{_NAMESPACE}/{name}"
+    whole = name if name in ENV_IDS else f"hopslam/{name}"
     if whole in ENV_IDS:
         return whole
     hint = did_you_mean(whole, ENV_IDS, otherwise=f"choose one of {', '.join(ENV_IDS)}")

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from slam.env.config import env_config
 from slam.env.episode import Episode
-from slam.env.episode_scenarios import EpisodeScenarios
+from slam.env.episode_scenarios import EpisodeScenarios, ResetOptions
 from slam.env.occupancy_grid import Extent
 from slam.env.rerun_window import RerunWindow
-from slam.env.reset_options import ResetOptions
 from slam.env.robot_session import RobotSession
 from slam.env.top_view import TopView
 from slam.errors import InputError, RobotError
@@ -193,7 +192,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
         self.scenario = self._scenarios.first
         self._extent = Extent.of(self.scenario)
         views = self.config.make_views(self.scenario, self._extent)
-        spaces: Space[Any] = Dict({name: view.space() for name, view in views.items()})
+        spaces: Space[Any] = Dict({name: view.space for name, view in views.items()})
         self.observation_space = spaces
         self.action_space: Space[Any] = action_space()
         self.render_mode = render_mode
@@ -293,7 +292,10 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
             )
         scenario = self._scenarios.draw(seed if restartable else None, options)
         left_at = None if restartable else self._left_at()
-        self._enter(scenario)
+        if scenario is not self.scenario:
+            self.scenario, self._extent = scenario, Extent.of(scenario)
+            if self._top_view is not None:
+                self._top_view.show(scenario, self._extent)
         first = self._session.start(scenario, seed)
         unmoved = left_at if first.T_map_base is None else None
         return Episode(self.config, scenario, self._extent, seed, unmoved or scenario.robot.start.pose, first)
@@ -304,10 +306,3 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
             return None
         self._session.come_to_rest(self._episode.update)
         return self._episode.state.T_map_base
-
-    def _enter(self, scenario: Scenario) -> None:
-        if scenario is self.scenario:
-            return
-        self.scenario, self._extent = scenario, Extent.of(scenario)
-        if self._top_view is not None:
-            self._top_view.show(scenario, self._extent)

@@ -1,62 +1,53 @@
 """Rewards of an agent, by name."""
 
 from collections.abc import Callable
-from typing import Final, Protocol
+from typing import Final
 
 from slam.env.occupancy_grid import Extent, OccupancyGrid
 from slam.env.step_state import StepState
 
-
-class Reward(Protocol):
-    """The reward of one episode, made from the state after its first scan."""
-
-    def of(self, state: StepState) -> float:
-        """Reward the step that led to this state."""
-        ...
+Reward = Callable[[StepState], float]
+"""The reward of the step that led to a state, in one episode; called once for each."""
 
 
-class ProgressReward:
+def progress_reward(first: StepState, extent: Extent, cell: float) -> Reward:
     """``L[t-1] - L[t]``, metres, where L is the straight way from the true position through all way-points left.
 
     Driving away costs as much as coming back earns; over an episode the sum is ``L[0] - L[T]``.
     """
+    left = first.route_left
 
-    def __init__(self, first: StepState) -> None:
-        self._left = first.route_left
+    def gained(state: StepState) -> float:
+        nonlocal left
+        before, left = left, state.route_left
+        return before - left
 
-    def of(self, state: StepState) -> float:
-        """Metres gained since the last state."""
-        before, self._left = self._left, state.route_left
-        return before - self._left
+    return gained
 
 
-class CoverageReward:
+def coverage_reward(first: StepState, extent: Extent, cell: float) -> Reward:
     """``a^2 (N[t] - N[t-1])``, m^2, where N cells of side a have been seen: run through by a beam, or met by one.
 
     The beams are taken from the true pose. What the first scan sees is nobody's merit and counts nothing.
     """
+    grid = OccupancyGrid(extent, cell)
 
-    def __init__(self, first: StepState, extent: Extent, cell: float) -> None:
-        self._grid = OccupancyGrid(extent, cell)
-        self.of(first)
+    def newly_seen(state: StepState) -> float:
+        return grid.add_scan(state.observation.scan, state.T_map_laser)
 
-    def of(self, state: StepState) -> float:
-        """Square metres newly seen."""
-        return self._grid.add_scan(state.observation.scan, state.T_map_laser)
+    newly_seen(first)
+    return newly_seen
 
 
-class NoReward:
+def no_reward(first: StepState, extent: Extent, cell: float) -> Reward:
     """Always 0: for control without learning, or a reward of one's own."""
-
-    def of(self, state: StepState) -> float:
-        """0."""
-        return 0.0
+    return lambda state: 0.0
 
 
 REWARDS: Final[dict[str, Callable[[StepState, Extent, float], Reward]]] = {
-    "progress": lambda first, extent, cell: ProgressReward(first),
-    "coverage": CoverageReward,
-    "none": lambda first, extent, cell: NoReward(),
+    "progress": progress_reward,
+    "coverage": coverage_reward,
+    "none": no_reward,
 }
 """Every reward by the name that the argument ``reward`` gives it; made from the first state of an episode, the extent
 of its world, and the side of a cell, metres."""

@@ -69,4 +69,4 @@ ENDS: Final[dict[str, Callable[[StepState, float], bool]]] = {
     "goal": lambda state, lost_beyond: state.arrived,
     "lost": lambda state, lost_beyond: state.lost or state.slam_error > lost_beyond,
 }
-"""What may terminate an episode, by the name that the argument ``end_on`` gives it; ``lost_beyond`` in metres."""
+"""Ends that may terminate an episode, by the name that the argument ``end_on`` gives it; ``lost_beyond`` in metres."""

@@ -53,7 +53,7 @@ def test_the_goal_is_told_from_where_the_robot_is(env: P3DXEnv, form: str) -> No
     state = StepState(seen, pose, pose, Pose2D(-2.0, 6.0), False, 5.0, None)
     expected = [5.0, np.arctan2(3.0, 4.0)] if form == "polar" else [4.0, 3.0]
     np.testing.assert_allclose(view.of(state), expected, rtol=1e-6)
-    assert view.of(state) in view.space()
+    assert view.of(state) in view.space
     arrived = StepState(seen, pose, pose, None, True, 0.0, None)
     assert view.of(arrived).tolist() == [0.0, 0.0]
 

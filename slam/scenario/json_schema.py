@@ -100,10 +100,10 @@ def _line(text: str) -> str:
 
 def _or_random(value: dict[str, Any]) -> dict[str, Any]:
     """Make the schema of a value, or of a random one in its place, in the items of a list too."""
-    said = {key: value[key] for key in ("description", "default") if key in value}
-    plain = {key: part for key, part in value.items() if key not in said}
+    outside = {key: value[key] for key in ("description", "default") if key in value}
+    plain = {key: part for key, part in value.items() if key not in outside}
     if "prefixItems" in plain:
         plain["prefixItems"] = [_or_random(item) for item in plain["prefixItems"]]
     if isinstance(plain.get("items"), dict):
         plain["items"] = _or_random(plain["items"])
-    return said | {"anyOf": [plain, {"$ref": DEFAULT_REF_TEMPLATE.format(model=RANDOM)}]}
+    return outside | {"anyOf": [plain, {"$ref": DEFAULT_REF_TEMPLATE.format(model=RANDOM)}]}

@@ -136,7 +136,7 @@ class PassageGenerator(Section):
             raise ValueError(
                 f"lane = {self.lane:g} m is too narrow to meet people in; at least {_LANE_WITH_PEOPLE:g} m"
             )
-        wanted, there = self.recesses + self.boxes + self.tables, sum(face.slots for face in self.wall_faces())
-        if wanted > there:
-            raise ValueError(f"{wanted} recesses, boxes and tables; the walls have room for {there}, {SLOT} m for each")
+        wanted, slots = self.recesses + self.boxes + self.tables, sum(face.slots for face in self.wall_faces())
+        if wanted > slots:
+            raise ValueError(f"{wanted} recesses, boxes and tables; the walls have room for {slots}, {SLOT} m for each")
         return self

@@ -28,7 +28,7 @@ def _several(names: Any) -> Any:
 
 
 class EnvConfig(Section):
-    """Actions, views, rewards and ends of an environment; ``manual.md`` explains them."""
+    """Actions, views, rewards and ends of an environment; the docstring of ``P3DXEnv`` is their manual."""
 
     action: Literal["twist", "wheels"] = "twist"
     """Meaning of the two numbers of an action."""

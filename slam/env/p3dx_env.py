@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, Final, Literal
+from typing import Any, Literal
 
 import gymnasium
 import numpy as np
@@ -24,13 +24,153 @@ from slam.robot import Robot
 from slam.run.arrays import action_space
 from slam.scenario.schema import Scenario
 
-MANUAL: Final = Path(__file__).with_name("manual.md").read_text(encoding="utf-8")
-"""The docstring of the environment, and its manual: spaces, rewards, ends, arguments, info."""
 ObservationDict = dict[str, NDArray[Any]]
 
 
 class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
-    __doc__ = MANUAL
+    """A Pioneer P3-DX with a planar lidar in the world of a scenario, simulated or real.
+
+    ## Description
+    A differential-drive robot drives through a PyBullet world, sees it through a noisy lidar and reckons its way by
+    wheels that err. One step is one turn of the lidar, 0.1 s: so long the action is held, and at the end the scan is
+    observed. Meanwhile physics advances at ``physics.rate``, 240 steps a second, and the base follows its ramps at
+    ``robot.control_rate``, 60 times a second. A scenario in which one does not divide the other is refused.
+
+    With `backend="hardware"` the same class drives the real robot, or emulated devices, at the ports that the
+    scenario's section ``hardware`` names; see Real Robots.
+
+    ## Action Space
+    ``Box(-1, 1, (2,), float32)``, in SI units:
+
+    | `action` | first | second |
+    |---|---|---|
+    | `"twist"` | v, forward, m/s | omega, counter-clockwise, rad/s |
+    | `"wheels"` | left rim, m/s | right rim, m/s |
+
+    v = (left + right) / 2 and omega = (right - left) / b, with the track b = ``robot.odometry.track``. Nothing is
+    scaled; a number beyond 1 is obeyed up to the scenario's limits, and `info["applied"]` is what the base was told in
+    the end. Another shape, and numbers that are not finite, are an `InputError`.
+
+    ## Observation Space
+    A ``Dict`` of the keys in `observe`, fresh arrays at every step:
+
+    | Key | Shape | Type | Content |
+    |---|---|---|---|
+    | `scan` | (beams,) | float32 | ranges, m; `range_max` where no echo came back, 0 where something is too close |
+    | `odometry` | (5,) | float32 | x, y (m), theta (rad), v (m/s), omega (rad/s), as the wheels say, from the start |
+    | `slam_pose` | (3,) | float32 | x, y (m), theta (rad), map frame, as the scenario's SLAM estimates it |
+    | `map` | (1, n, n) | uint8 | 0 unknown, 127 free, 255 wall: what SLAM has seen around its pose, heading up |
+    | `goal` | (2,) | float32 | next way-point of the route from the robot: (m, rad), or (x, y) in m; 0 at the end |
+
+    The pose in `goal`, rewards and ends is the true one; where the robot does not know it, that of SLAM. SLAM runs only
+    where this, `slam_pose`, `map` or the end `lost` need it.
+
+    ## Rewards
+    | `reward` | Formula |
+    |---|---|
+    | `"progress"` | L[t-1] - L[t], m: L is the straight way from the robot's position through all way-points left |
+    | `"coverage"` | a^2 (N[t] - N[t-1]), m^2: N cells of side a = `cell` were seen, run through or met by a beam |
+    | `"none"` | 0 |
+
+    Coverage casts the beams from the robot's pose, and holds the area within 1 m around the world; a beam without an
+    echo counts as far as the sensor reaches, but only among neighbours without one, for lone ones are lost in front of
+    walls too. What the first scan sees is no merit. In every step with a collision `collision_penalty` is taken off.
+
+    ## Starting State
+    At rest at the scenario's start pose, after the first scan. `reset(seed=k)` decides all noise, and draws the world
+    too where the scenario leaves something to chance; the same seed gives the same bits. `reset(options={...})` changes
+    this one episode; any other key, and a place inside a solid, are refused:
+
+    | Option | Value |
+    |---|---|
+    | `start` | `[x, y]` or `[x, y, theta]`, map frame, m and rad: where the robot starts |
+    | `goal` | `[x, y]`, map frame, m: the only way-point of the route |
+    | `settings` | `"key=value"`, or a list of such strings, on top of the scenario's |
+
+    ## Episode End
+    Terminated by the first of `end_on` that comes:
+
+    - `collision`: the robot touched anything but the floor and furniture that it can push, or a wheel is stalled;
+    - `goal`: the last way-point is within the route's `arrival`;
+    - `lost`: SLAM says so itself, or its pose is farther than `lost_beyond` from the true one, where that is known.
+
+    Truncated with the last scan within `max_seconds` and the scenario's `duration`. When an episode ends, the robot is
+    told to stand.
+
+    ## Real Robots
+    With `backend="hardware"`, actions, spaces, rewards, ends and `info` are the same; the time is real. Rewards and
+    ends come from SLAM, which starts at the scenario's start pose; `info["pose_from"]` says `"estimate"`, and
+    `info["T_map_base"]`, the truth, is nan. A `collision` is what the bumpers and the stall flag tell.
+
+    - Before the first motion of every episode it asks on the terminal whether the way is free. `yes=True` leaves the
+      question out, which a program without a terminal must; with `dry_run=True` the robot never moves.
+    - `reset` opens the devices anew and moves nothing. The first episode takes the place where the robot stands for
+      the scenario's start pose. A later one begins where the last one left the robot, as SLAM says after it has braked,
+      with odometry at 0 and an empty map. After `close()`, it is the scenario's start pose again: do so when the robot
+      was carried there. The option `start` is refused. A random scenario is always that of its own seed; `seed` decides
+      what is random in SLAM only.
+    - It stops when no action comes for ``hardware.command_timeout``, 0.5 s: a policy that is slower drives by fits and
+      starts. One that is slower than the lidar gets the newest scan, and the others are skipped. It stops when scans or
+      odometry stay away; a step then waits, standing, for ``hardware.patience``, and raises `RobotTimeout` after that.
+      Whatever `step` raises, the robot is stopped before; only after a wrong action the episode can go on. `close()`,
+      the end of the program and the loss of the environment stop it too.
+
+    `backend="module:Class"` drives a robot of one's own. One that has a method `restart(seed)` is set back to its start
+    at every reset; one without is treated as a real robot, except that its pose is the truth where it tells one.
+
+    ## Arguments
+    | Argument | Default | Meaning |
+    |---|---|---|
+    | `scenario` | `"corridor"` | name of a shipped scenario, path to a YAML file, or a `Scenario` |
+    | `settings` | `()` | `"key=value"` strings on top of a named scenario |
+    | `allow_modules` | `()` | modules whose code the scenario's file may run; none: see docs/extend.md |
+    | `render_mode` | `None` | `"rgb_array"`: the view from above; `"human"`: the window of the rerun viewer |
+    | `backend` | `"sim"` | or `"hardware"`, or `"module:Class"` |
+    | `yes` | `False` | the real robot moves without asking |
+    | `dry_run` | `False` | the real robot never moves |
+    | `action` | `"twist"` | or `"wheels"` |
+    | `observe` | `("scan", "odometry")` | keys of the observation |
+    | `reward` | `"progress"` | or `"coverage"`, `"none"` |
+    | `collision_penalty` | `0.0` | per step with a collision |
+    | `end_on` | `("collision", "goal")` | what terminates; `"lost"` may be added |
+    | `max_seconds` | `None` | time after which an episode is truncated, s |
+    | `lost_beyond` | `1.0` | m |
+    | `goal_as` | `"polar"` | or `"xy"`: x ahead, y to the left |
+    | `map_cells` | `64` | n, cells along a side of `map` |
+    | `cell` | `0.1` | side of a cell of `map` and of the seen area, m |
+
+    ## Info
+    | Key | Type | Content |
+    |---|---|---|
+    | `T_map_base` | (3,) | the true pose: x, y (m), theta (rad); nan where the robot does not know it |
+    | `pose` | (3,) | the pose that `goal`, rewards and ends go by: x, y (m), theta (rad) |
+    | `pose_from` | str | where `pose` comes from: `truth` or `estimate` |
+    | `collided` | bool | the robot touched something that it cannot push since the last scan |
+    | `stalled` | bool | a wheel cannot turn as it should: the robot is blocked |
+    | `applied` | (2,) | v (m/s), omega (rad/s): the command within the limits |
+    | `stamp` | float | of the scan, s |
+    | `seconds` | float | time in this episode |
+    | `route_left` | float | L of `progress`, m |
+    | `reward` | dict | the parts whose sum is the reward: under the name of `reward`, and `collision` |
+    | `ending` | str | `collision`, `goal`, `lost` or `time`; empty until then |
+    | `slam_pose` | (3,) | x, y (m), theta (rad), map frame |
+    | `slam_covariance` | (3, 3) | of `slam_pose`, map frame; nan in paper mode, which has none |
+    | `slam_lost` | bool | SLAM says that it is lost |
+    | `slam_error` | float | from the true position to the estimated one, m; nan without the truth |
+    | `observation` | `Observation` | what the robot said, whole: scan, odometry, truth, bumpers, sonar, people |
+
+    The keys that begin with `slam_` are there where `slam_pose`, `map` or `lost` was asked for. In the simulator times
+    are simulated ones, so the same seed gives the same `info`. How long SLAM took on the wall's clock is
+    ``env.unwrapped.episode.state.estimate.total_time``, seconds.
+
+    ## Copies
+    An environment that does not run, before the first reset or after close, can be copied and pickled: the copy is a
+    new one with the same arguments. One that runs refuses; `gymnasium.make(env.spec)` makes another.
+
+    ## Version History
+    v0: the first.
+    """
+
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 10}  # noqa: RUF012  # as in Env
 
     def __init__(

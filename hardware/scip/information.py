@@ -1,6 +1,5 @@
 """The sensor's description of itself: the answers to VV, PP and II, lines of ``KEY:value;``."""
 
-import re
 from dataclasses import dataclass
 from math import pi
 from typing import Final, Self
@@ -11,7 +10,6 @@ from hardware.scip.time_stamp import decode_hex_time, encode_hex_time
 from slam.lidars import Lidar
 
 _LASER: Final = {True: "ON", False: "OFF"}
-_OLD_FIRMWARE: Final = re.compile(r"\((\d+)-(\d+)\[mm\],\d+\[deg\],(\d+)-(\d+)\[step\],(\d+)\[rpm\]\)")
 
 
 def entries(reply: Reply) -> dict[str, str]:
@@ -152,15 +150,3 @@ class SensorState:
             "STAT": self.condition,
         }
         return _reply("II", dict(values))
-
-
-def scip1_fan(version: VersionInfo) -> tuple[float, float, int, int, float]:
-    """Return least and largest range (metres), first and last step, and seconds a turn from a firmware of SCIP 1.1,
-    whose name has what PP says in 2.0."""
-    found = _OLD_FIRMWARE.search(version.firmware)
-    if found is None:
-        raise DecodeError(f"firmware {version.firmware!r} names no fan")
-    near, far, first, last, rpm = map(int, found.groups())
-    if rpm == 0:
-        raise DecodeError("a motor that stands")
-    return near / 1000.0, far / 1000.0, first, last, 60.0 / rpm

@@ -44,7 +44,6 @@ class Urg04lx:
         self._news = threading.Condition()
         self._scans: deque[LaserScan] = deque(maxlen=_KEPT)
         self.scanned_at = time.monotonic()
-
         self.trouble: str | None = None
         self._line = self._connect()
         self._thread = threading.Thread(target=self._serve, name="urg04lx", daemon=True)

@@ -4,7 +4,7 @@ import resource
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -75,12 +75,6 @@ ENDINGS: Final = (
     Ending("own program: SIGTERM", lambda program: program.send(signal.SIGTERM), own_program=True),
     Ending("own program: a thread fails", lambda program: program.write_line("fail"), own_program=True),
 )
-
-
-def ending_results(plant: str) -> Iterator[EndingResult]:
-    """Measure each ending, with a robot that this plant moves."""
-    for ending in ENDINGS:
-        yield ending_result(ending, plant)
 
 
 def ending_result(ending: Ending, plant: str, watched: float = _WATCHED) -> EndingResult:

@@ -9,7 +9,7 @@ import numpy as np
 
 from hardware.bench.driven_path import DrivenPath, PathDifference
 from hardware.bench.emulated_robot import emulated_robot, measure_load
-from hardware.bench.endings import ENDINGS, EndingResult, ending_results
+from hardware.bench.endings import ENDINGS, EndingResult, ending_result
 from hardware.bench.faults import CUT_OFF, FAULTS, FaultResult, fault_results, kill_result
 from hardware.bench.noise import RECEIVERS, ByteDamage, Score
 from hardware.bench.sim_comparison import drive_emulated, drive_env_emulated, drive_env_simulated, drive_simulated
@@ -76,7 +76,7 @@ def _watchdog_note(watchdog: float) -> str:
 
 def ending_table(console: Terminal) -> ResultTable:
     """Measure every way in which a program ends, with both plants."""
-    results = ((plant, result) for plant in PLANTS for result in ending_results(plant))
+    results = ((plant, ending_result(ending, plant)) for plant in PLANTS for ending in ENDINGS)
     with console.progress(still=True) as bar:
         total = len(PLANTS) * len(ENDINGS)
         rows = [_end_row(*found) for found in bar.track(results, total, description="endings")]

@@ -6,6 +6,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Final, Self, TypeVar
 
@@ -111,17 +112,10 @@ class Emulator(Closing):
 
     def do(self, call: Callable[[], _T]) -> _T:
         """Let the thread call this, between two actions of its own, and return the result."""
-        done = threading.Event()
-        results: list[_T] = []
-
-        def run() -> None:
-            results.append(call())
-            done.set()
-
-        self._calls.append(run)
+        result: Future[_T] = Future()
+        self._calls.append(lambda: result.set_result(call()))
         os.write(self._wake_write, b"!")
-        done.wait()
-        return results[0]
+        return result.result()
 
     def close(self) -> None:
         """Stop, and pull both plugs."""

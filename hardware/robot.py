@@ -145,7 +145,7 @@ class HardwareRobot(Closing):
         if reason is not None:
             self._guard.stop(reason)
             return False
-        if not self._base.armed:
+        if not self._base.sip.motors_enabled:
             self._base.arm()
         self._guard.moving, self._guard.reason = True, None
         return True

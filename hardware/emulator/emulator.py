@@ -13,11 +13,10 @@ from typing import Final, Self, TypeVar
 import numpy as np
 
 from hardware.arcos.config_packet import ArcosConfig
-from hardware.emulator.connected_device import ConnectedDevice
 from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort
-from hardware.emulator.serial_line import LineNoise
+from hardware.emulator.serial_line import ConnectedDevice, LineNoise
 from hardware.emulator.urg04lx import EmulatedUrg04lx
 from slam.closing import Closing
 from slam.pose import FloatArray, Pose2D, unit_vectors

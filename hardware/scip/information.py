@@ -2,14 +2,12 @@
 
 from dataclasses import dataclass
 from math import pi
-from typing import Final, Self
+from typing import Self
 
 from hardware import DecodeError
 from hardware.scip.reply import Reply
 from hardware.scip.time_stamp import decode_hex_time, encode_hex_time
 from slam.lidars import Lidar
-
-_LASER: Final = {True: "ON", False: "OFF"}
 
 
 def entries(reply: Reply) -> dict[str, str]:
@@ -142,7 +140,7 @@ class SensorState:
         """Return the answer."""
         values = {
             "MODL": self.model,
-            "LASR": _LASER[self.laser],
+            "LASR": "ON" if self.laser else "OFF",
             "SCSP": self.motor,
             "MESM": self.mode,
             "SBPS": self.bit_rate,

@@ -111,7 +111,6 @@ class PositionOdometry:
 
 
 def _plausible(step: Pose2D, before: _Reading, after: _Reading) -> bool:
-    """Tell whether the wheels' mean speed explains a step."""
     seconds = after.stamp - before.stamp
     speed = (before.twist.linear + after.twist.linear) / 2.0
     turning = (before.twist.angular + after.twist.angular) / 2.0

@@ -67,7 +67,6 @@ class Urg04lx:
             self._thread.join()
 
     def _connect(self) -> ScipLine:
-        """Open the sensor, and return the line from which scans come."""
         line = ScipLine(SerialPort(self._config.lidar_port, self._config.lidar_baud), self._closing)
         try:
             connect_lidar(line, self._config.lidar_baud)

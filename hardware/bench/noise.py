@@ -125,7 +125,6 @@ def _sent(score: Score, wire: bytes, damage: ByteDamage, rng: np.random.Generato
 
 
 def _circle() -> Iterator[tuple[float, float, float]]:
-    """Yield poses every 0.1 s."""
     x = y = heading = 0.0
     while True:
         yield x, y, heading

@@ -28,7 +28,7 @@ class LineNoise:
 
     def damage(self, data: bytes, rng: Random) -> bytes:
         """Return the bytes as they arrive."""
-        if self == _QUIET:
+        if self == LineNoise():
             return data
         arrived = bytearray()
         for byte in data:
@@ -38,9 +38,6 @@ class LineNoise:
                 byte ^= 1 << rng.randrange(8)
             arrived += bytes([byte]) * (2 if rng.random() < self.duplicated else 1)
         return bytes(arrived)
-
-
-_QUIET: Final = LineNoise()
 
 
 class SerialLine:
@@ -76,12 +73,6 @@ class SerialLine:
             self._size -= len(chunk)
             chunks.append((chunk, baud))
         return chunks
-
-    def clear(self) -> None:
-        """Forget the bytes on their way."""
-        self._waiting.clear()
-        self._size = 0
-        self._free_at = -inf
 
 
 Device = EmulatedP3dx | EmulatedUrg04lx
@@ -121,7 +112,7 @@ class ConnectedDevice:
 
     def unplug(self) -> None:
         """Pull the plug; bytes on their way are lost."""
-        self._line.clear()
+        self._line = SerialLine()
         self.port.close()
 
     def take(self, now: float) -> None:
@@ -155,13 +146,8 @@ class ConnectedDevice:
             self._line.send(data, now, baud)
 
     def _through(self, data: bytes, baud: int | None) -> bytes:
-        """Return the bytes that the other side reads of those sent at this bit rate."""
+        """Return the bytes that the other side reads of those sent at this bit rate; at another one they are random."""
         client = self.port.client_baud() if baud else None
         if client is not None and client != baud:
-            return misread(data, self._rng)
+            return bytes(self._rng.randrange(0x80, 0x100) for _ in data[::2])
         return self._noise.damage(data, self._rng)
-
-
-def misread(data: bytes, rng: Random) -> bytes:
-    """Return random bytes for those read at another bit rate than they were sent with."""
-    return bytes(rng.randrange(0x80, 0x100) for _ in data[::2])

@@ -18,7 +18,7 @@ def entries(reply: Reply) -> dict[str, str]:
     return {key: value for key, _, value in pairs}
 
 
-def _reply(command: str, values: dict[str, object]) -> Reply:
+def _reply(command: str, **values: object) -> Reply:
     return Reply(command, "00", tuple(f"{key}:{value};".encode("latin-1") for key, value in values.items()))
 
 
@@ -54,7 +54,7 @@ class VersionInfo:
     def encode(self, command: str = "VV") -> Reply:
         """Return the answer."""
         values = (self.vendor, self.product, self.firmware, self.protocol, self.serial_number)
-        reply = _reply(command, dict(zip(("VEND", "PROD", "FIRM", "PROT", "SERI"), values, strict=True)))
+        reply = _reply(command, **dict(zip(("VEND", "PROD", "FIRM", "PROT", "SERI"), values, strict=True)))
         old = command == "V"
         return Reply(command, "0", tuple(line.removesuffix(b";") for line in reply.lines)) if old else reply
 
@@ -103,17 +103,17 @@ class SensorParameters:
 
     def encode(self) -> Reply:
         """Return the answer."""
-        values = {
-            "MODL": self.model,
-            "DMIN": round(self.range_min * 1000.0),
-            "DMAX": round(self.range_max * 1000.0),
-            "ARES": self.resolution,
-            "AMIN": self.first,
-            "AMAX": self.last,
-            "AFRT": self.front,
-            "SCAN": round(60.0 / self.scan_time),
-        }
-        return _reply("PP", dict(values))
+        return _reply(
+            "PP",
+            MODL=self.model,
+            DMIN=round(self.range_min * 1000.0),
+            DMAX=round(self.range_max * 1000.0),
+            ARES=self.resolution,
+            AMIN=self.first,
+            AMAX=self.last,
+            AFRT=self.front,
+            SCAN=round(60.0 / self.scan_time),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,13 +138,13 @@ class SensorState:
 
     def encode(self) -> Reply:
         """Return the answer."""
-        values = {
-            "MODL": self.model,
-            "LASR": "ON" if self.laser else "OFF",
-            "SCSP": self.motor,
-            "MESM": self.mode,
-            "SBPS": self.bit_rate,
-            "TIME": encode_hex_time(self.time),
-            "STAT": self.condition,
-        }
-        return _reply("II", dict(values))
+        return _reply(
+            "II",
+            MODL=self.model,
+            LASR="ON" if self.laser else "OFF",
+            SCSP=self.motor,
+            MESM=self.mode,
+            SBPS=self.bit_rate,
+            TIME=encode_hex_time(self.time),
+            STAT=self.condition,
+        )

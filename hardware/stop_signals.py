@@ -99,7 +99,7 @@ def _in_main_thread() -> bool:
 
 
 def _numbers(names: tuple[str, ...]) -> list[int]:
-    """The signals of these names that this system has."""
+    """Return the signals of these names that this system has."""
     return [int(getattr(signal, name)) for name in names if hasattr(signal, name)]
 
 

@@ -90,12 +90,12 @@ class Urg04lx:
 
     def _listen(self) -> None:
         """Take scans until the driver is closed; RobotError when there are no more."""
-        heard = time.monotonic()
+        last_scan_at = time.monotonic()
         while not self._closing.is_set():
             for frame in self._line.receive(_POLL):
                 if self._take(frame):
-                    heard = frame.ended
-            if time.monotonic() - heard > _SILENCE:
+                    last_scan_at = frame.ended
+            if time.monotonic() - last_scan_at > _SILENCE:
                 raise RobotError(f"{self._config.lidar_port}: the lidar sends no scans any more")
 
     def _take(self, frame: Frame) -> bool:

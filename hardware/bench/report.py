@@ -65,7 +65,8 @@ def fault_table(console: Terminal) -> ResultTable:
 def _faults() -> Iterator[tuple[FaultResult, str]]:
     """Yield each fault's result, and the condition under which it was measured."""
     conditions = {watchdog: f", watchdog {watchdog:g} s" for watchdog in _WATCHDOGS}
-    yield from [(kill_result(watchdog), condition) for watchdog, condition in conditions.items()]  # forks: no threads
+    # Killed programs are forks: they come first, while there are no threads.
+    yield from [(kill_result(watchdog), condition) for watchdog, condition in conditions.items()]
     yield from ((result, "") for result in fault_results(FAULTS, _WATCHDOGS[0]))
     for watchdog, condition in conditions.items():
         yield from ((result, condition) for result in fault_results(CUT_OFF, watchdog))

@@ -59,16 +59,13 @@ class ArcosLine:
         data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
         now = time.monotonic()
         if not pending:
-            self._began = now - self._seconds_on_the_wire(data)
+            on_the_wire = len(data) * BITS_PER_BYTE / self.port.baud if self.port.has_baud else 0.0
+            self._began = now - on_the_wire
         arrivals = []
         for packet in self._decoder.feed(data) if data else self._decoder.flush():
             arrivals.append(ReceivedPacket(packet, self._began))
             self._began = now
         return arrivals
-
-    def _seconds_on_the_wire(self, data: bytes) -> float:
-        """Return the time that bytes read at once took to come one by one."""
-        return len(data) * BITS_PER_BYTE / self.port.baud if self.port.has_baud else 0.0
 
     def wait_for(self, wanted: Callable[[bytes], bool], timeout: float = _ANSWER) -> bytes | None:
         """Return the first wanted packet that comes in time; others are dropped."""
@@ -79,6 +76,15 @@ class ArcosLine:
             for arrival in self.receive(left):
                 if wanted(arrival.data):
                     return arrival.data
+        return None
+
+    def ask(self, command: Command, wanted: Callable[[bytes], bool], tries: int) -> bytes | None:
+        """Send a command until a wanted packet comes; None when none does after so many tries."""
+        for _ in range(tries):
+            self.send(command)
+            answer = self.wait_for(wanted)
+            if answer is not None:
+                return answer
         return None
 
     def drain(self) -> None:
@@ -98,7 +104,9 @@ def connect_robot(line: ArcosLine) -> Identity:
             line.drain()
             answer = _synchronise(line)
             if isinstance(answer, Identity):
-                _open(line)
+                if line.ask(Command(CommandId.OPEN, 1), is_sip, _TRIES) is None:
+                    reason = "the robot answers, but reports nothing once opened; switch it off and on"
+                    raise RobotError(f"{line.port.url}: {reason}")
                 return answer
             if answer == "closed":
                 break  # it is back at the bit rate of its FLASH: search again
@@ -160,17 +168,4 @@ def _synchronise(line: ArcosLine) -> Identity | Literal["closed"] | None:
 
 
 def _ask(line: ArcosLine, number: int) -> bytes | None:
-    for _ in range(2):
-        line.send(Command(number))
-        answer = line.wait_for(lambda data: data[0] == number or is_sip(data))
-        if answer is not None:
-            return answer
-    return None
-
-
-def _open(line: ArcosLine) -> None:
-    for _ in range(_TRIES):
-        line.send(Command(CommandId.OPEN, 1))
-        if line.wait_for(is_sip) is not None:
-            return
-    raise RobotError(f"{line.port.url}: the robot answers, but reports nothing once opened; switch it off and on")
+    return line.ask(Command(number), lambda data: data[0] == number or is_sip(data), tries=2)

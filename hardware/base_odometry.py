@@ -87,18 +87,15 @@ class PositionOdometry:
             if _plausible(step, before, reading):
                 self._accept(reading, before.pose @ self._corrected(step))
                 return True
-        self._refuse(stamp)
+        self._first_refused = self._first_refused or stamp
+        if stamp - self._first_refused > _PATIENCE:
+            self._believed = ()  # the robot was moved to another place in its own mind, or began anew
         return False
 
     def _accept(self, reading: _Reading, pose: Pose2D) -> None:
         reading = replace(reading, pose=pose)
         self._believed, self._first_refused = (reading, *self._believed[:1]), None
         self._track.add(reading.stamp, pose, self._scales.corrected(reading.twist))
-
-    def _refuse(self, stamp: float) -> None:
-        self._first_refused = self._first_refused or stamp
-        if stamp - self._first_refused > _PATIENCE:
-            self._believed = ()  # the robot was moved to another place in its own mind, or began anew
 
     def _step(self, before: Sip, after: Sip) -> Pose2D:
         wrap = self._units.wrap
@@ -114,7 +111,6 @@ class PositionOdometry:
 
 
 def _plausible(step: Pose2D, before: _Reading, after: _Reading) -> bool:
-    """Tell whether the wheels' mean speed explains a step."""
     seconds = after.stamp - before.stamp
     speed = (before.twist.linear + after.twist.linear) / 2.0
     turning = (before.twist.angular + after.twist.angular) / 2.0

@@ -2,7 +2,7 @@
 
 import os
 import threading
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -51,14 +51,12 @@ def examine(port: str, lidar_baud: int) -> Finding:
 
 def _lidar(port: str, baud: int) -> Finding:
     line = ScipLine(SerialPort(port, baud), threading.Event())
-    try:
+    with closing(line.port):
         connect_lidar(line, baud)
         version, parameters = identify(line)
         line.ask_until_answered("BM")
         data = _latest(line, parameters.first, parameters.last)
         stop_scans(line)
-    finally:
-        line.port.close()
     lidar = parameters.lidar
     scan = LaserScan(0.0, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, data.ranges)
     words = (
@@ -78,13 +76,11 @@ def _latest(line: ScipLine, first: int, last: int) -> ScanData:
 
 def _robot(port: str, _: int) -> Finding:
     line = ArcosLine(SerialPort(port, 9600), threading.Event())
-    try:
+    with closing(line.port):
         identity = connect_robot(line)
         config = read_config(line)
         report = line.wait_for(is_sip)
         disconnect_robot(line)
-    finally:
-        line.port.close()
     battery, units = "unknown", units_of(identity.subclass)
     if report is not None and units is not None:
         with suppress(DecodeError):

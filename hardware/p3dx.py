@@ -57,11 +57,6 @@ class P3dx:
         self._thread.start()
 
     @property
-    def armed(self) -> bool:
-        """True while the motors have power, by the last report."""
-        return self.sip.motors_enabled
-
-    @property
     def bumpers(self) -> tuple[bool, ...]:
         """True for each segment that is pressed: front, then rear."""
         sip, settings = self.sip, self._settings
@@ -77,7 +72,7 @@ class P3dx:
         """Reason why the robot cannot move until somebody does something by hand; None when it can."""
         if self.sip.e_stop:
             return "the emergency stop is pressed; release it, and the run goes on"
-        if self._was_armed and not self.armed:
+        if self._was_armed and not self.sip.motors_enabled:
             return "the motors were switched off; press the robot's motor button, and the run goes on"
         return None
 

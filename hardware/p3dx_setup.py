@@ -41,41 +41,28 @@ def open_p3dx(config: HardwareConfig, limits: Limits, closing: threading.Event) 
 
 
 def _set_up(line: ArcosLine, config: HardwareConfig, limits: Limits) -> OpenedP3dx:
-    units = _known_units(line, connect_robot(line).subclass)
+    subclass = connect_robot(line).subclass
+    units = units_of(subclass)
+    if units is None:
+        raise RobotError(f"{line.port.url}: the robot is a {subclass!r}; only p3dx and p3dx-sh are known here")
     settings = read_config(line)
     _check_watchdog(line, settings.watchdog, config.max_watchdog)
     by_encoders = config.odometry == "encoders"
     if by_encoders and not settings.ticks_per_metre:
         raise RobotError(f"{line.port.url}: the robot does not say its ticks; set hardware.odometry=position")
     speed_up(line, settings)
-    for command in (
-        *_limit_commands(limits),
-        Command(CommandId.ENABLE, 0),
-        Command(CommandId.ENCODER, 2 * by_encoders),
+    for command, quantity in (
+        (CommandId.SETV, limits.linear),
+        (CommandId.SETA, limits.acceleration),
+        (CommandId.SETA, -limits.deceleration),
+        (CommandId.SETRV, limits.angular),
+        (CommandId.SETRA, limits.angular_acceleration),
+        (CommandId.SETRA, -limits.angular_acceleration),
     ):
-        line.send(command)
+        line.send(Command.of(command, quantity))
+    line.send(Command(CommandId.ENABLE, 0))
+    line.send(Command(CommandId.ENCODER, 2 * by_encoders))
     return OpenedP3dx(line, units, settings)
-
-
-def _limit_commands(limits: Limits) -> list[Command]:
-    return [
-        Command.of(command, quantity)
-        for command, quantity in (
-            (CommandId.SETV, limits.linear),
-            (CommandId.SETA, limits.acceleration),
-            (CommandId.SETA, -limits.deceleration),
-            (CommandId.SETRV, limits.angular),
-            (CommandId.SETRA, limits.angular_acceleration),
-            (CommandId.SETRA, -limits.angular_acceleration),
-        )
-    ]
-
-
-def _known_units(line: ArcosLine, subclass: str) -> ArcosUnits:
-    units = units_of(subclass)
-    if units is None:
-        raise RobotError(f"{line.port.url}: the robot is a {subclass!r}; only p3dx and p3dx-sh are known here")
-    return units
 
 
 def _check_watchdog(line: ArcosLine, watchdog: float, longest: float) -> None:

@@ -51,7 +51,7 @@ def process_watch(stop: StopCallbacks) -> Iterator[Callable[[], None]]:
         _current = watch = _current or _ProcessWatch()
         watch.add(stop)
     try:
-        yield watch.reclaim
+        yield watch.signals.reclaim
     finally:
         with _lock:
             if watch.remove(stop):
@@ -72,7 +72,7 @@ class _ProcessWatch:
             self._poll.register(stream, 0)  # errors and hang-ups, which poll always reports
         self._over: tuple[str, RobotError] | None = None
         self._looked_at = monotonic()
-        self._signals = StopSignals(self._wakeup)
+        self.signals = StopSignals(self._wakeup)
         self._hooks = threading.excepthook, sys.excepthook, sys.unraisablehook
         threading.excepthook, sys.excepthook = self._thread_failed, self._program_failed
         sys.unraisablehook = self._call_failed
@@ -82,13 +82,9 @@ class _ProcessWatch:
     def add(self, stop: StopCallbacks) -> None:
         """Stop this robot, too: at once where the reader of the output is gone already."""
         self._stops.append(stop)
-        self._signals.install()
+        self.signals.install()
         if self._over is not None:
             stop.end(*self._over)
-
-    def reclaim(self) -> None:
-        """Take the signals back that an event loop has asked for since."""
-        self._signals.reclaim()
 
     def remove(self, stop: StopCallbacks) -> bool:
         """Forget this robot, and return whether it was the last one, so that the watch is over.
@@ -96,7 +92,7 @@ class _ProcessWatch:
         Only the main thread can give the signals back. Without it the watch goes on, with nothing to stop.
         """
         self._stops.remove(stop)
-        if self._stops or not self._signals.remove():
+        if self._stops or not self.signals.remove():
             return False
         threading.excepthook, sys.excepthook, sys.unraisablehook = self._hooks
         os.write(self._wakeup, bytes([_CLOSE]))
@@ -128,13 +124,13 @@ class _ProcessWatch:
             if number == _CLOSE:
                 return False
             self._act(number)
-        self._signals.pass_on(numbers)
+        self.signals.pass_on(numbers)
         return True
 
     def _act(self, number: int) -> None:
-        if number in self._signals.ending:
+        if number in self.signals.ending:
             self._end(f"the program got {name_of(number)}", None)
-        elif number in self._signals.suspending:
+        elif number in self.signals.suspending:
             self._suspend("the program is suspended")
             os.kill(os.getpid(), signal.SIGSTOP)
         elif number == signal.SIGCONT and monotonic() - self._looked_at > _GAP:

@@ -12,7 +12,7 @@ from typing import Final, Self
 from hardware.operator_consent import OperatorConsent
 from hardware.p3dx import P3dx
 from hardware.process_watch import StopCallbacks, process_watch
-from hardware.staleness_guard import StalenessGuard, seconds_since
+from hardware.staleness_guard import StalenessGuard
 from hardware.urg04lx import Urg04lx
 from slam.closing import Closing
 from slam.errors import RobotError, RobotTimeout, ScenarioError
@@ -114,18 +114,15 @@ class HardwareRobot(Closing):
             self._guard.moving = False
             return self._base.drive(command)
         self._reclaim_signals()
-        self._ask_consent()
+        if not self._consent.given:
+            self._guard.moving = False
+            self._base.drive(Twist2D())
+            self._consent.ask(lambda: self._over)
         with self._motion:
             if self._over or not self._consent.given:
                 return Twist2D()
             self._commanded_at = time.monotonic()
             return self._base.drive(command) if self._may_move() else Twist2D()
-
-    def _ask_consent(self) -> None:
-        if not self._consent.given:
-            self._guard.moving = False
-            self._base.drive(Twist2D())
-            self._consent.ask(lambda: self._over)
 
     def _end(self, reason: str, error: RobotError | None) -> None:
         """Stop, and stand until the robot is opened anew; ``error`` is raised by whoever uses it until then."""
@@ -148,17 +145,17 @@ class HardwareRobot(Closing):
         if reason is not None:
             self._guard.stop(reason)
             return False
-        if not self._base.armed:
+        if not self._base.sip.motors_enabled:
             self._base.arm()
         self._guard.moving, self._guard.reason = True, None
         return True
 
     def _ages(self) -> dict[str, tuple[float, float]]:
-        config = self._config
+        config, now = self._config, time.monotonic()
         return {
-            "command": (seconds_since(self._commanded_at), config.command_timeout),
-            "scan": (seconds_since(self._lidar.scanned_at), config.data_timeout),
-            "odometry": (seconds_since(self._base.reported_at), config.data_timeout),
+            "command": (now - self._commanded_at, config.command_timeout),
+            "scan": (now - self._lidar.scanned_at, config.data_timeout),
+            "odometry": (now - self._base.reported_at, config.data_timeout),
         }
 
     def _observation(self, scan: LaserScan, odometry: Odometry) -> Observation | None:

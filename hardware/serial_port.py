@@ -5,7 +5,7 @@ import os
 import select
 import threading
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from typing import Any, Final
 
 import serial
@@ -41,7 +41,9 @@ class SerialPort:
             self._serial: Any = serial.serial_for_url(url, baudrate=baud, timeout=0.0, exclusive=True)
         except (OSError, ValueError) as error:  # SerialException is an OSError
             raise PortLost(f"{url}: {_reason(error)}") from error
-        self._fileno = self._find_fileno()
+        self._fileno: int | None = None  # loop:// has none
+        with suppress(OSError, AttributeError):
+            self._fileno = int(self._serial.fileno())
 
     @property
     def has_baud(self) -> bool:
@@ -62,40 +64,34 @@ class SerialPort:
 
     def read(self, timeout: float) -> bytes:
         """Return the bytes that have come, as soon as any have; none when none come in ``timeout`` seconds."""
-        try:
-            return self._read(timeout)
-        except (OSError, TypeError, AttributeError) as error:  # pyserial's own, when the port was closed meanwhile
-            raise PortLost(f"{self.url}: {_reason(error)}") from error
+        with self._lost_on_failure():
+            if self._fileno is None:
+                self._serial.timeout = timeout
+                return bytes(self._serial.read(1) + self._serial.read(self._serial.in_waiting))
+            ready, _, _ = select.select([self._fileno], [], [], timeout)
+            if not ready:
+                return b""
+            data = os.read(self._fileno, _AT_ONCE)
+            if not data:
+                raise OSError(errno.EIO, "the device is gone")
+            return data
 
     def write(self, data: bytes) -> None:
         """Send all bytes."""
-        try:
+        with self._lost_on_failure():
             self._serial.write(data)
-        except (OSError, TypeError, AttributeError) as error:
-            raise PortLost(f"{self.url}: {_reason(error)}") from error
 
     def close(self) -> None:
         """Give the port back; closing twice is allowed."""
         with suppress(OSError):  # it was unplugged: there is nothing to give back
             self._serial.close()
 
-    def _read(self, timeout: float) -> bytes:
-        if self._fileno is None:  # loop://
-            self._serial.timeout = timeout
-            return bytes(self._serial.read(1) + self._serial.read(self._serial.in_waiting))
-        ready, _, _ = select.select([self._fileno], [], [], timeout)
-        if not ready:
-            return b""
-        data = os.read(self._fileno, _AT_ONCE)
-        if not data:
-            raise OSError(errno.EIO, "the device is gone")
-        return data
-
-    def _find_fileno(self) -> int | None:
+    @contextmanager
+    def _lost_on_failure(self) -> Iterator[None]:
         try:
-            return int(self._serial.fileno())
-        except (OSError, AttributeError):
-            return None
+            yield
+        except (OSError, TypeError, AttributeError) as error:  # pyserial's own, when the port was closed meanwhile
+            raise PortLost(f"{self.url}: {_reason(error)}") from error
 
 
 def attempts(closing: threading.Event) -> Iterator[None]:
@@ -108,8 +104,6 @@ def attempts(closing: threading.Event) -> Iterator[None]:
 
 def _reason(error: Exception) -> str:
     number = getattr(error, "errno", None)
-    if number is None and "Could not exclusively lock" in str(error):
-        number = errno.EBUSY
-    if number == errno.EAGAIN:
+    if number == errno.EAGAIN or (number is None and "Could not exclusively lock" in str(error)):
         number = errno.EBUSY
     return _CURES.get(number or 0, str(error))

@@ -2,7 +2,6 @@
 
 import logging
 import threading
-import time
 from collections.abc import Callable
 from typing import Final
 
@@ -54,8 +53,3 @@ class StalenessGuard:
             if reason is not None:
                 self.stop(reason)
                 self._closing.wait(_AGAIN)
-
-
-def seconds_since(stamp: float) -> float:
-    """Return the seconds since ``stamp`` of ``time.monotonic``."""
-    return time.monotonic() - stamp

@@ -46,7 +46,8 @@ class StopSignals:
         if not _in_main_thread():
             _LOG.warning("opened outside the main thread: no signal stops the robot, only its own watchdog does")
             return
-        deadly = [*_numbers(_DEADLY), *_real_time()]
+        real_time = range(signal.SIGRTMIN, signal.SIGRTMAX + 1) if hasattr(signal, "SIGRTMIN") else ()
+        deadly = [*_numbers(_DEADLY), *real_time]
         self.ending |= {number for number in deadly if signal.getsignal(number) is signal.SIG_DFL}
         for number in self.ending:
             self._handle(number, _leave)
@@ -97,12 +98,8 @@ def _in_main_thread() -> bool:
     return threading.current_thread() is threading.main_thread()
 
 
-def _real_time() -> range:
-    return range(signal.SIGRTMIN, signal.SIGRTMAX + 1) if hasattr(signal, "SIGRTMIN") else range(0)
-
-
 def _numbers(names: tuple[str, ...]) -> list[int]:
-    """The signals of these names that this system has."""
+    """Return the signals of these names that this system has."""
     return [int(getattr(signal, name)) for name in names if hasattr(signal, name)]
 
 

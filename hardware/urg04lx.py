@@ -44,7 +44,6 @@ class Urg04lx:
         self._news = threading.Condition()
         self._scans: deque[LaserScan] = deque(maxlen=_KEPT)
         self.scanned_at = time.monotonic()
-
         self.trouble: str | None = None
         self._line = self._connect()
         self._thread = threading.Thread(target=self._serve, name="urg04lx", daemon=True)
@@ -68,7 +67,6 @@ class Urg04lx:
             self._thread.join()
 
     def _connect(self) -> ScipLine:
-        """Open the sensor, and return the line from which scans come."""
         line = ScipLine(SerialPort(self._config.lidar_port, self._config.lidar_baud), self._closing)
         try:
             connect_lidar(line, self._config.lidar_baud)
@@ -92,12 +90,12 @@ class Urg04lx:
 
     def _listen(self) -> None:
         """Take scans until the driver is closed; RobotError when there are no more."""
-        heard = time.monotonic()
+        last_scan_at = time.monotonic()
         while not self._closing.is_set():
             for frame in self._line.receive(_POLL):
                 if self._take(frame):
-                    heard = frame.ended
-            if time.monotonic() - heard > _SILENCE:
+                    last_scan_at = frame.ended
+            if time.monotonic() - last_scan_at > _SILENCE:
                 raise RobotError(f"{self._config.lidar_port}: the lidar sends no scans any more")
 
     def _take(self, frame: Frame) -> bool:

@@ -22,7 +22,7 @@ from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import Sip
 from hardware.scip.commands import ScanRequest
 from hardware.scip.frames import CommandDecoder, FrameDecoder
-from hardware.scip.information import SensorParameters, SensorState, VersionInfo, scip1_fan
+from hardware.scip.information import SensorParameters, SensorState, VersionInfo
 from hardware.scip.reply import Reply, decode_old_reply, find_reply
 from hardware.scip.scan_data import ScanData, decode_scan, encode_scan
 
@@ -94,7 +94,6 @@ def try_scip(lines: tuple[bytes, ...]) -> None:
             VersionInfo.decode,
             SensorParameters.decode,
             SensorState.decode,
-            lambda r: scip1_fan(VersionInfo.decode(r)),
         ):
             with suppress(DecodeError):
                 read(reply)

@@ -12,10 +12,9 @@ from hardware.arcos.encoder_packet import WheelTravel
 from hardware.arcos.model import P3DX_SH, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import Sip
-from hardware.emulator.connected_device import Device
 from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
-from hardware.emulator.serial_line import LineNoise, SerialLine
+from hardware.emulator.serial_line import Device, LineNoise, SerialLine
 from hardware.emulator.urg04lx import EmulatedUrg04lx
 from hardware.scip.frames import FrameDecoder
 from hardware.scip.reply import Reply, decode_old_reply, find_reply

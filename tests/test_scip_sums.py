@@ -6,7 +6,7 @@ import pytest
 from hardware import DecodeError
 from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.emulator.urg04lx import EmulatedUrg04lx
-from hardware.scip.encoding import check_entry_sum, check_sum
+from hardware.scip.encoding import check_sum
 from hardware.scip.reply import Reply, decode_reply
 from slam.pose import FloatArray, Pose2D
 
@@ -86,6 +86,6 @@ def test_the_reader_of_data_takes_no_other_sum() -> None:
     assert check_sum(with_all[data]) == data
     with pytest.raises(DecodeError):
         check_sum(without[data])
-    assert check_entry_sum(with_all[entry]) == check_entry_sum(without[entry]) == entry
+    assert check_sum(with_all[entry], entry=True) == check_sum(without[entry], entry=True) == entry
     assert decode_reply((b"PP", b"00P", with_all[entry])).lines == (entry,)
     assert Reply("PP", "00", (entry,)).encode() == b"PP\n00P\n" + without[entry] + b"\n\n"

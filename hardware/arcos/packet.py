@@ -2,8 +2,6 @@
 
 from typing import Final
 
-from hardware import DecodeError
-
 HEADER: Final = b"\xfa\xfb"
 MAX_DATA: Final = 195
 """Bytes of data in the longest packet, which is 200 bytes long."""
@@ -32,8 +30,6 @@ class PacketDecoder:
 
     def __init__(self) -> None:
         self._buffer = bytearray()
-        self.damaged = 0
-        """Number of headers that no valid packet followed."""
 
     @property
     def pending(self) -> bool:
@@ -52,7 +48,6 @@ class PacketDecoder:
         """
         packets = []
         while self._buffer:
-            self.damaged += 1
             del self._buffer[:1]
             packets += self._whole()
         return packets
@@ -63,11 +58,11 @@ class PacketDecoder:
             size = self._buffer[2] + 3
             if len(self._buffer) < size:
                 break
-            try:
-                packets.append(_unwrap(bytes(self._buffer[:size])))
+            data, tail = bytes(self._buffer[3 : size - 2]), self._buffer[size - 2 : size]
+            if checksum(data) == int.from_bytes(tail, "big"):
+                packets.append(data)
                 del self._buffer[:size]
-            except DecodeError:
-                self.damaged += 1
+            else:
                 del self._buffer[:1]
         return packets
 
@@ -80,14 +75,6 @@ class PacketDecoder:
         if len(self._buffer) < 3:
             return False
         if not 3 <= self._buffer[2] <= MAX_DATA + 2:
-            self.damaged += 1
             del self._buffer[:1]
             return self._seek()
         return True
-
-
-def _unwrap(packet: bytes) -> bytes:
-    data, tail = packet[3:-2], packet[-2:]
-    if checksum(data) != int.from_bytes(tail, "big"):
-        raise DecodeError("checksum")
-    return data

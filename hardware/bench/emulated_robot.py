@@ -105,12 +105,8 @@ def measure_load(emulated: EmulatedRobot, seconds: float) -> Load:
     while monotonic() - began < seconds:
         observation = emulated.step()
         if observation is not None:
-            latencies.append(_latency(observation, emulated.robot.epoch or 0.0))
+            scan = observation.scan
+            last_beam = (emulated.robot.epoch or 0.0) + scan.stamp + (len(scan.ranges) - 1) * scan.time_increment
+            latencies.append(monotonic() - last_beam)
     cpu = (process_time() - busy) / (monotonic() - began)
     return Load(cpu, len(latencies), seconds, float(np.median(latencies)), float(np.quantile(latencies, 0.99)))
-
-
-def _latency(observation: Observation, epoch: float) -> float:
-    """Return the seconds from the last beam until now."""
-    scan = observation.scan
-    return monotonic() - (epoch + scan.stamp + (len(scan.ranges) - 1) * scan.time_increment)

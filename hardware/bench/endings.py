@@ -4,7 +4,7 @@ import resource
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -77,12 +77,6 @@ ENDINGS: Final = (
 )
 
 
-def ending_results(plant: str) -> Iterator[EndingResult]:
-    """Measure each ending, with a robot that this plant moves."""
-    for ending in ENDINGS:
-        yield ending_result(ending, plant)
-
-
 def ending_result(ending: Ending, plant: str, watched: float = _WATCHED) -> EndingResult:
     """Start the program, wait until its robot drives, let it end, and watch the robot for so many seconds."""
     scenario = load_scenario("corridor")
@@ -119,14 +113,14 @@ def _await_drive(emulator: Emulator, program: DrivingProgram) -> None:
 
 def _watch(emulator: Emulator, began: float, watched: float) -> tuple[float | None, float | None]:
     """Return the seconds until a command to stand had come, and until the robot stood for good."""
-    told, moved, last = None, began, emulator.truth
+    to_command, moved, last = None, began, emulator.truth
     while time.monotonic() < began + watched:
         time.sleep(0.005)
-        if told is None and emulator.p3dx.motors.linear.target == 0.0:
-            told = time.monotonic() - began
+        if to_command is None and emulator.p3dx.motors.linear.target == 0.0:
+            to_command = time.monotonic() - began
         now = emulator.truth
         if now[0] - last[0] >= 0.02:
             if last[1].distance(now[1]) > _STANDING * (now[0] - last[0]):
                 moved = now[0]
             last = now
-    return told, (moved - began if moved < began + watched - 0.1 else None)
+    return to_command, (moved - began if moved < began + watched - 0.1 else None)

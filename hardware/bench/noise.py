@@ -84,12 +84,12 @@ def receive_commands(count: int, damage: ByteDamage, seed: int = 0) -> Score:
     for _ in range(count):
         command = Command(CommandId.VEL, int(rng.integers(-1200, 1200)))
         arrived, unharmed = _sent(score, encode_packet(command.encode()), damage, rng)
-        heard = []
+        decoded = []
         for data in [*decoder.feed(arrived), *decoder.flush()]:
             with suppress(DecodeError):
-                heard.append(Command.decode(data))
-        score.received += unharmed and command in heard
-        score.wrong += sum(other != command and other.id == CommandId.VEL for other in heard)
+                decoded.append(Command.decode(data))
+        score.received += unharmed and command in decoded
+        score.wrong += sum(other != command and other.id == CommandId.VEL for other in decoded)
     return score
 
 
@@ -125,7 +125,6 @@ def _sent(score: Score, wire: bytes, damage: ByteDamage, rng: np.random.Generato
 
 
 def _circle() -> Iterator[tuple[float, float, float]]:
-    """Yield poses every 0.1 s."""
     x = y = heading = 0.0
     while True:
         yield x, y, heading

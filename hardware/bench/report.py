@@ -9,7 +9,7 @@ import numpy as np
 
 from hardware.bench.driven_path import DrivenPath, PathDifference
 from hardware.bench.emulated_robot import emulated_robot, measure_load
-from hardware.bench.endings import ENDINGS, EndingResult, ending_results
+from hardware.bench.endings import ENDINGS, EndingResult, ending_result
 from hardware.bench.faults import CUT_OFF, FAULTS, FaultResult, fault_results, kill_result
 from hardware.bench.noise import RECEIVERS, ByteDamage, Score
 from hardware.bench.sim_comparison import drive_emulated, drive_env_emulated, drive_env_simulated, drive_simulated
@@ -28,6 +28,7 @@ _DAMAGES: Final = {
 _QUIET: Final = ("lidar.noise=none", "robot.odometry.travel_noise=0")
 _GOAL: Final = (10.0, 0.0)
 """Goal of the policy in the environment: x, y in the map frame, metres."""
+_PATH_COLUMNS: Final = ("largest\ncm", "way from sim\nrms, cm", "largest\ncm", "heading\ndeg")
 _WATCHDOGS: Final = (2.0, 0.4)
 """Watchdogs, seconds: as delivered, and as docs/hardware.md says to set it."""
 
@@ -63,20 +64,17 @@ def fault_table(console: Terminal) -> ResultTable:
 
 def _faults() -> Iterator[tuple[FaultResult, str]]:
     """Yield each fault's result, and the condition under which it was measured."""
-    killed = [(kill_result(watchdog), watchdog) for watchdog in _WATCHDOGS]  # forks, while there are no threads
-    yield from ((result, _watchdog_note(watchdog)) for result, watchdog in killed)
+    conditions = {watchdog: f", watchdog {watchdog:g} s" for watchdog in _WATCHDOGS}
+    # Killed programs are forks: they come first, while there are no threads.
+    yield from [(kill_result(watchdog), condition) for watchdog, condition in conditions.items()]
     yield from ((result, "") for result in fault_results(FAULTS, _WATCHDOGS[0]))
-    for watchdog in _WATCHDOGS:
-        yield from ((result, _watchdog_note(watchdog)) for result in fault_results(CUT_OFF, watchdog))
-
-
-def _watchdog_note(watchdog: float) -> str:
-    return f", watchdog {watchdog:g} s"
+    for watchdog, condition in conditions.items():
+        yield from ((result, condition) for result in fault_results(CUT_OFF, watchdog))
 
 
 def ending_table(console: Terminal) -> ResultTable:
     """Measure every way in which a program ends, with both plants."""
-    results = ((plant, result) for plant in PLANTS for result in ending_results(plant))
+    results = ((plant, ending_result(ending, plant)) for plant in PLANTS for ending in ENDINGS)
     with console.progress(still=True) as bar:
         total = len(PLANTS) * len(ENDINGS)
         rows = [_end_row(*found) for found in bar.track(results, total, description="endings")]
@@ -112,10 +110,7 @@ def sim_table(
         _sim_row("noise: sim, another seed", drive_simulated(load, other, console), noisy),
         _sim_row("noise: hardware", drive_emulated(load, settings, console), noisy),
     ]
-    columns = (
-        "", "SLAM error\nrms, cm", "largest\ncm", "way from sim\nrms, cm", "largest\ncm", "heading\ndeg",
-        "ends of legs\ncm",
-    )  # fmt: skip
+    columns = ("", "SLAM error\nrms, cm", *_PATH_COLUMNS, "ends of legs\ncm")
     notes = (
         "The true way is compared with that of sim, at the same places along the route. The robot steers by SLAM, "
         "whose errors come from noise, another one in every run: another seed tells what noise alone does."
@@ -128,10 +123,7 @@ def env_table(scenario: str, settings: Sequence[str], allow_modules: Sequence[st
     load = partial(load_scenario, scenario, allow_modules=allow_modules)
     simulated = drive_env_simulated(load, settings, _GOAL)
     paths = {f"hardware, plant {plant}": drive_env_emulated(load, settings, _GOAL, plant) for plant in PLANTS}
-    columns = (
-        "", "pose error\nrms, cm", "largest\ncm", "way from sim\nrms, cm", "largest\ncm", "heading\ndeg",
-        "at rest\ncm",
-    )  # fmt: skip
+    columns = ("", "pose error\nrms, cm", *_PATH_COLUMNS, "at rest\ncm")
     rows = [_env_row("sim", simulated, simulated), *(_env_row(name, path, simulated) for name, path in paths.items())]
     notes = (
         "The true ways. Simulated, the policy is told where the goal truly is; on devices, where SLAM says that it is. "
@@ -145,28 +137,27 @@ def env_table(scenario: str, settings: Sequence[str], allow_modules: Sequence[st
 def _env_row(name: str, path: DrivenPath, simulated: DrivenPath) -> tuple[str, ...]:
     if path is simulated:
         return _sim_row(name, path, None)
-    rest = 100.0 * float(np.hypot(*(path.truth[-1] - simulated.truth[-1])[:2]))
-    return (*_sim_row(name, path, simulated)[:-1], f"{rest:.1f}")
+    rest = np.hypot(*(path.truth[-1] - simulated.truth[-1])[:2])
+    return (*_sim_row(name, path, simulated)[:-1], *_centimetres(rest))
 
 
 def _sim_row(name: str, path: DrivenPath, simulated: DrivenPath | None) -> tuple[str, ...]:
-    own = (100.0 * float(np.sqrt(np.mean(path.errors**2))), 100.0 * float(path.errors.max()))
+    own = _centimetres(np.sqrt(np.mean(path.errors**2)), path.errors.max())
     if simulated is None:
-        return (name, *(f"{value:.1f}" for value in own), "", "", "", "")
+        return (name, *own, "", "", "", "")
     apart = PathDifference.between(simulated.truth, path.truth)
-    metres = (apart.rms, apart.largest, apart.ends)
-    rms, largest, ends = (f"{100.0 * value:.1f}" for value in metres)
-    return (name, *(f"{value:.1f}" for value in own), rms, largest, f"{degrees(apart.heading):.2f}", ends)
+    rms, largest, ends = _centimetres(apart.rms, apart.largest, apart.ends)
+    return (name, *own, rms, largest, f"{degrees(apart.heading):.2f}", ends)
 
 
 def _fault_row(result: FaultResult, condition: str) -> tuple[str, ...]:
-    times = (_seconds(result.to_stand), _seconds(result.to_drive))
-    return result.name + condition, times[0], result.stopped_by, times[1], result.reason
+    stands, drives = _seconds(result.to_stand), _seconds(result.to_drive)
+    return result.name + condition, stands, result.stopped_by, drives, result.reason
 
 
 def _end_row(plant: str, result: EndingResult) -> tuple[str, ...]:
     code = "goes on" if result.exit_code is None else str(result.exit_code)
-    times = (_seconds(result.to_command), _seconds(result.to_stand), f"{100.0 * result.distance:.1f}")
+    times = (_seconds(result.to_command), _seconds(result.to_stand), *_centimetres(result.distance))
     return result.name, plant, *times, code, "yes" if result.recorded else "no"
 
 
@@ -174,6 +165,10 @@ def _noise_row(name: str, damage: str, score: Score) -> tuple[str, ...]:
     received = f"{100.0 * score.received / score.unharmed:.1f}" if score.unharmed else ""
     kept = f"{100.0 * score.beams:.1f}" if name == "scans" else ""
     return name, damage, f"{score.sent:,}", f"{score.unharmed:,}", received, str(score.wrong), kept
+
+
+def _centimetres(*metres: float) -> list[str]:
+    return [f"{100.0 * value:.1f}" for value in metres]
 
 
 def _seconds(seconds: float | None) -> str:

@@ -1,7 +1,7 @@
 """Benchmarks sim and env: the same drive of the simulated robot, and of the drivers on emulated devices."""
 
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack, closing
+from contextlib import closing
 from typing import Any, Final
 
 import numpy as np
@@ -46,10 +46,9 @@ def drive_emulated(load: LoadScenario, settings: Sequence[str], console: Termina
 
 def _run(experiment: Experiment, recorder: PathRecorder, console: Terminal, name: str) -> DrivenPath:
     warm_up(console, experiment.scenario.slam)
-    with ExitStack() as stack:
-        stack.callback(experiment.env.close)
-        bar = stack.enter_context(RunProgress(console, f"{experiment.scenario.name}, {name}"))
-        watchers: list[Watcher] = [recorder, bar, stack.enter_context(Interruption())]
+    progress = RunProgress(console, f"{experiment.scenario.name}, {name}")
+    with closing(experiment.env), progress as bar, Interruption() as interruption:
+        watchers: list[Watcher] = [recorder, bar, interruption]
         run_loop(experiment.env, experiment.slam, experiment.pilot, watchers, experiment.seed)
         return recorder.path(experiment.env.robot)
 

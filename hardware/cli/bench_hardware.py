@@ -1,17 +1,12 @@
 """``hopslam bench hardware``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from slam.console.options import AllowModules
-
-if TYPE_CHECKING:
-    from slam.console.result_table import ResultTable
 
 
 class Benchmark(StrEnum):
@@ -59,6 +54,7 @@ def bench_hardware(
     """
     import os
 
+    from slam.console.result_table import ResultTable
     from slam.console.terminal import Terminal
 
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

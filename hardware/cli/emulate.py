@@ -59,7 +59,7 @@ def emulate(
 
     noise = LineNoise(bit_errors, dropped, duplicated)
     loaded = read_scenario(scenario, settings or [])
-    moved = make_plant(plant, loaded)
+    emulated_plant = make_plant(plant, loaded)
     with ExitStack() as stack:
         show, viewers = None, stack.enter_context(Viewers(rerun or (), Terminal(stderr=True)))
         if rerun:
@@ -67,4 +67,4 @@ def emulate(
             broadcast = viewers.open(scene)
             assert broadcast is not None  # there are targets
             show = EmulatorView(stack.enter_context(broadcast), scene).show
-        serve(moved, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog, show)
+        serve(emulated_plant, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog, show)

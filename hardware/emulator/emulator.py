@@ -6,17 +6,17 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import Future
 from dataclasses import dataclass
 from typing import Final, Self, TypeVar
 
 import numpy as np
 
 from hardware.arcos.config_packet import ArcosConfig
-from hardware.emulator.connected_device import ConnectedDevice
 from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort
-from hardware.emulator.serial_line import LineNoise
+from hardware.emulator.serial_line import ConnectedDevice, LineNoise
 from hardware.emulator.urg04lx import EmulatedUrg04lx
 from slam.closing import Closing
 from slam.pose import FloatArray, Pose2D, unit_vectors
@@ -111,17 +111,10 @@ class Emulator(Closing):
 
     def do(self, call: Callable[[], _T]) -> _T:
         """Let the thread call this, between two actions of its own, and return the result."""
-        done = threading.Event()
-        results: list[_T] = []
-
-        def run() -> None:
-            results.append(call())
-            done.set()
-
-        self._calls.append(run)
+        result: Future[_T] = Future()
+        self._calls.append(lambda: result.set_result(call()))
         os.write(self._wake_write, b"!")
-        done.wait()
-        return results[0]
+        return result.result()
 
     def close(self) -> None:
         """Stop, and pull both plugs."""

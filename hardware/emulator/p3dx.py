@@ -115,9 +115,12 @@ class EmulatedP3dx:
         if command.id == CommandId.CONFIG:
             return encode_packet(self._config.encode())
         if command.id == CommandId.CLOSE:
-            self._close()
+            self.open, self._synced = False, 0
+            self.motors.enable(False)
+            self.baud = BAUDS[self._config.host_baud]
         elif command.id == CommandId.HOSTBAUD:
-            self._set_baud(command)
+            if isinstance(command.argument, int) and 0 <= command.argument < len(BAUDS):
+                self.baud = BAUDS[command.argument]
         else:
             execute(command, self.motors, self._reports)
         return b""
@@ -126,12 +129,3 @@ class EmulatedP3dx:
         """Reset all but the odometry as at power-up, with the settings of the FLASH."""
         self.motors = MotorController(self._config)
         self._reports.encoders, self._reports.sonar = False, True
-
-    def _close(self) -> None:
-        self.open, self._synced = False, 0
-        self.motors.enable(False)
-        self.baud = BAUDS[self._config.host_baud]
-
-    def _set_baud(self, command: Command) -> None:
-        if isinstance(command.argument, int) and 0 <= command.argument < len(BAUDS):
-            self.baud = BAUDS[command.argument]

@@ -42,7 +42,6 @@ def _set_outputs(command: Command, _: MotorController, reports: P3dxReports) -> 
 
 
 def _number(command: Command) -> int:
-    """Return the argument; 0 where there is none."""
     return command.argument if isinstance(command.argument, int) else 0
 
 

@@ -44,20 +44,11 @@ class P3dxReports:
             report += encode_packet(WheelTravel(*self._plant.travel).encode(self._config.ticks_per_metre))
         return report
 
-    def _contacts(self) -> tuple[int, int]:
-        """Return the contact bits of the left side, with the rear bumpers, and of the right, with the front ones."""
-        pressed, front = self._plant.bumpers(), self._config.front_bumpers
-        stalled = int(self._plant.stalled)
-        return stalled | _mask(pressed[front:]) << 1, stalled | _mask(pressed[:front]) << 1
-
-    def _echoes(self) -> tuple[tuple[int, float], ...]:
-        ring = self._plant.sonar() if self.sonar else ()
-        return tuple((number, min(metres, SONAR_REACH)) for number, metres in enumerate(ring))
-
     def _sip(self, motors: MotorController) -> Sip:
-        pose = self.pose
+        pose, stalled = self.pose, int(self._plant.stalled)
         left, right = motors.setpoint.to_wheels(2.0 * P3DX_SH.half_track)
-        left_contacts, right_contacts = self._contacts()
+        pressed, front = self._plant.bumpers(), self._config.front_bumpers
+        ring = self._plant.sonar() if self.sonar else ()
         return Sip(
             moving=motors.moving,
             x=pose.x,
@@ -66,10 +57,10 @@ class P3dxReports:
             left=left,
             right=right,
             battery=_BATTERY,
-            left_contacts=left_contacts,
-            right_contacts=right_contacts,
+            left_contacts=stalled | _mask(pressed[front:]) << 1,
+            right_contacts=stalled | _mask(pressed[:front]) << 1,
             flags=flags(motors.enabled, motors.e_stop),
-            sonar=self._echoes(),
+            sonar=tuple((number, min(metres, SONAR_REACH)) for number, metres in enumerate(ring)),
             digital_out=self.outputs,
             fine_battery=_BATTERY,
             charge_state=0,

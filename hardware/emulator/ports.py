@@ -8,45 +8,12 @@ import struct
 import tty
 from contextlib import suppress
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 _TCGETS2: Final = 0x802C542A
 _TERMIOS2: Final = struct.Struct("4I20B2I")
 """Flags, line discipline and control characters, and the bit rates of input and output (asm-generic/termbits.h)."""
 _AT_ONCE: Final = 4096
-
-
-class Port(Protocol):
-    """One end of a line to a client; ``read`` and ``write`` never wait."""
-
-    @property
-    def address(self) -> str:
-        """Name or URL that a client opens."""
-        ...
-
-    def filenos(self) -> list[int]:
-        """List the file descriptors to wait for; none while it is unplugged."""
-        ...
-
-    def read(self) -> bytes:
-        """Return the bytes that the client has sent."""
-        ...
-
-    def write(self, data: bytes) -> None:
-        """Send bytes; those that find no room are lost."""
-        ...
-
-    def client_baud(self) -> int | None:
-        """Return the bit rate that the client has set; None where there is no such thing."""
-        ...
-
-    def close(self) -> None:
-        """Pull the plug."""
-        ...
-
-    def open(self) -> None:
-        """Put it in again."""
-        ...
 
 
 class PtyPort:
@@ -81,15 +48,15 @@ class PtyPort:
         self._master = self._slave = -1
 
     def filenos(self) -> list[int]:
+        """List the file descriptors to wait for; none while it is unplugged."""
         return [self._master] if self._master >= 0 else []
 
     def read(self) -> bytes:
-        if self._master < 0:
-            return b""
-        try:
-            return os.read(self._master, _AT_ONCE)
-        except BlockingIOError:
-            return b""
+        """Return the bytes that the client has sent."""
+        with suppress(BlockingIOError):
+            if self._master >= 0:
+                return os.read(self._master, _AT_ONCE)
+        return b""
 
     def write(self, data: bytes) -> None:
         """Send bytes; a terminal that no client reads fills up, and the rest is lost."""
@@ -134,6 +101,7 @@ class TcpPort:
         self._client = self._listener = None
 
     def filenos(self) -> list[int]:
+        """List the file descriptors to wait for; none while it is unplugged."""
         return [end.fileno() for end in (self._listener, self._client) if end is not None]
 
     def read(self) -> bytes:
@@ -156,14 +124,19 @@ class TcpPort:
         return data
 
     def write(self, data: bytes) -> None:
+        """Send bytes; those that find no room are lost."""
         with suppress(OSError):
             if self._client is not None:
                 self._client.send(data)
 
-    def client_baud(self) -> int | None:
-        return None
+    def client_baud(self) -> None:
+        """Return None: a TCP port has no bit rate."""
 
     def _hang_up(self) -> None:
         if self._client is not None:
             self._client.close()
         self._client = None
+
+
+Port = PtyPort | TcpPort
+"""One end of a line to a client; ``read`` and ``write`` never wait, and bytes that find no room are lost."""

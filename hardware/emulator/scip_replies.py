@@ -1,7 +1,7 @@
 """The replies of an emulated sensor to each command, and the changes that the command makes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from hardware import DecodeError
@@ -10,10 +10,11 @@ from hardware.scip.information import SensorParameters, SensorState, VersionInfo
 from hardware.scip.reply import Reply
 from hardware.scip.time_stamp import encode_time
 
-_VENDOR, _PRODUCT, _SERIAL = "Hokuyo Automatic Co.,Ltd.", "SOKUIKI Sensor URG-04LX", "H0000000"
-_VERSION: Final = VersionInfo(_VENDOR, _PRODUCT, "3.1.04(02/Aug./2007)", "SCIP 2.0", _SERIAL)
+_VERSION: Final = VersionInfo(
+    "Hokuyo Automatic Co.,Ltd.", "SOKUIKI Sensor URG-04LX", "3.1.04(02/Aug./2007)", "SCIP 2.0", "H0000000"
+)
 _OLD_FIRMWARE: Final = "3.1.04,08/02/07(20-4095[mm],240[deg],44-725[step],600[rpm])"
-_OLD_VERSION: Final = VersionInfo(_VENDOR, _PRODUCT, _OLD_FIRMWARE, "SCIP 1.1", _SERIAL)
+_OLD_VERSION: Final = replace(_VERSION, firmware=_OLD_FIRMWARE, protocol="SCIP 1.1")
 _DEFAULT_BAUD: Final = 19200
 _LAST_STEP: Final = 768
 _FIELDS: Final = (
@@ -24,7 +25,6 @@ _FIELDS: Final = (
     ("07", slice(13, 15)),
 )
 """Status for each number of MD and MS that is no number, and its place; GD and GS have the first three."""
-_BAUD_ORIGIN: Final = {True: "<-Default setting by user", False: "<-Setting by command"}
 
 
 @dataclass(slots=True)
@@ -133,13 +133,13 @@ def _set_baud(settings: SensorSettings, command: str) -> Reply:
 
 
 def _state(settings: SensorSettings, _: str) -> Reply:
-    rate = f"{settings.baud}[bps]{_BAUD_ORIGIN[settings.baud == _DEFAULT_BAUD]}"
+    origin = "Default setting by user" if settings.baud == _DEFAULT_BAUD else "Setting by command"
     return SensorState(
         settings.parameters.model,
         settings.laser,
         "Initial(600[rpm])<-Default setting by user",
         "CLASSIC",
-        rate,
+        f"{settings.baud}[bps]<-{origin}",
         settings.time,
         "Sensor works well.",
     ).encode()

@@ -2,6 +2,7 @@
 
 from collections import deque
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import pi
 from typing import Final
 
@@ -20,6 +21,15 @@ PARAMETERS: Final = SensorParameters("URG-04LX(Hokuyo Automatic Co.,Ltd.)", 0.02
 """Abilities of a real one, firmware 3.1.04."""
 _SECTORS: Final = 8
 """Parts in which the fan is swept, each with the world as it is in its middle."""
+_EDGES: Final = [
+    PARAMETERS.first + (PARAMETERS.last + 1 - PARAMETERS.first) * k // _SECTORS for k in range(_SECTORS + 1)
+]
+"""First step of each sector, and the step behind the last one."""
+_EVENTS: Final = [
+    *((first + end) / 2.0 * PARAMETERS.step_time for first, end in pairwise(_EDGES)),
+    _EDGES[-1] * PARAMETERS.step_time,
+]
+"""Seconds from step 0 to the middle of each sector, and to the end of the fan."""
 _QUEUE: Final = 16
 """Number of commands that wait for their turn; more are forgotten."""
 
@@ -45,7 +55,6 @@ class EmulatedUrg04lx:
         self._drift = drift
         self._paced = paced
         self._turn_began = now
-        self._events = self._turn_events()
         self._next = 0
         self._bearings = (np.arange(PARAMETERS.resolution) - PARAMETERS.front) * 2.0 * pi / PARAMETERS.resolution
         self._ranges = np.full(PARAMETERS.resolution, np.nan)
@@ -65,12 +74,12 @@ class EmulatedUrg04lx:
     @property
     def due(self) -> float:
         """Time of the middle of the next sector, or of the end of the fan."""
-        return self._turn_began + self._events[self._next]
+        return self._turn_began + _EVENTS[self._next]
 
     @property
     def wake(self) -> float:
         """Time of the next sector while it measures, so that little is left to do at the end of the fan."""
-        return self.due if self._settings.laser else self._turn_began + self._events[-1]
+        return self.due if self._settings.laser else self._turn_began + _EVENTS[-1]
 
     @property
     def laser(self) -> bool:
@@ -121,7 +130,7 @@ class EmulatedUrg04lx:
         if not self._settings.laser:
             self._whole, self._latest = False, None
             return
-        first, last = _edges(sector), _edges(sector + 1)
+        first, last = _EDGES[sector : sector + 2]
         ahead = self._turn_began + first * PARAMETERS.step_time - self._plant_began - self._plant.elapsed
         self._ranges[first:last] = self._plant.ranges(self._bearings[first:last], ahead, PARAMETERS.step_time)
 
@@ -175,17 +184,6 @@ class EmulatedUrg04lx:
     def _time(self, now: float) -> float:
         """Return the sensor's clock, seconds since it was powered or reset."""
         return (now - self._powered_at) * (1.0 + self._drift)
-
-    def _turn_events(self) -> list[float]:
-        """List the seconds after step 0 of the middles of the sectors, then of the end of the fan."""
-        step = PARAMETERS.step_time
-        middles = [(_edges(k) + _edges(k + 1)) / 2.0 * step for k in range(_SECTORS)]
-        return [*middles, (PARAMETERS.last + 1) * step]
-
-
-def _edges(sector: int) -> int:
-    """Return the first step of a sector."""
-    return PARAMETERS.first + (PARAMETERS.last + 1 - PARAMETERS.first) * sector // _SECTORS
 
 
 def _cluster(ranges: FloatArray, size: int) -> FloatArray:

@@ -40,36 +40,19 @@ def line_sum(text: bytes) -> int:
     return (sum(text) & _MASK) + _ZERO
 
 
-def add_sum(line: bytes) -> bytes:
-    """Return the line with its sum."""
-    return line + bytes([line_sum(line)])
+def add_sum(line: bytes, entry: bool = False) -> bytes:
+    """Return the line with its sum; ``entry`` is True for ``KEY:value;``."""
+    return line + bytes([line_sum(line.removesuffix(b";") if entry else line)])
 
 
-def add_entry_sum(entry: bytes) -> bytes:
-    """Return the line ``KEY:value;`` with its sum, in which the last semicolon does not count."""
-    return entry + bytes([line_sum(entry.removesuffix(b";"))])
+def check_sum(line: bytes, entry: bool = False) -> bytes:
+    """Return the line without its sum; DecodeError when the sum is another one.
 
-
-def check_sum(line: bytes) -> bytes:
-    """Return the line without its sum; DecodeError when the sum is another one."""
-    text = _without_sum(line)
-    if line[-1] != line_sum(text):
-        raise DecodeError("sum")
-    return text
-
-
-def check_entry_sum(line: bytes) -> bytes:
-    """Return the line ``KEY:value;`` without its sum; DecodeError when the sum is another one.
-
-    Some sensors sum the semicolon too.
+    ``entry`` is True for ``KEY:value;``, of which some sensors sum the last semicolon too.
     """
-    text = _without_sum(line)
-    if line[-1] not in (line_sum(text), line_sum(text.removesuffix(b";"))):
-        raise DecodeError("sum")
-    return text
-
-
-def _without_sum(line: bytes) -> bytes:
     if not line:
         raise DecodeError("an empty line has no sum")
-    return line[:-1]
+    text = line[:-1]
+    if line[-1] != line_sum(text) and not (entry and line[-1] == line_sum(text.removesuffix(b";"))):
+        raise DecodeError("sum")
+    return text

@@ -14,8 +14,6 @@ class FrameDecoder:
     def __init__(self) -> None:
         self._buffer = bytearray()
         self._searched = 0
-        self.overflows = 0
-        """Number of times that bytes were dropped because no empty line came."""
 
     @property
     def pending(self) -> bool:
@@ -44,7 +42,6 @@ class FrameDecoder:
         while self._buffer[:1] == b"\n" and len(self._buffer) > 1:
             del self._buffer[:1]
         if len(self._buffer) > _LONGEST:
-            self.overflows += 1
             del self._buffer[: -_LONGEST // 2]
         self._searched = max(0, len(self._buffer) - 1)
 

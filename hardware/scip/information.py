@@ -1,17 +1,13 @@
 """The sensor's description of itself: the answers to VV, PP and II, lines of ``KEY:value;``."""
 
-import re
 from dataclasses import dataclass
 from math import pi
-from typing import Final, Self
+from typing import Self
 
 from hardware import DecodeError
 from hardware.scip.reply import Reply
 from hardware.scip.time_stamp import decode_hex_time, encode_hex_time
 from slam.lidars import Lidar
-
-_LASER: Final = {True: "ON", False: "OFF"}
-_OLD_FIRMWARE: Final = re.compile(r"\((\d+)-(\d+)\[mm\],\d+\[deg\],(\d+)-(\d+)\[step\],(\d+)\[rpm\]\)")
 
 
 def entries(reply: Reply) -> dict[str, str]:
@@ -22,7 +18,7 @@ def entries(reply: Reply) -> dict[str, str]:
     return {key: value for key, _, value in pairs}
 
 
-def _reply(command: str, values: dict[str, object]) -> Reply:
+def _reply(command: str, **values: object) -> Reply:
     return Reply(command, "00", tuple(f"{key}:{value};".encode("latin-1") for key, value in values.items()))
 
 
@@ -58,7 +54,7 @@ class VersionInfo:
     def encode(self, command: str = "VV") -> Reply:
         """Return the answer."""
         values = (self.vendor, self.product, self.firmware, self.protocol, self.serial_number)
-        reply = _reply(command, dict(zip(("VEND", "PROD", "FIRM", "PROT", "SERI"), values, strict=True)))
+        reply = _reply(command, **dict(zip(("VEND", "PROD", "FIRM", "PROT", "SERI"), values, strict=True)))
         old = command == "V"
         return Reply(command, "0", tuple(line.removesuffix(b";") for line in reply.lines)) if old else reply
 
@@ -107,17 +103,17 @@ class SensorParameters:
 
     def encode(self) -> Reply:
         """Return the answer."""
-        values = {
-            "MODL": self.model,
-            "DMIN": round(self.range_min * 1000.0),
-            "DMAX": round(self.range_max * 1000.0),
-            "ARES": self.resolution,
-            "AMIN": self.first,
-            "AMAX": self.last,
-            "AFRT": self.front,
-            "SCAN": round(60.0 / self.scan_time),
-        }
-        return _reply("PP", dict(values))
+        return _reply(
+            "PP",
+            MODL=self.model,
+            DMIN=round(self.range_min * 1000.0),
+            DMAX=round(self.range_max * 1000.0),
+            ARES=self.resolution,
+            AMIN=self.first,
+            AMAX=self.last,
+            AFRT=self.front,
+            SCAN=round(60.0 / self.scan_time),
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,25 +138,13 @@ class SensorState:
 
     def encode(self) -> Reply:
         """Return the answer."""
-        values = {
-            "MODL": self.model,
-            "LASR": _LASER[self.laser],
-            "SCSP": self.motor,
-            "MESM": self.mode,
-            "SBPS": self.bit_rate,
-            "TIME": encode_hex_time(self.time),
-            "STAT": self.condition,
-        }
-        return _reply("II", dict(values))
-
-
-def scip1_fan(version: VersionInfo) -> tuple[float, float, int, int, float]:
-    """Return least and largest range (metres), first and last step, and seconds a turn from a firmware of SCIP 1.1,
-    whose name has what PP says in 2.0."""
-    found = _OLD_FIRMWARE.search(version.firmware)
-    if found is None:
-        raise DecodeError(f"firmware {version.firmware!r} names no fan")
-    near, far, first, last, rpm = map(int, found.groups())
-    if rpm == 0:
-        raise DecodeError("a motor that stands")
-    return near / 1000.0, far / 1000.0, first, last, 60.0 / rpm
+        return _reply(
+            "II",
+            MODL=self.model,
+            LASR="ON" if self.laser else "OFF",
+            SCSP=self.motor,
+            MESM=self.mode,
+            SBPS=self.bit_rate,
+            TIME=encode_hex_time(self.time),
+            STAT=self.condition,
+        )

@@ -83,7 +83,6 @@ def _fitting(lines: Sequence[bytes], sizes: Sequence[int]) -> int:
 
 
 def _text(line: bytes | None) -> bytes | None:
-    """Return the digits of a line; None where it is damaged."""
     with suppress(DecodeError):
         if line is not None:
             text = check_sum(line)

@@ -7,7 +7,7 @@ from typing import Final
 
 from hardware import DecodeError
 from hardware.scip.commands import TO_SCIP2, echo_at_end, without_note
-from hardware.scip.encoding import add_entry_sum, add_sum, check_entry_sum, check_sum
+from hardware.scip.encoding import add_sum, check_sum
 
 DATA_LINE: Final = 64
 """Characters of data in a full line."""
@@ -27,7 +27,7 @@ class Reply:
         """Return the bytes on the wire, the empty line at the end included."""
         status, lines = self.status.encode("latin-1"), self.lines
         if len(status) > 1:
-            status, lines = add_sum(status), tuple(map(add_entry_sum if _informs(self.echo) else add_sum, lines))
+            status, lines = add_sum(status), tuple(add_sum(line, _informs(self.echo)) for line in lines)
         return b"\n".join([self.echo.encode("latin-1"), status, *lines, b"", b""])
 
 
@@ -45,9 +45,7 @@ def decode_reply(lines: tuple[bytes, ...]) -> Reply:
         return Reply(echo, _text(lines[1]))
     if len(lines[1]) != 3:
         raise DecodeError(f"status of {len(lines[1])} characters")
-    return Reply(
-        echo, _text(check_sum(lines[1])), tuple(map(check_entry_sum if _informs(echo) else check_sum, lines[2:]))
-    )
+    return Reply(echo, _text(check_sum(lines[1])), tuple(check_sum(line, _informs(echo)) for line in lines[2:]))
 
 
 def decode_old_reply(lines: tuple[bytes, ...]) -> Reply:

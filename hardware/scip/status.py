@@ -7,10 +7,7 @@ _GENERAL: Final = {
     "0B": "the same command twice, or its buffer is full",
     "0C": "not a command",
     "0D": "not a command",
-    "0E": "not a command now",
-    "0F": "not a command now",
-    "0G": "not a command now",
-    "0H": "not a command now",
+    **dict.fromkeys(("0E", "0F", "0G", "0H"), "not a command now"),
     "0I": "the sensor is in firmware update mode",
 }
 _SPECIAL: Final = {

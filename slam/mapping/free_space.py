@@ -25,19 +25,9 @@ class FreeBeams(NamedTuple):
 
 def free_beams(scan: LaserScan, no_echo_reach: float) -> FreeBeams:
     """Free ranges of a scan; a beam without an echo is believed to have been free for ``no_echo_reach`` metres."""
-    ranges = _free_ranges(scan.ranges, scan.range_min, scan.range_max, no_echo_reach)
+    ranges = np.where(scan.echoes, scan.ranges, 0.0)
+    ranges[scan.ranges == np.inf] = min(no_echo_reach, scan.range_max)
     return FreeBeams(ranges, scan.angle_min, scan.angle_increment)
-
-
-@compiled
-def _free_ranges(ranges: FloatArray, range_min: float, range_max: float, no_echo_reach: float) -> FloatArray:
-    free = np.zeros(len(ranges))
-    for j in range(len(ranges)):
-        if range_min <= ranges[j] <= range_max:
-            free[j] = ranges[j]
-        if ranges[j] == np.inf:
-            free[j] = min(no_echo_reach, range_max)
-    return free
 
 
 @compiled

@@ -64,22 +64,14 @@ class GlobalSearch:
         return _distinct(found[np.argsort(-found[:, SCORE], kind="stable")], most)
 
 
-@compiled
 def _pooled(pictures: Pictures) -> Pictures:
     """The greatest value of the block that begins at each pixel."""
-    sides, rows, columns = pictures.shape
-    across, pooled = pictures.copy(), pictures.copy()
-    for p in range(sides):
-        for i in range(rows):
-            for j in range(columns):
-                for d in range(1, min(BLOCK, columns - j)):
-                    across[p, i, j] = max(across[p, i, j], pictures[p, i, j + d])
-        for i in range(rows):
-            for j in range(columns):
-                value = across[p, i, j]
-                for d in range(1, min(BLOCK, rows - i)):
-                    value = max(value, across[p, i + d, j])
-                pooled[p, i, j] = value
+    across = pictures.copy()
+    for d in range(1, BLOCK):
+        np.maximum(across[:, :, :-d], pictures[:, :, d:], out=across[:, :, :-d])
+    pooled = across.copy()
+    for d in range(1, BLOCK):
+        np.maximum(pooled[:, :-d], across[:, d:], out=pooled[:, :-d])
     return pooled
 
 
@@ -137,7 +129,7 @@ def _open(
 
 @compiled
 def _distinct(rows: FloatArray, most: int) -> FloatArray:
-    """Those of the places (N, 4), the best first, that lie near none before them; ``most`` at most."""
+    """The places (N, 4), the best first, without those that lie near a better one; ``most`` at most."""
     chosen, count = np.empty((most, 4)), 0
     for k in range(len(rows)):
         alone = count < most

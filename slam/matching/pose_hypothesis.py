@@ -30,8 +30,8 @@ class PoseHypothesis:
         config: LeastSquaresConfig,
         T_base_laser: Pose2D,
         T_map_base: Pose2D,
-        odometry: bool = True,
-    ):
+        odometry: bool,
+    ) -> None:
         self.T_map_base = T_map_base
         self.match: Match = NO_MATCH
         self.evidence = 0.0  # sum of the agreements, from where the best of its time stood when it was begun

@@ -24,8 +24,9 @@ class WallHeading:
 
     def observe(self, segments: Segments) -> None:
         """Take the segments of the present scan, sensor frame."""
-        if self._enabled:
-            self._walls = long_walls(segments)
+        self._walls = np.empty((0, 3))
+        if self._enabled and segments.covariance is not None:
+            self._walls = _long_walls(segments.theta, segments.start, segments.end, segments.covariance)
 
     def refine_prior(
         self, prior: FloatArray, information: FloatArray, heading: float, widest: float
@@ -50,15 +51,9 @@ class WallHeading:
             self.directions.add(self._walls + np.array([heading, 0.0, 0.0]))
 
 
-def long_walls(segments: Segments) -> FloatArray:
-    """The segments that are long and sure enough, as walls (M, 3), sensor frame."""
-    if segments.covariance is None:
-        return np.empty((0, 3))
-    return _long_walls(segments.theta, segments.start, segments.end, segments.covariance)
-
-
 @compiled
 def _long_walls(theta: FloatArray, start: FloatArray, end: FloatArray, covariance: FloatArray) -> FloatArray:
+    """The segments that are long and sure enough, as walls (M, 3)."""
     walls, count = np.empty((len(theta), 3)), 0
     for m in range(len(theta)):
         length = np.hypot(end[m, 0] - start[m, 0], end[m, 1] - start[m, 1])
@@ -120,15 +115,15 @@ def _mean(walls: FloatArray, main: FloatArray, heading: float, turn: float) -> t
     """
     variance = np.inf
     for _ in range(ROUNDS):
-        weights = asked = spread = 0.0
+        weights = turns = spread = 0.0
         for m in range(len(walls)):
-            off, own = _nearest(walls[m, THETA] + heading + turn, main)
-            v = walls[m, VARIANCE] + own
+            off, main_variance = _nearest(walls[m, THETA] + heading + turn, main)
+            v = walls[m, VARIANCE] + main_variance
             w = walls[m, LENGTH] / v * max(0.0, 1.0 - (off / AGREE) ** 2) ** 2
             weights += w
-            asked += w * off
+            turns += w * off
             spread += w * v
-        turn += asked / weights
+        turn += turns / weights
         variance = spread / weights
     return turn, variance
 

@@ -11,7 +11,7 @@ from slam.scan import LaserScan
 
 EDGE_ON_COSINE = 0.35  # of incidence, below which it is not asked whether a beam went through a surfel
 FORGIVEN_MISSES = 2.0  # misses that a surfel may have more than its hits allow
-NEAREST = 0.1  # metres: nothing nearer to the sensor is asked for
+MIN_DISTANCE = 0.1  # metres: nothing nearer to the sensor is asked for
 
 
 class FreeBeams(NamedTuple):
@@ -90,7 +90,7 @@ def _seen_through(s: FloatArray, beams: FreeBeams, pose: FloatArray, reach: floa
     ranges = beams.ranges
     dx, dy = s[X] - pose[0], s[Y] - pose[1]
     distance = np.sqrt(dx * dx + dy * dy)
-    if not NEAREST < distance < reach:
+    if not MIN_DISTANCE < distance < reach:
         return False
     wall = s[NX] != 0.0 or s[NY] != 0.0
     if wall and abs(dx * s[NX] + dy * s[NY]) < EDGE_ON_COSINE * distance:

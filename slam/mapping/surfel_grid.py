@@ -49,8 +49,7 @@ def empty_grid(cell: float) -> Grid:
 
 
 def with_room(grid: Grid, low: IntArray, high: IntArray, more: int) -> Grid:
-    """The grid, enlarged where it must be for ``more`` surfels in the cells from ``low`` to ``high``, rows and columns
-    (2,)."""
+    """The grid, enlarged if need be for ``more`` surfels in the cells ``low`` to ``high``, row and column (2,)."""
     shape = np.array(grid.head.shape)
     if (low < grid.corner).any() or (high >= grid.corner + shape).any():
         corner = np.minimum(grid.corner, low - MARGIN)

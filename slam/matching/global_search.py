@@ -50,15 +50,15 @@ class GlobalSearch:
         self._pooled = _pooled(self._pictures)
 
     def places(self, facets: FloatArray, most: int) -> FloatArray:
-        """Up to ``most`` poses of the laser, (N, 4); the score is the share of the facets (F, 7) that lie on walls. The
-        best come first, and no two are the same place."""
+        """Up to ``most`` different poses of the laser, (N, 4), the best first; the score is the share of facets on
+        walls, of all (F, 7) in reach."""
         near = np.ascontiguousarray(facets[np.hypot(facets[:, X], facets[:, Y]) < REACH])
         near = near[:: len(near) // MAX_FACETS + 1]
         if not len(near):
             return np.empty((0, 4))
         bounds = _bounds(near, self._first, self._shape, self._pooled).ravel()
-        opened = np.argpartition(-bounds.astype(np.int32), min(MAX_BLOCKS, bounds.size - 1))[:MAX_BLOCKS]
-        found = _open(near, self._first, self._shape, np.sort(opened), self._pictures)
+        blocks = np.argpartition(-bounds.astype(np.int32), min(MAX_BLOCKS, bounds.size - 1))[:MAX_BLOCKS]
+        found = _best_of_blocks(near, self._first, self._shape, np.sort(blocks), self._pictures)
         found[:, SCORE] /= FULL_GREY * len(near)
         found[:, [PLACE_X, PLACE_Y]] = self._low + (found[:, [PLACE_X, PLACE_Y]] + 0.5) * PIXEL
         return _distinct(found[np.argsort(-found[:, SCORE], kind="stable")], most)
@@ -100,7 +100,7 @@ def _bounds(facets: FloatArray, first: int, shape: tuple[int, int, int], pooled:
 
 
 @compiled
-def _open(
+def _best_of_blocks(
     facets: FloatArray, first: int, shape: tuple[int, int, int], blocks: IntArray, pictures: Pictures
 ) -> FloatArray:
     """The best place of each of these blocks (B,), which are numbered as in ``_bounds``: (B, 4), x and y in pixels."""

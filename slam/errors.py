@@ -1,7 +1,7 @@
 """Every error that hopslam raises on purpose.
 
 HopslamError
-├── InputError          what the user gave cannot be used          (exit code 2)
+├── InputError          the user's input cannot be used            (exit code 2)
 │   ├── ScenarioError   a scenario, a setting or a ``--set``
 │   └── LogError        a recorded log
 ├── RobotError          a device or back end failed                (exit code 3)
@@ -22,7 +22,7 @@ class HopslamError(Exception):
 
 
 class InputError(HopslamError):
-    """What the user gave cannot be used."""
+    """The user's input cannot be used."""
 
     exit_code = 2
 

@@ -1,4 +1,4 @@
-"""Localisation in a known map that stays as it is: the robot is found from nothing, tracked, and found again."""
+"""Localisation in a saved map: the robot is found from nothing, tracked, and found again; or mapping goes on there."""
 
 from dataclasses import replace
 from time import perf_counter
@@ -7,7 +7,7 @@ import numpy as np
 
 from slam.config import LeastSquaresConfig, SearchConfig, SlamConfig
 from slam.deskew import deskewed
-from slam.line_slam import Estimate
+from slam.line_slam import Estimate, LineSlam
 from slam.lines.extraction import extract_segments
 from slam.lines.facets import facets_of
 from slam.lines.segments import Segments
@@ -18,6 +18,7 @@ from slam.matching.match import NO_MATCH, Match
 from slam.matching.pose_hypothesis import PoseHypothesis
 from slam.odometry import Odometry
 from slam.pose import Pose2D
+from slam.saved_slam import SavedSlam, relocate
 from slam.scan import LaserScan
 
 NO_SEARCH = SearchConfig(below=0.0, distance=1e6, angle=1e6)
@@ -25,7 +26,7 @@ NO_SEARCH = SearchConfig(below=0.0, distance=1e6, angle=1e6)
 
 
 class LineLocalizer:
-    """Takes the place of LineSlam, and leaves the map alone.
+    """Takes the place of LineSlam, and leaves the map as it is.
 
     It follows many hypotheses at once, found by a search over the whole map, until the scans have spoken for one. Then
     it is sure, and tracks. When the scans speak against it, it is lost and searches again, keeping the hypotheses that
@@ -139,6 +140,32 @@ class LineLocalizer:
 
     def _hypothesis(self, T_map_base: Pose2D, matching: LeastSquaresConfig) -> PoseHypothesis:
         return PoseHypothesis(self.points, matching, self.T_base_laser, T_map_base, self.config.odometry)
+
+
+class LocalizeThenMap:
+    """Localises in a saved map until it is sure, and from then on maps there."""
+
+    def __init__(self, config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> None:
+        self.T_base_laser, self._config, self._saved = T_base_laser, config, saved
+        self.points = self.lines = saved.mapper.map
+        self._localizer = LineLocalizer(config, T_base_laser, saved.mapper.map)
+        self.slam: LineSlam | None = None
+        """The mapping method, once the place is known."""
+
+    @property
+    def T_map_base(self) -> Pose2D:
+        """The last estimate."""
+        return (self.slam or self._localizer).T_map_base
+
+    def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
+        """Take the next scan and the odometry at its stamp; return the pose estimate."""
+        if self.slam is not None:
+            return self.slam.update(scan, odometry)
+        estimate = self._localizer.update(scan, odometry)
+        if self._localizer.sure:
+            self.slam = relocate(self._config, self.T_base_laser, self._saved, estimate.T_map_base)
+            self.slam.T_odom_base = odometry.T_odom_base
+        return estimate
 
 
 def _most_evidence_first(hypothesis: PoseHypothesis) -> float:

@@ -12,7 +12,6 @@ from slam.errors import HopslamError, InputError
 PLACE: Final = r"^[A-Za-z_][\w.]*:[A-Za-z_]\w*$"
 """Pattern of the names of such code: ``module:name``."""
 _NAMED: Final = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
-_NO_OPTIONS: Final[Mapping[str, Any]] = {}
 
 
 def import_by_name(place: str) -> Any:
@@ -79,7 +78,7 @@ def call(
     place: str,
     code: Any,
     *arguments: Any,
-    options: Mapping[str, Any] = _NO_OPTIONS,
+    options: Mapping[str, Any] = {},
     raises: type[HopslamError] = InputError,
     **more: Any,
 ) -> Any:

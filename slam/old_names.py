@@ -15,7 +15,7 @@ MOVED: Final = {
     "sim.ids": "slam.env.ids",
     "slam.config.own": "slam.config.section",
     "slam.late": "slam.named_code",
-    "slam.line_continuation": "slam.localize_then_map",
+    "slam.line_continuation": "slam.line_localizer",
     "slam.own_code": "slam.named_code",
     "slam.run.bench": "slam.bench",
     "slam.run.cli": "slam.cli.main",
@@ -36,8 +36,6 @@ MOVED: Final = {
     "slam.run.terminal_table": "slam.console.terminal_table",
 }
 """Modules and packages that docs or settings named, by their old names; the longest name that fits counts."""
-_LONGEST_FIRST: Final = sorted(MOVED, key=len, reverse=True)
-_PACKAGES: Final = ("slam.", "sim.")
 
 
 class _Copy(Loader):
@@ -58,9 +56,9 @@ class OldNames(MetaPathFinder):
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         """The module of this old name; None where the name is not old."""
-        if not fullname.startswith(_PACKAGES):
+        if not fullname.startswith(("slam.", "sim.")):
             return None
-        old = next((name for name in _LONGEST_FIRST if f"{fullname}.".startswith(f"{name}.")), None)
+        old = max((name for name in MOVED if f"{fullname}.".startswith(f"{name}.")), key=len, default=None)
         if old is None:
             return None
         new = MOVED[old] + fullname.removeprefix(old)

@@ -12,9 +12,8 @@ from typer.testing import CliRunner
 from slam.cli.main import app
 from slam.config import SlamConfig
 from slam.errors import InputError
-from slam.line_localizer import LineLocalizer
+from slam.line_localizer import LineLocalizer, LocalizeThenMap
 from slam.line_slam import LineSlam
-from slam.localize_then_map import LocalizeThenMap
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.global_search import _bounds, _pooled
 from slam.matching.surfel_mapper import SurfelMapper

@@ -37,22 +37,17 @@ def _own_segments(scan: LaserScan, config: OwnMethod) -> Segments:
     segments: Segments = config.call(scan)
     expect(config.method, segments, Segments)
     what = f"{config.method} returned Segments whose"
-    checked = replace(segments, **_arrays(what, segments))
+    count = len(segments.rho) if np.ndim(segments.rho) else 0
+    arrays: dict[str, Any] = {
+        name: expect_array(f"{what} {name}", array, (count, *shape), kind)
+        for name, (kind, shape) in _COLUMNS.items()
+        if (array := getattr(segments, name)) is not None or not name.endswith("covariance")
+    }
+    checked = replace(segments, **arrays)
     _check_places(what, checked.first, checked.last, int(scan.echoes.sum()))
     if segments.noise is not None:
         _check_noise(what, segments.noise)
     return checked
-
-
-def _arrays(what: str, segments: Segments) -> dict[str, Any]:
-    """Return all arrays by name, of the right kind and shape, and finite."""
-    count = len(segments.rho) if np.ndim(segments.rho) else 0
-    given = {name: getattr(segments, name) for name in _COLUMNS}
-    return {
-        name: expect_array(f"{what} {name}", given[name], (count, *shape), kind)
-        for name, (kind, shape) in _COLUMNS.items()
-        if given[name] is not None or not name.endswith("covariance")
-    }
 
 
 def _check_places(what: str, first: IntArray, last: IntArray, points: int) -> None:

@@ -14,12 +14,11 @@ the normal (m^2), number of points, and 1 where the facet before it is of the sa
 RANGE_FLOOR = 0.003  # metres: least standard deviation of a range
 CLUSTER_GAP = 0.10  # metres between neighbouring points of a cluster, at most
 CLUSTER_SIZE = 0.15  # metres from its first point to its last
-TRUNCATED = 2.5  # standard deviations from the end of the reach: nearer to it, only readings that came short are seen
+TRUNCATED_SIGMAS = 2.5  # from the end of the reach: nearer to it, only readings that came short are seen
 
 
 def facets_of(scan: LaserScan, segments: Segments, length: float) -> FloatArray:
-    """Cut the segments of a scan, and the points beside them, into facets (F, 7) of at most ``length`` metres, sensor
-    frame."""
+    """Cut segments, and the points beside them, into facets (F, 7) of at most ``length`` metres, sensor frame."""
     fan, reach = scan.fan, (scan.range_min, scan.range_max)
     noise = segments.noise or noise_of_scan(fan[BEARING], scan.ranges, reach, RANGE_FLOOR)
     noise = noise._replace(floor=RANGE_FLOOR)
@@ -55,7 +54,7 @@ def _drop_truncated(facets: FloatArray, count: int, range_max: float, noise: Ran
     kept, unbroken = 0, True
     for k in range(count):
         r = np.hypot(facets[k, X], facets[k, Y])
-        if r + TRUNCATED * np.sqrt(range_variance(r, noise)) > range_max:
+        if r + TRUNCATED_SIGMAS * np.sqrt(range_variance(r, noise)) > range_max:
             unbroken = False
             continue
         if kept != k:

@@ -5,6 +5,7 @@ counted from 0, and a run includes both its ends.
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 from math import isfinite
 from typing import Final
 
@@ -66,18 +67,12 @@ def hop_by_svd(
 
 def _by_svd(points: FloatArray, config: HoppingConfig) -> tuple[IntArray, FloatArray]:
     """Find the runs (M, 2) and their (rho, theta), shape (M, 2), as printed."""
+    cuts = np.flatnonzero(np.hypot(*np.diff(points, axis=0).T) > config.split_gap) + 1
     kept = [
         (begin + P, begin + Q)
-        for begin, stop in zip(*_pieces(points, config.split_gap), strict=True)
+        for begin, stop in pairwise([0, *cuts, len(points)])
         for P, Q in hop_by_svd(points[begin:stop], config.sigma_Th, config.psi, SIGMA_3[config.kernel])
         if Q - P + 1 > config.L_Th  # Proc. 7, which prints P - Q + 1
     ]
     lines = [hough_line(points[P : Q + 1])[:2] for P, Q in kept]
     return np.array(kept, dtype=np.int64).reshape(-1, 2), np.array(lines, dtype=np.float64).reshape(-1, 2)
-
-
-def _pieces(points: FloatArray, split_gap: float) -> tuple[IntArray, IntArray]:
-    """Return begins and stops of the pieces without a step longer than ``split_gap`` metres."""
-    steps = np.hypot(*np.diff(points, axis=0).T)
-    cuts = np.flatnonzero(steps > split_gap) + 1
-    return np.concatenate([[0], cuts]), np.concatenate([cuts, [len(points)]])

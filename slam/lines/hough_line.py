@@ -29,11 +29,6 @@ def hough_line(points: FloatArray) -> HoughLine:
     """Find the least-squares solution of A X = 0, eq. (5), for points (l, 2) with l >= 3, sensor frame, metres."""
     _, sigma, V_T = np.linalg.svd(design_matrix(points), full_matrices=False)  # eqs. (7) and (8)
     v_3 = V_T[2]  # eq. (10)
-    return HoughLine(*rho_theta(v_3), float(sigma[2]))
-
-
-def rho_theta(v_3: FloatArray) -> tuple[float, float]:
-    """(rho, theta) of the right singular vector v_3 (3,); its sign, which SVD leaves open, makes rho >= 0."""
-    alpha = np.copysign(1.0 / np.hypot(v_3[0], v_3[1]), v_3[2])  # eq. (12)
+    alpha = np.copysign(1.0 / np.hypot(v_3[0], v_3[1]), v_3[2])  # eq. (12), with the sign that makes rho >= 0
     cos_theta, sin_theta, rho = alpha * v_3  # eqs. (9) and (11)
-    return float(rho), float(np.arctan2(sin_theta, cos_theta))
+    return HoughLine(float(rho), float(np.arctan2(sin_theta, cos_theta)), float(sigma[2]))

@@ -15,7 +15,7 @@ from slam.pose import FloatArray
 
 BLOCK = 8  # points of the largest runs to begin with
 GOOD_FIT = 0.85  # of its points: a block whose chi-square is below this is begun with as it is
-SMALL = 12  # points: a run this small between two others may be only the corner where they meet
+SMALL_RUN = 12  # points: a run this small between two others may be only the corner where they meet
 WINDOW = 8  # points to both sides in which the end of a run is sought
 
 
@@ -117,7 +117,7 @@ def drop_small(sums: FloatArray, m: int, partition: Partition, limit: float) -> 
     out = 0
     for k in range(m):
         start[out], after_gap[out], cost[out] = start[k], after_gap[k], cost[k]
-        if out > 0 and not after_gap[k] and not after_gap[k + 1] and start[k + 1] - start[k] <= SMALL:
+        if out > 0 and not after_gap[k] and not after_gap[k + 1] and start[k + 1] - start[k] <= SMALL_RUN:
             begin, stop = start[out - 1], start[k + 2]
             both, at = _cheapest_cut(sums, begin, stop, start[k], start[k + 1])
             if both - cost[out - 1] - cost[k] - cost[k + 1] < limit:

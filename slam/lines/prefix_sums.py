@@ -23,22 +23,17 @@ def runs_and_lines(
     N = len(points)
     runs = np.empty((N, 2), np.int64)
     M = begin = 0
-    for j in range(1, N + 1):
-        if j == N or _step(points, j) > split_gap * split_gap:
+    for j in range(1, N):
+        dx, dy = points[j, 0] - points[j - 1, 0], points[j, 1] - points[j - 1, 1]
+        if dx * dx + dy * dy > split_gap * split_gap:
             M += _hop(sums, begin, j, sigma_Th, J, runs[M:])
             begin = j
+    M += _hop(sums, begin, N, sigma_Th, J, runs[M:])
     kept = runs[:M][runs[:M, 1] - runs[:M, 0] + 1 > L_Th]  # Proc. 7
     lines = np.empty((len(kept), 2))
     for m in range(len(kept)):
         lines[m, 0], lines[m, 1] = _line_of_sums(sums, kept[m, 0], kept[m, 1])
     return kept, lines
-
-
-@compiled
-def _step(points: FloatArray, j: int) -> float:
-    """Return the squared distance from the point before j to j."""
-    x, y = points[j, 0] - points[j - 1, 0], points[j, 1] - points[j - 1, 1]
-    return float(x * x + y * y)
 
 
 @compiled

@@ -10,7 +10,7 @@ from slam.lidars import LIDARS, LidarName
 from slam.pose import FloatArray
 
 NORMAL_MEDIAN = 0.6745  # of the absolute value, in standard deviations
-UNKNOWN = 0.01  # metres: taken where a scan has too few beams to tell
+UNKNOWN_NOISE = 0.01  # metres: taken where a scan has too few beams to tell
 
 
 class RangeNoise(NamedTuple):
@@ -29,8 +29,7 @@ class RangeNoise(NamedTuple):
 
 @lru_cache
 def noise_of_sensor(name: LidarName, bound_sigmas: float) -> RangeNoise:
-    """Return the noise that the maker admits, whose bound is so many standard deviations; the step of the range is the
-    floor."""
+    """Return the noise of the maker's bound, which is so many standard deviations; the floor is the range's step."""
     model = LIDARS[name]
     return RangeNoise(
         model.near_accuracy / bound_sigmas,
@@ -85,7 +84,7 @@ def _noise_of_neighbours(
         t_1, t_0, u_1, u_0 = t_0, t, u_0, u
         echoes += 1
     if n < 8:
-        return UNKNOWN, np.inf, 0.0
+        return UNKNOWN_NOISE, np.inf, 0.0
     noise, r = noise[:n], r[:n]
     middle = np.median(r)
     near = np.median(noise[r <= middle]) / NORMAL_MEDIAN

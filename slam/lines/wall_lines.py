@@ -15,9 +15,9 @@ START, END = range(2)
 """Places of the two ends of a line."""
 AA, AB, BB = range(3)
 """Columns of the covariance of (a, b), of the line a x + b y = 1."""
-CORNER = 0.10  # metres: lines of neighbouring runs that cross this near to where the runs meet make a corner there ...
-CORNER_STEPS = 2.0  # ... or this and as many ways from one beam to the next
-SINE = 0.2  # of the angle between them, at least
+CORNER_DISTANCE = 0.10  # metres: lines of neighbouring runs that cross this near to where the runs meet make a corner
+CORNER_STEPS = 2.0  # steps from one beam to the next that are added to it
+MIN_CORNER_SINE = 0.2  # of the angle between these lines
 
 
 @compiled
@@ -102,13 +102,13 @@ def _corner(ab: FloatArray, cov: FloatArray, spacing: float, ends: FloatArray, e
     """Let two neighbours end where their lines cross, with the covariance that follows from both lines."""
     (a0, b0), (a1, b1) = ab
     cross = a0 * b1 - a1 * b0
-    if cross * cross < SINE**2 * (a0 * a0 + b0 * b0) * (a1 * a1 + b1 * b1):
+    if cross * cross < MIN_CORNER_SINE**2 * (a0 * a0 + b0 * b0) * (a1 * a1 + b1 * b1):
         return
     x, y = (b1 - b0) / cross, (a0 - a1) / cross
     for k in range(2):
         end_x, end_y = ends[k, 1 - k]
         step = (end_x * end_x + end_y * end_y) * np.hypot(ab[k, 0], ab[k, 1]) * abs(spacing)
-        if np.hypot(x - end_x, y - end_y) > CORNER + CORNER_STEPS * step:
+        if np.hypot(x - end_x, y - end_y) > CORNER_DISTANCE + CORNER_STEPS * step:
             return
     v0 = (x * x * cov[0, AA] + 2.0 * x * y * cov[0, AB] + y * y * cov[0, BB]) / (cross * cross)
     v1 = (x * x * cov[1, AA] + 2.0 * x * y * cov[1, AB] + y * y * cov[1, BB]) / (cross * cross)

@@ -12,7 +12,7 @@ from slam.pose import FloatArray
 FIRST_POINT, LAST_POINT, FIRST_BEAM, LAST_BEAM, MEETS_NEXT = range(5)
 """Columns of runs (M, 5): points are the beams with an echo; MEETS_NEXT is 1 where the next point is the first of the
 next run, else 0."""
-THREE = 1.5  # the cost allowed for making one run of three is this times that for two: four parameters go, not two
+THREE_RUNS = 1.5  # the cost allowed for making one run of three is this times that for two: four parameters go, not two
 
 
 @compiled
@@ -37,7 +37,7 @@ def wall_runs(
     m = drop_small(sums, m, partition, merge_cost)
     move_cuts(sums, m, partition)
     m = merge(sums, m, partition, merge_cost)
-    m = merge_three(sums, m, partition, THREE * merge_cost)
+    m = merge_three(sums, m, partition, THREE_RUNS * merge_cost)
     return _kept(sums, m, partition, beam, min_points)
 
 

@@ -11,7 +11,7 @@ from slam.scan import LaserScan
 
 EDGE_ON_COSINE = 0.35  # of incidence, below which it is not asked whether a beam went through a surfel
 FORGIVEN_MISSES = 2.0  # misses that a surfel may have more than its hits allow
-NEAREST = 0.1  # metres: nothing nearer to the sensor is asked for
+MIN_DISTANCE = 0.1  # metres: nothing nearer to the sensor is asked for
 
 
 class FreeBeams(NamedTuple):
@@ -25,19 +25,9 @@ class FreeBeams(NamedTuple):
 
 def free_beams(scan: LaserScan, no_echo_reach: float) -> FreeBeams:
     """Free ranges of a scan; a beam without an echo is believed to have been free for ``no_echo_reach`` metres."""
-    ranges = _free_ranges(scan.ranges, scan.range_min, scan.range_max, no_echo_reach)
+    ranges = np.where(scan.echoes, scan.ranges, 0.0)
+    ranges[scan.ranges == np.inf] = min(no_echo_reach, scan.range_max)
     return FreeBeams(ranges, scan.angle_min, scan.angle_increment)
-
-
-@compiled
-def _free_ranges(ranges: FloatArray, range_min: float, range_max: float, no_echo_reach: float) -> FloatArray:
-    free = np.zeros(len(ranges))
-    for j in range(len(ranges)):
-        if range_min <= ranges[j] <= range_max:
-            free[j] = ranges[j]
-        if ranges[j] == np.inf:
-            free[j] = min(no_echo_reach, range_max)
-    return free
 
 
 @compiled
@@ -100,7 +90,7 @@ def _seen_through(s: FloatArray, beams: FreeBeams, pose: FloatArray, reach: floa
     ranges = beams.ranges
     dx, dy = s[X] - pose[0], s[Y] - pose[1]
     distance = np.sqrt(dx * dx + dy * dy)
-    if not NEAREST < distance < reach:
+    if not MIN_DISTANCE < distance < reach:
         return False
     wall = s[NX] != 0.0 or s[NY] != 0.0
     if wall and abs(dx * s[NX] + dy * s[NY]) < EDGE_ON_COSINE * distance:

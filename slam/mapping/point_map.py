@@ -48,7 +48,7 @@ class PointMap:
 
 
 def _visible(points: FloatArray, lidar: Lidar, reach: float) -> NDArray[np.bool_]:
-    """Which of the points (N, 2), sensor frame, lie in the fan of the lidar and no farther than ``reach`` metres."""
+    """True for each point (N, 2), sensor frame, in the fan of the lidar and no farther than ``reach`` metres."""
     distance = np.hypot(points[:, 0], points[:, 1])
     bearing = np.arctan2(points[:, 1], points[:, 0])
     in_fan = (bearing - lidar.angle_min) % (2 * np.pi) <= lidar.angle_max - lidar.angle_min

@@ -49,8 +49,7 @@ def empty_grid(cell: float) -> Grid:
 
 
 def with_room(grid: Grid, low: IntArray, high: IntArray, more: int) -> Grid:
-    """The grid, enlarged where it must be for ``more`` surfels in the cells from ``low`` to ``high``, rows and columns
-    (2,)."""
+    """The grid, enlarged if need be for ``more`` surfels in the cells ``low`` to ``high``, row and column (2,)."""
     shape = np.array(grid.head.shape)
     if (low < grid.corner).any() or (high >= grid.corner + shape).any():
         corner = np.minimum(grid.corner, low - MARGIN)
@@ -72,13 +71,13 @@ def room_needed(facets: FloatArray, pose: FloatArray, cell: float) -> tuple[IntA
     surfels they and the walls between them make at most."""
     c, s = np.cos(pose[2]), np.sin(pose[2])
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
-    way = last_x = last_y = 0.0
+    path = last_x = last_y = 0.0
     for f in range(len(facets)):
         x, y = pose[0] + c * facets[f, X] - s * facets[f, Y], pose[1] + s * facets[f, X] + c * facets[f, Y]
         low[0], low[1] = min(low[0], y), min(low[1], x)
         high[0], high[1] = max(high[0], y), max(high[1], x)
         if f > 0:
-            way += abs(x - last_x) + abs(y - last_y)
+            path += abs(x - last_x) + abs(y - last_y)
         last_x, last_y = x, y
-    most = int(way * 2.0 / cell) + 2 * len(facets)
+    most = int(path * 2.0 / cell) + 2 * len(facets)
     return np.floor(low / cell).astype(np.int64), np.floor(high / cell).astype(np.int64), most

@@ -27,7 +27,7 @@ class SurfelMap:
 
     @property
     def surfels(self) -> FloatArray:
-        """All that are alive, with the columns of surfel_grid.py, shape (S, 7), map frame."""
+        """The surfels alive, with the columns of surfel_grid.py, shape (S, 7), map frame."""
         taken = self.grid.surfels[: self.grid.counts[TAKEN]]
         return taken[taken[:, HITS] > 0.0]
 

@@ -21,7 +21,10 @@ def wall_segments(surfels: FloatArray, cell: float) -> FloatArray:
     """Start and end of the walls that these surfels (S, 7) with a normal make, shape (M, 2, 2): [wall, start or end, x
     or y]; metres, map frame. Walls are grown in the order of their surest surfel."""
     surest_first = np.ascontiguousarray(surfels[np.argsort(-surfels[:, INFORMATION], kind="stable")])
-    wall_of = _wall_numbers(surest_first, np.floor(surest_first[:, :2] / cell).astype(np.int64), cell)
+    columns_rows = np.floor(surest_first[:, :2] / cell).astype(np.int64)
+    columns_rows += NEIGHBOURS + 1 - columns_rows.min(axis=0, initial=0)
+    columns, rows = columns_rows.max(axis=0, initial=0) + NEIGHBOURS + 2
+    wall_of = _wall_numbers(surest_first, columns_rows, np.full((rows, columns), -1, np.int64), cell)
     by_wall = np.argsort(wall_of, kind="stable")
     begins = np.searchsorted(wall_of[by_wall], np.arange(wall_of.max(initial=-1) + 2))
     kept = np.flatnonzero(np.diff(begins) >= MIN_SURFELS)
@@ -31,21 +34,10 @@ def wall_segments(surfels: FloatArray, cell: float) -> FloatArray:
     return ends
 
 
-def _wall_numbers(surfels: FloatArray, columns_rows: IntArray, cell: float) -> IntArray:
-    """The number of the wall that each surfel belongs to, (S,)."""
-    corner = columns_rows.min(axis=0, initial=0) - NEIGHBOURS - 1
-    columns, rows = columns_rows.max(axis=0, initial=0) - corner + NEIGHBOURS + 2
-    head, following = np.full((rows, columns), -1, np.int64), np.full(len(surfels), -1, np.int64)
-    wall_of = np.full(len(surfels), -1, np.int64)
-    _grow_walls(surfels, columns_rows - corner, head, following, cell, wall_of)
-    return wall_of
-
-
 @compiled
-def _grow_walls(
-    surfels: FloatArray, columns_rows: IntArray, head: IntArray, following: IntArray, cell: float, wall_of: IntArray
-) -> None:
-    """Number the walls: one from each surfel not yet taken; fills ``wall_of`` (S,)."""
+def _wall_numbers(surfels: FloatArray, columns_rows: IntArray, head: IntArray, cell: float) -> IntArray:
+    """Number the wall of each surfel, (S,); ``head`` has a -1 for every cell, and becomes the first surfel of each."""
+    following, wall_of = np.empty(len(surfels), np.int64), np.full(len(surfels), -1, np.int64)
     for k in range(len(surfels)):
         column, row = columns_rows[k]
         following[k] = head[row, column]
@@ -56,6 +48,7 @@ def _grow_walls(
         if wall_of[seed] < 0:
             _grow_one(surfels, columns_rows, head, following, cell, wall_of, queue, seed, count)
             count += 1
+    return wall_of
 
 
 @compiled

@@ -16,11 +16,11 @@ from slam.pose import FloatArray
 SCORE, PLACE_X, PLACE_Y, HEADING = range(4)
 """Columns of the places (N, 4) that a search finds."""
 SIDES = 8
-CLUSTERS = 8  # the number of their picture
+CLUSTER_PICTURE = 8  # the number of the picture of clusters
 FULL_GREY = 63.0  # grey value on a wall: 1000 facets fit into 16 bits
 PIXEL = 0.10  # metres
 BLUR = 0.15  # metres: farther than this from a wall it is as good as nowhere
-TURN = 0.02  # radians from one heading to the next
+HEADING_STEP = 0.02  # radians from one heading to the next
 
 
 @compiled
@@ -32,16 +32,16 @@ def best_of_window(
 
     ``information`` (3, 3) is the prior's, already weighed: half the squared Mahalanobis distance is taken off.
     """
-    n, m = int(np.ceil(half_width / PIXEL)), int(np.ceil(half_angle / TURN))
+    n, m = int(np.ceil(half_width / PIXEL)), int(np.ceil(half_angle / HEADING_STEP))
     size = 2 * (int(reach / PIXEL) + n + 2)
     x0, y0 = prior[0] - 0.5 * size * PIXEL, prior[1] - 0.5 * size * PIXEL
     pictures = draw(grid, x0, y0, size)
     best, scores = np.empty((2 * m + 1, 4)), np.empty((2 * n + 1, 2 * n + 1), np.uint16)
     half = 0.5 * information
-    xx, xy, yy, xt = half[0, 0], half[0, 1], half[1, 1], 2.0 * half[0, 2] * TURN
-    yt, tt = 2.0 * half[1, 2] * TURN, half[2, 2] * TURN * TURN
+    xx, xy, yy, xt = half[0, 0], half[0, 1], half[1, 1], 2.0 * half[0, 2] * HEADING_STEP
+    yt, tt = 2.0 * half[1, 2] * HEADING_STEP, half[2, 2] * HEADING_STEP * HEADING_STEP
     for a in range(-m, m + 1):
-        theta = prior[2] + a * TURN
+        theta = prior[2] + a * HEADING_STEP
         _add_up(facets, prior[0] - x0, prior[1] - y0, theta, reach, pictures, scores)
         best[a + m, SCORE] = -np.inf
         for i in range(2 * n + 1):
@@ -77,7 +77,7 @@ def _draw_one(pictures: NDArray[np.uint8], s: FloatArray, x0: float, y0: float, 
     """Draw a surfel into the pictures of the two sides next to its normal."""
     size = pictures.shape[1]
     wall = s[NX] != 0.0 or s[NY] != 0.0
-    first = second = CLUSTERS
+    first = second = CLUSTER_PICTURE
     if wall:
         first = int(np.floor(np.arctan2(s[NY], s[NX]) * SIDES / (2.0 * np.pi))) % SIDES
         second = (first + 1) % SIDES
@@ -96,7 +96,7 @@ def _draw_one(pictures: NDArray[np.uint8], s: FloatArray, x0: float, y0: float, 
 def picture_of(nx: float, ny: float, c: float, s: float) -> int:
     """The picture for a facet with this normal in the sensor frame, the sensor's heading having cosine c and sine s."""
     if nx == 0.0 and ny == 0.0:
-        return CLUSTERS
+        return CLUSTER_PICTURE
     bearing = np.arctan2(s * nx + c * ny, c * nx - s * ny)
     return int(np.floor(bearing * SIDES / (2.0 * np.pi) + 0.5)) % SIDES
 

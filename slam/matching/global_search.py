@@ -50,36 +50,28 @@ class GlobalSearch:
         self._pooled = _pooled(self._pictures)
 
     def places(self, facets: FloatArray, most: int) -> FloatArray:
-        """Up to ``most`` poses of the laser, (N, 4); the score is the share of the facets (F, 7) that lie on walls. The
-        best come first, and no two are the same place."""
+        """Up to ``most`` different poses of the laser, (N, 4), the best first; the score is the share of facets on
+        walls, of all (F, 7) in reach."""
         near = np.ascontiguousarray(facets[np.hypot(facets[:, X], facets[:, Y]) < REACH])
         near = near[:: len(near) // MAX_FACETS + 1]
         if not len(near):
             return np.empty((0, 4))
         bounds = _bounds(near, self._first, self._shape, self._pooled).ravel()
-        opened = np.argpartition(-bounds.astype(np.int32), min(MAX_BLOCKS, bounds.size - 1))[:MAX_BLOCKS]
-        found = _open(near, self._first, self._shape, np.sort(opened), self._pictures)
+        blocks = np.argpartition(-bounds.astype(np.int32), min(MAX_BLOCKS, bounds.size - 1))[:MAX_BLOCKS]
+        found = _best_of_blocks(near, self._first, self._shape, np.sort(blocks), self._pictures)
         found[:, SCORE] /= FULL_GREY * len(near)
         found[:, [PLACE_X, PLACE_Y]] = self._low + (found[:, [PLACE_X, PLACE_Y]] + 0.5) * PIXEL
         return _distinct(found[np.argsort(-found[:, SCORE], kind="stable")], most)
 
 
-@compiled
 def _pooled(pictures: Pictures) -> Pictures:
     """The greatest value of the block that begins at each pixel."""
-    sides, rows, columns = pictures.shape
-    across, pooled = pictures.copy(), pictures.copy()
-    for p in range(sides):
-        for i in range(rows):
-            for j in range(columns):
-                for d in range(1, min(BLOCK, columns - j)):
-                    across[p, i, j] = max(across[p, i, j], pictures[p, i, j + d])
-        for i in range(rows):
-            for j in range(columns):
-                value = across[p, i, j]
-                for d in range(1, min(BLOCK, rows - i)):
-                    value = max(value, across[p, i + d, j])
-                pooled[p, i, j] = value
+    across = pictures.copy()
+    for d in range(1, BLOCK):
+        np.maximum(across[:, :, :-d], pictures[:, :, d:], out=across[:, :, :-d])
+    pooled = across.copy()
+    for d in range(1, BLOCK):
+        np.maximum(pooled[:, :-d], across[:, d:], out=pooled[:, :-d])
     return pooled
 
 
@@ -108,7 +100,7 @@ def _bounds(facets: FloatArray, first: int, shape: tuple[int, int, int], pooled:
 
 
 @compiled
-def _open(
+def _best_of_blocks(
     facets: FloatArray, first: int, shape: tuple[int, int, int], blocks: IntArray, pictures: Pictures
 ) -> FloatArray:
     """The best place of each of these blocks (B,), which are numbered as in ``_bounds``: (B, 4), x and y in pixels."""
@@ -137,7 +129,7 @@ def _open(
 
 @compiled
 def _distinct(rows: FloatArray, most: int) -> FloatArray:
-    """Those of the places (N, 4), the best first, that lie near none before them; ``most`` at most."""
+    """The places (N, 4), the best first, without those that lie near a better one; ``most`` at most."""
     chosen, count = np.empty((most, 4)), 0
     for k in range(len(rows)):
         alone = count < most

@@ -137,8 +137,8 @@ def fuse(
     three dimensions, so that 1 is expected.
     """
     scale = np.array([1.0, 1.0, lever])
-    keep = projector * np.outer(1.0 / scale, scale)
-    posterior = np.linalg.inv(np.linalg.inv(predicted) + keep.T @ information @ keep / correlation)
+    constrained = projector * np.outer(1.0 / scale, scale)
+    posterior = np.linalg.inv(np.linalg.inv(predicted) + constrained.T @ information @ constrained / correlation)
     expected = motion + correlation * np.linalg.inv(information + np.eye(3))
     innovation_squared = offset @ np.linalg.solve(expected, offset) / 3.0
     values, vectors = np.linalg.eigh(projector)

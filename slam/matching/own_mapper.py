@@ -40,7 +40,13 @@ class OwnMapper:
         match: Match = self._call("locate", scan, segments, prior)
         expect(f"{self._place}.locate", match, Match)
         expect(f"{self._place}.locate: Match.T_prior_laser", match.T_prior_laser, Pose2D)
-        _check_numbers(f"{self._place}.locate returned a Match whose", match)
+        what = f"{self._place}.locate returned a Match whose"
+        expect_numbers(f"{what} T_prior_laser.", match.T_prior_laser, ("x", "y", "theta"))
+        expect_numbers(f"{what} ", match, ("iterations", "points", "inliers"))
+        if match.covariance is not None:
+            expect_array(f"{what} covariance", match.covariance, (3, 3))
+        if match.unconstrained is not None:
+            expect_array(f"{what} unconstrained", match.unconstrained, (None, 3))
         return match
 
     def add(self, scan: LaserScan, segments: Segments, T_map_laser: Pose2D) -> None:
@@ -78,13 +84,3 @@ class OwnLines:
     def ends(self) -> FloatArray:
         """Shape (M, 2, 2): [line, start or end, x or y]; metres, map frame."""
         return expect_array(f"{self._place}.ends", self._part.ends, (None, 2, 2))
-
-
-def _check_numbers(what: str, match: Match) -> None:
-    """Require finite numbers throughout; what the matcher does not tell is None."""
-    expect_numbers(f"{what} T_prior_laser.", match.T_prior_laser, ("x", "y", "theta"))
-    expect_numbers(f"{what} ", match, ("iterations", "points", "inliers"))
-    if match.covariance is not None:
-        expect_array(f"{what} covariance", match.covariance, (3, 3))
-    if match.unconstrained is not None:
-        expect_array(f"{what} unconstrained", match.unconstrained, (None, 3))

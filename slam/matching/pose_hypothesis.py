@@ -30,8 +30,8 @@ class PoseHypothesis:
         config: LeastSquaresConfig,
         T_base_laser: Pose2D,
         T_map_base: Pose2D,
-        odometry: bool = True,
-    ):
+        odometry: bool,
+    ) -> None:
         self.T_map_base = T_map_base
         self.match: Match = NO_MATCH
         self.evidence = 0.0  # sum of the agreements, from where the best of its time stood when it was begun
@@ -58,8 +58,7 @@ class PoseHypothesis:
             self._mapper = SurfelMapper(self._mapper.state, config, self._T_base_laser, self._odometry)
 
     def agreement(self, scan: LaserScan, config: LocalizationConfig) -> float:
-        """Agreement of the scan that was followed last with the map: 1 where all of it lies on walls, and none was
-        seen through."""
+        """Agreement of the last scan with the map: 1 where all of it lies on walls, and none was seen through."""
         pose, surfel_map = (self.T_map_base @ self._T_base_laser).as_array(), self._mapper.map
         settings = surfel_map.config
         beams = free_beams(scan, settings.no_echo_reach)

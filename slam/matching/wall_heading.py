@@ -9,10 +9,10 @@ from slam.pose import FloatArray, wrap_angle
 
 MIN_LENGTH = 1.0  # metres: shorter segments say too little of a direction ...
 MAX_SIGMA = np.radians(1.0)  # ... and so do those less sure of theirs, one standard deviation
-AGREE = np.radians(2.0)  # a wall lies in a direction when it is nearer to it than this
+AGREEMENT_ANGLE = np.radians(2.0)  # a wall lies in a direction when it is nearer to it than this
 MAJORITY = 0.6  # of the long walls of a scan, by length, that must lie in one
-RIVAL = 0.8  # no other heading may have this share of what the best one has
-ROUNDS = 3  # of reweighting the mean
+RIVAL_SHARE = 0.8  # no other heading may have this share of what the best one has
+MEAN_ROUNDS = 3  # of reweighting the mean
 
 
 class WallHeading:
@@ -24,8 +24,9 @@ class WallHeading:
 
     def observe(self, segments: Segments) -> None:
         """Take the segments of the present scan, sensor frame."""
-        if self._enabled:
-            self._walls = long_walls(segments)
+        self._walls = np.empty((0, 3))
+        if self._enabled and segments.covariance is not None:
+            self._walls = _long_walls(segments.theta, segments.start, segments.end, segments.covariance)
 
     def refine_prior(
         self, prior: FloatArray, information: FloatArray, heading: float, widest: float
@@ -44,21 +45,14 @@ class WallHeading:
         return prior + np.linalg.solve(better, innovation), better
 
     def add_walls(self, heading: float) -> None:
-        """Add the walls of the present scan, which goes into the map with this heading of the sensor, to the
-        directions."""
+        """Add the walls of the present scan, taken with this heading of the sensor, to the directions."""
         if len(self._walls):
             self.directions.add(self._walls + np.array([heading, 0.0, 0.0]))
 
 
-def long_walls(segments: Segments) -> FloatArray:
-    """The segments that are long and sure enough, as walls (M, 3), sensor frame."""
-    if segments.covariance is None:
-        return np.empty((0, 3))
-    return _long_walls(segments.theta, segments.start, segments.end, segments.covariance)
-
-
 @compiled
 def _long_walls(theta: FloatArray, start: FloatArray, end: FloatArray, covariance: FloatArray) -> FloatArray:
+    """The segments that are long and sure enough, as walls (M, 3)."""
     walls, count = np.empty((len(theta), 3)), 0
     for m in range(len(theta)):
         length = np.hypot(end[m, 0] - start[m, 0], end[m, 1] - start[m, 1])
@@ -85,7 +79,7 @@ def turn_to_main(walls: FloatArray, main: FloatArray, heading: float, widest: fl
             agreeing = _agreeing(walls, main, heading + off) if abs(off) <= widest else 0.0
             if agreeing > best:
                 best, turn = agreeing, off
-    if best == 0.0 or best < MAJORITY * length or _has_rival(walls, main, heading, widest, turn, RIVAL * best):
+    if best == 0.0 or best < MAJORITY * length or _has_rival(walls, main, heading, widest, turn, RIVAL_SHARE * best):
         return 0.0, np.inf
     return _mean(walls, main, heading, turn)
 
@@ -96,7 +90,7 @@ def _has_rival(walls: FloatArray, main: FloatArray, heading: float, widest: floa
     for m in range(len(walls)):
         for k in range(len(main)):
             off = turn_between(walls[m, THETA] + heading, main[k, THETA])
-            elsewhere = abs(off) <= widest and abs(off - turn) > 2.0 * AGREE
+            elsewhere = abs(off) <= widest and abs(off - turn) > 2.0 * AGREEMENT_ANGLE
             if elsewhere and _agreeing(walls, main, heading + off) > enough:
                 return True
     return False
@@ -108,7 +102,7 @@ def _agreeing(walls: FloatArray, main: FloatArray, heading: float) -> float:
     metres = 0.0
     for m in range(len(walls)):
         off, _ = _nearest(walls[m, THETA] + heading, main)
-        metres += walls[m, LENGTH] * max(0.0, 1.0 - (off / AGREE) ** 2)
+        metres += walls[m, LENGTH] * max(0.0, 1.0 - (off / AGREEMENT_ANGLE) ** 2)
     return metres
 
 
@@ -119,16 +113,16 @@ def _mean(walls: FloatArray, main: FloatArray, heading: float, turn: float) -> t
     Walls of one building may all be off by the same, so that many of them are no surer than one.
     """
     variance = np.inf
-    for _ in range(ROUNDS):
-        weights = asked = spread = 0.0
+    for _ in range(MEAN_ROUNDS):
+        weights = turns = spread = 0.0
         for m in range(len(walls)):
-            off, own = _nearest(walls[m, THETA] + heading + turn, main)
-            v = walls[m, VARIANCE] + own
-            w = walls[m, LENGTH] / v * max(0.0, 1.0 - (off / AGREE) ** 2) ** 2
+            off, main_variance = _nearest(walls[m, THETA] + heading + turn, main)
+            v = walls[m, VARIANCE] + main_variance
+            w = walls[m, LENGTH] / v * max(0.0, 1.0 - (off / AGREEMENT_ANGLE) ** 2) ** 2
             weights += w
-            asked += w * off
+            turns += w * off
             spread += w * v
-        turn += asked / weights
+        turn += turns / weights
         variance = spread / weights
     return turn, variance
 

@@ -3,9 +3,8 @@
 from typing import Protocol
 
 from slam.config import SlamConfig
-from slam.line_localizer import LineLocalizer
+from slam.line_localizer import LineLocalizer, LocalizeThenMap
 from slam.line_slam import Estimate, LineSlam
-from slam.localize_then_map import LocalizeThenMap
 from slam.mapping.line_map import LineMap
 from slam.mapping.point_map import PointMap
 from slam.matching.mapper import Lines, Points

@@ -9,8 +9,7 @@ from typing import Literal
 from slam.errors import ScenarioError
 from slam.files.logs import BagTopics, read_log
 from slam.files.maps.file import read_map
-from slam.line_localizer import LineLocalizer
-from slam.localize_then_map import LocalizeThenMap
+from slam.line_localizer import LineLocalizer, LocalizeThenMap
 from slam.odometry import Twist2D
 from slam.run.backends import make_robot
 from slam.run.estimator import make_estimator

@@ -1,5 +1,6 @@
 """Readings of a lidar from true ranges: noise by name, drop-outs, limits and steps."""
 
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -8,7 +9,7 @@ from sim.realistic_noise import realistic_ranges
 from slam.compiled import compiled
 from slam.lidars import LidarModel
 from slam.pose import FloatArray
-from slam.scenario.lidar_config import LidarConfig
+from slam.scenario.lidar_config import LidarConfig, NoiseName
 
 DATASHEET: Final = (0.010, 1.0, 0.01)
 """Hokuyo's bound for the URG-04LX: 10 mm up to 1 m, 1 % of the range beyond."""
@@ -20,19 +21,36 @@ def measure(ranges: FloatArray, time: float, config: LidarConfig, rng: np.random
     Any call with the same number of beams and the same ``noise`` draws as many random numbers.
     """
     normal, uniform = rng.standard_normal(len(ranges)), rng.random(len(ranges))
-    model = config.description
-    if config.noise == "realistic":
-        ranges = realistic_ranges(
-            ranges, model.lidar.angle_increment, time, config.reflectivity, normal, rng.random(len(ranges)),
-            rng.random(len(ranges)),
-        )  # fmt: skip
-    elif config.noise != "none":
-        table_1 = (model.near_accuracy, model.near_range, model.far_accuracy)
-        near, near_range, far = table_1 if config.noise == "paper" else DATASHEET
-        ranges = _bounded_noise(ranges, near / config.bound_sigmas, near_range, far / config.bound_sigmas, normal)
+    ranges = NOISES[config.noise](ranges, normal, time, config, rng)
     if config.dropout:
         ranges = np.where(uniform < config.dropout, np.inf, ranges)
-    return quantised(ranges, model)
+    return quantised(ranges, config.description)
+
+
+def _table_1(
+    ranges: FloatArray, normal: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator
+) -> FloatArray:
+    model = config.description
+    return _within(ranges, normal, (model.near_accuracy, model.near_range, model.far_accuracy), config.bound_sigmas)
+
+
+def _realistic(
+    ranges: FloatArray, normal: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator
+) -> FloatArray:
+    increment, beams = config.description.lidar.angle_increment, len(ranges)
+    lost, edge = rng.random(beams), rng.random(beams)
+    return realistic_ranges(ranges, increment, time, config.reflectivity, normal, lost, edge)
+
+
+Noise = Callable[[FloatArray, FloatArray, float, LidarConfig, np.random.Generator], FloatArray]
+"""Noisy ranges (N,) from true ranges, N normal random numbers, the time and the lidar; it may draw more numbers."""
+NOISES: Final[dict[NoiseName, Noise]] = {
+    "paper": _table_1,
+    "datasheet": lambda ranges, normal, _, config, __: _within(ranges, normal, DATASHEET, config.bound_sigmas),
+    "realistic": _realistic,
+    "none": lambda ranges, *_: ranges,
+}
+"""Every noise by its name in the scenario."""
 
 
 def quantised(ranges: FloatArray, model: LidarModel) -> FloatArray:
@@ -41,6 +59,12 @@ def quantised(ranges: FloatArray, model: LidarModel) -> FloatArray:
     Beyond the reach they are inf, closer than ``range_min`` -inf (REP-117).
     """
     return np.round(_quantised(ranges, model.lidar.range_min, model.lidar.range_max, model.resolution), 6)
+
+
+def _within(ranges: FloatArray, normal: FloatArray, bound: tuple[float, float, float], sigmas: float) -> FloatArray:
+    """Add Gaussian noise, bounded by so many standard deviations: near (m) up to near_range (m), far x range beyond."""
+    near, near_range, far = bound
+    return _bounded_noise(ranges, near / sigmas, near_range, far / sigmas, normal)
 
 
 @compiled

@@ -4,10 +4,10 @@ import numpy as np
 
 from sim.bumpers import Bumpers
 from sim.furniture import Furniture
+from sim.lidar import SimulatedLidar
 from sim.p3dx import P3dx
 from sim.people import People
 from sim.sonar import SonarRing
-from sim.urg04lx import Urg04lx
 from sim.wheels import WheelOdometry
 from sim.world import World
 from slam.pose import Pose2D
@@ -28,7 +28,7 @@ class RobotInWorld:
         self._base = P3dx(self._world, robot)
         self._people = People(self._world, scenario.people)
         self._furniture = Furniture(self._world, movables)
-        self._lidar = Urg04lx(self._world, scenario.lidar, self._people.leg_radii, movables)
+        self._lidar = SimulatedLidar(self._world, scenario.lidar, self._people.leg_radii, movables)
         self._sonar = SonarRing(self._world, movables) if robot.sonar else None
 
     def _begin(self, seed: int) -> None:

@@ -1,12 +1,14 @@
 """The realistic noise: where it comes from, and that the other models lack it."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
-from sim.lidar_noise import measure
+from sim.lidar_noise import NOISES, measure
 from sim.realistic_noise import BEAM_HALF_WIDTH, WARM_UP, WARM_UP_TIME, incidence, mixed_pixels
 from slam.lidars import URG04LX
-from slam.scenario.lidar_config import LidarConfig
+from slam.scenario.lidar_config import LidarConfig, NoiseName
 
 ANGLES = URG04LX.lidar.angles
 STEP = URG04LX.lidar.angle_increment
@@ -23,6 +25,10 @@ def wall(distance: float) -> np.ndarray:
 def many(ranges: np.ndarray, config: LidarConfig = REALISTIC, time: float = WARM) -> np.ndarray:
     rng = np.random.default_rng(0)
     return np.array([measure(ranges, time, config, rng) for _ in range(400)])
+
+
+def test_every_noise_of_the_settings_is_made_and_no_other() -> None:
+    assert set(NOISES) == set(get_args(NoiseName))
 
 
 def test_the_incidence_on_a_wall_is_the_bearing():

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sim.lidar import SimulatedLidar
 from sim.lidar_noise import measure, quantised
 from sim.rays import Sweep
-from sim.urg04lx import Urg04lx
 from sim.world import World
 from slam.lidars import LIDARS, TABLE1, URG04LX
 from slam.pose import Pose2D
@@ -45,13 +45,13 @@ def room_ranges(T_map_laser: Pose2D, angles: np.ndarray) -> np.ndarray:
 def test_the_ranges_in_a_square_room_are_those_of_the_closed_form(model, caster, pose):
     config = LidarConfig(model=model, noise="none", caster=caster, mount=HERE)
     with World(ROOM.prisms(), 240) as world:
-        ranges = Urg04lx(world, config).true_ranges(still(pose))
+        ranges = SimulatedLidar(world, config).true_ranges(still(pose))
     assert ranges == pytest.approx(room_ranges(pose, config.description.lidar.angles), abs=1e-4)
 
 
 def test_the_scan_carries_its_fan_its_stamp_and_its_sensor():
     with World(ROOM.prisms(), 240) as world:
-        scan = Urg04lx(world, EXACT).scan(still(Pose2D()), 12.5, rng())
+        scan = SimulatedLidar(world, EXACT).scan(still(Pose2D()), 12.5, rng())
     assert scan.lidar == URG04LX.lidar
     assert scan.stamp == 12.5
     assert scan.time_increment == 0.0
@@ -62,8 +62,8 @@ def test_the_scan_carries_its_fan_its_stamp_and_its_sensor():
 def test_a_low_lidar_sees_the_legs_of_a_table_and_a_high_one_its_top():
     plan = Plan(tables=(Table(center=(2.0, 0.0), size=(1.0, 1.0, 0.7)),))
     with World(plan.prisms(), 240) as world:
-        low = Urg04lx(world, LidarConfig(height=0.3, mount=HERE)).true_ranges(still(Pose2D()))
-        high = Urg04lx(world, LidarConfig(height=0.69, mount=HERE)).true_ranges(still(Pose2D()))
+        low = SimulatedLidar(world, LidarConfig(height=0.3, mount=HERE)).true_ranges(still(Pose2D()))
+        high = SimulatedLidar(world, LidarConfig(height=0.69, mount=HERE)).true_ranges(still(Pose2D()))
     ahead = 384 - 44
     assert low[ahead] == np.inf
     assert high[ahead] == pytest.approx(1.5, abs=1e-4)
@@ -108,7 +108,7 @@ def test_the_noise_is_gaussian_with_the_maker_s_bound(true, bound, bound_sigmas)
 def test_noise_brings_some_echoes_of_a_wall_beyond_the_reach_and_loses_as_many_within():
     wall = Plan(walls=(Wall(points=((4.145, -9.0), (4.145, 9.0))),))  # its face stands at the reach of 4.095 m
     with World(wall.prisms(), 240) as world:
-        lidar = Urg04lx(world, LidarConfig(mount=HERE))
+        lidar = SimulatedLidar(world, LidarConfig(mount=HERE))
         ahead = [np.isfinite(lidar.scan(still(Pose2D()), 0.0, rng(seed)).ranges[340]) for seed in range(300)]
     assert 0.35 < np.mean(ahead) < 0.65
 

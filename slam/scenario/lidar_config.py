@@ -25,6 +25,10 @@ class Mount(Place):
         return given.model_dump() if type(given) is Place else given
 
 
+NoiseName = Literal["paper", "datasheet", "realistic", "none"]
+"""Names of the noises in ``sim/lidar_noise.py``."""
+
+
 class LidarConfig(Section):
     """The lidar on the robot."""
 
@@ -38,7 +42,7 @@ class LidarConfig(Section):
     """Each beam is taken when the turning mirror points there, from where the sensor is then; false: all at once."""
     caster: Literal["bullet", "exact"] = "bullet"
     """Ray caster: PyBullet's rays through the mesh of the world, or compiled rays in its plan; same ranges."""
-    noise: Literal["paper", "datasheet", "realistic", "none"] = "paper"
+    noise: NoiseName = "paper"
     """``paper``: Gaussian, bounds of Table 1. ``datasheet``: Gaussian, 10 mm up to 1 m and 1 % beyond. ``realistic``:
     by range and incidence, with mixed pixels at edges, lost echoes and warm-up. See docs/simulator.md."""
     bound_sigmas: Positive = 3.0

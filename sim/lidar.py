@@ -14,7 +14,7 @@ from slam.scenario.furniture import Movable
 from slam.scenario.lidar_config import LidarConfig
 
 
-class Urg04lx:
+class SimulatedLidar:
     """Takes the beams of a scan one after another, or all at once, in a plane ``config.height`` metres up.
 
     ``leg_radii`` (L,) are those of the people who may stand in the way, metres; ``movables`` is furniture that may.

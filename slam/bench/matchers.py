@@ -40,10 +40,10 @@ class OurMatcher:
 
     def __init__(self, scans: Sequence[PlacedScan], search: bool = True) -> None:
         self.name = "ours" if search else "ours, no search"
-        self._config, map_config = SlamConfig(), SurfelMapConfig()
+        self._config = SlamConfig()
         assert isinstance(self._config.matching, LeastSquaresConfig)
         self._matching = self._config.matching.model_copy(update={} if search else {"search": NO_SEARCH})
-        self._map = SurfelMap(map_config)
+        self._map = SurfelMap(SurfelMapConfig())
         for placed in scans:
             segments = extract_segments(placed.scan, self._config.lines)
             facets = facets_of(placed.scan, segments, self._matching.facet_length)

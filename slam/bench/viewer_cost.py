@@ -118,10 +118,10 @@ class _Stopwatch:
     viewer_to_kill: subprocess.Popen[bytes] | None
     seconds: list[float] = field(default_factory=list)
     cpu: float = 0.0
-    next: float = field(default_factory=perf_counter)
+    next_scan: float = field(default_factory=perf_counter)
 
     def on_step(self, step: Step) -> None:
-        """Let the watcher see it."""
+        """Time the watcher, then wait for the next scan."""
         began, began_cpu = perf_counter(), thread_time()
         self.watcher.on_step(step)
         self.seconds.append(perf_counter() - began)
@@ -130,5 +130,5 @@ class _Stopwatch:
             raise _EnoughScans
         if self.viewer_to_kill is not None and self.scans is not None and step.index == self.scans // 2:
             self.viewer_to_kill.kill()
-        self.next = max(self.next + self.period, perf_counter())
-        sleep(max(0.0, self.next - perf_counter()) if self.period else 0.0)
+        self.next_scan = max(self.next_scan + self.period, perf_counter())
+        sleep(max(0.0, self.next_scan - perf_counter()) if self.period else 0.0)

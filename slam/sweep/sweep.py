@@ -26,7 +26,7 @@ CONFIG: Final = "sweep.yaml"
 
 @dataclass(frozen=True, slots=True)
 class ExecutionOptions:
-    """Where and how the runs of a sweep are executed."""
+    """Options of the execution of a sweep's runs."""
 
     jobs: int
     """Runs at a time; on a cluster that is there already, as many as it has processors."""

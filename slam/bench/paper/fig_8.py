@@ -39,7 +39,7 @@ _CELL: Final = 0.01
 """Side of a pixel of the picture on which the Hough transform works, metres."""
 _ANGLES: Final = np.radians(np.arange(-90.0, 90.0, 1.0))
 _NEIGHBOURS: Final = {"min_distance": 1, "min_angle": 1}
-"""Of two peaks this near, in cells, one is kept. Wider suppression finds fewer doubles, and fewer true lines."""
+"""Cells within which only one of two peaks is kept. Wider suppression finds fewer doubles, and fewer true lines."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +58,7 @@ class HoughLines:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fig8:
-    """What the two methods found, and how long they took, in seconds."""
+    """Lines and segments that the two methods found, and their times in seconds."""
 
     scan: LaserScan
     hough: HoughLines
@@ -80,7 +80,7 @@ def three_walls(seed: int = 0) -> LaserScan:
 
 
 def hough_lines(points: FloatArray, share: float = 0.5) -> HoughLines:
-    """The lines through points (N, 2), metres, that have ``share`` of the most votes; half of them is the usual."""
+    """Find lines through points (N, 2), metres, with ``share`` of the most votes of scikit-image's Hough transform."""
     transform = import_optional("skimage.transform", "bench")
     reach = np.abs(points).max(initial=_CELL)
     cells = np.floor((points + reach) / _CELL).astype(np.int64)
@@ -112,7 +112,7 @@ def measure(repeats: int = 20) -> Fig8:
 
 
 def lines_on_walls(rho: FloatArray, theta: FloatArray) -> dict[str, int]:
-    """How many of these lines lie along each wall, and on none of them ("none")."""
+    """Numbers of these lines that lie along each wall, and along none of them ("none")."""
     normals = unit_vectors(theta)
     on = {name: (np.abs(ends @ normals.T - rho) < _NEAR).all(axis=0) for name, ends in WALLS.items()}
     none = ~np.any(list(on.values()), axis=0)

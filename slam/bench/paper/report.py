@@ -20,7 +20,7 @@ TRIALS: Final = 200
 
 @dataclass(frozen=True, slots=True)
 class PaperReport:
-    """What came out, and where it is."""
+    """Tables of the measurements, and their report."""
 
     tables: tuple[ResultTable, ...]
     path: Path

@@ -48,7 +48,7 @@ class Table2Row:
 
 
 def wall(count: int, seed: int = 0) -> FloatArray:
-    """That many points (count, 2) along 4 m of a wall 1 m in front of the sensor, NOISE off it; metres."""
+    """Make points (count, 2) along 4 m of a wall 1 m in front of the sensor, NOISE off it; metres."""
     off = np.random.default_rng(seed).normal(0.0, NOISE, count)
     return np.column_stack([1.0 + off, np.linspace(-2.0, 2.0, count)])
 

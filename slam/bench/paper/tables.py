@@ -1,4 +1,4 @@
-"""What was measured beside what the paper printed."""
+"""Tables of the measurements beside the numbers that the paper printed."""
 
 from collections.abc import Sequence
 from math import degrees
@@ -63,7 +63,7 @@ def figure_3(result: Fig3) -> ResultTable:
 
 
 def figure_7(rows: Sequence[Fig7Row], trials: int) -> ResultTable:
-    """How often hopping changes a result."""
+    """Scans in which hopping changes the segments."""
     most, most_mean = max(row.different for row in rows), max(row.different_mean for row in rows)
     return ResultTable(
         f"Fig. 7: over-hopping, {trials} scans with a short segment between two long ones",

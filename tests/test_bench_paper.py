@@ -44,7 +44,7 @@ def test_the_predicted_speed_up_by_hand() -> None:
 
 def test_the_wall_is_one_segment_with_as_many_tests_as_the_prediction_counts() -> None:
     for psi in table_2.PSI:
-        tests = table_2.count_tests(table_2.wall(table_2.POINTS // 10), table_2.SIGMA_TH, psi)
+        tests = len(table_2.tested_lengths(table_2.wall(table_2.POINTS // 10), table_2.SIGMA_TH, psi))
         assert tests == pytest.approx(hops(table_2.POINTS // 10, psi)[1], abs=psi + 1)
 
 

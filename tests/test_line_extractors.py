@@ -95,12 +95,10 @@ def test_the_fitted_line_of_exact_points_is_the_hough_line(theta: float, rho: fl
 
 def test_distance_to_the_nearest_segment() -> None:
     """One segment from (0, 0) to (2, 0): beside it, beyond its end, and none at all."""
-    one, none = np.ones(1), np.empty(0)
-    segment = Segments(np.zeros(1, int), np.ones(1, int), 0 * one, 0 * one, np.zeros((1, 2)), np.array([[2.0, 0.0]]))
+    start, end = np.zeros((1, 2)), np.array([[2.0, 0.0]])
     points = np.array([[1.0, 0.5], [5.0, 4.0], [-3.0, 4.0]])
-    np.testing.assert_allclose(distances_to_segments(points, segment), [0.5, 5.0, 5.0])
-    empty = Segments(none.astype(int), none.astype(int), none, none, np.empty((0, 2)), np.empty((0, 2)))
-    assert np.isinf(distances_to_segments(points, empty)).all()
+    np.testing.assert_allclose(distances_to_segments(points, start, end), [0.5, 5.0, 5.0])
+    assert np.isinf(distances_to_segments(points, np.empty((0, 2)), np.empty((0, 2)))).all()
 
 
 @pytest.mark.parametrize(("extractor", "module"), [(Ransac(), "skimage.measure"), (ProbabilisticHough(), "cv2")])

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from slam.bench.scenes import HELD_OUT_SEEDS, scenes
-from slam.bench.stopwatch import median_seconds, seconds
+from slam.bench.stopwatch import median_seconds, microseconds, seconds
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.console.result_table import ResultTable
 from slam.lines.beam_sums import SUMS, prefix_sums
@@ -35,10 +35,10 @@ def time_table(seeds: int) -> ResultTable:
     }
     times = _times(calls)
     least = float(np.median(times["prefix sums alone"]))
-    rows = [(name, *_cells(taken, least)) for name, taken in times.items()]
+    rows = [(name, *microseconds(taken, least, digits=1)) for name, taken in times.items()]
     many = (found * (BATCH_SCANS // len(found) + 1))[:BATCH_SCANS]
     threads = os.cpu_count() or 1
-    one, every = _batch(many, ours, 1), _batch(many, ours, threads)
+    one, every = (median_seconds(partial(segments_of_scans, many, ours, n), 2 * ROUNDS) for n in (1, threads))
     notes = (
         f"One call from Python, 682 beams, spec/3, arrays ready; {ROUNDS} rounds in one process. "
         f"{BATCH_SCANS} scans at once: {1e6 * one / BATCH_SCANS:.1f} us a scan on one thread, "
@@ -63,13 +63,3 @@ def _times(calls: dict[str, Sequence[Callable[[], object]]]) -> dict[str, FloatA
         for name, ready in calls.items():
             taken[name] += [seconds(call) for call in ready]
     return {name: np.array(values) for name, values in taken.items()}
-
-
-def _batch(scans: Sequence[LaserScan], config: ChiSquareConfig, threads: int) -> float:
-    """Seconds for all of the scans at once."""
-    return median_seconds(partial(segments_of_scans, scans, config, threads), 2 * ROUNDS)
-
-
-def _cells(taken: FloatArray, least: float) -> tuple[str, str, str]:
-    median = float(np.median(taken))
-    return f"{1e6 * median:.1f}", f"{1e6 * float(np.percentile(taken, 99)):.1f}", f"{median / least:.1f}"

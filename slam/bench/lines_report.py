@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from time import perf_counter
 from typing import Final
 
 import numpy as np
@@ -15,12 +14,13 @@ from slam.bench.line_extractors import (
     LineExtractor,
     compared_extractors,
     config_of_noise,
+    extract_in_turn,
     ours_with_wrong_noise,
-    warm_up,
 )
 from slam.bench.line_score import LineScore, score_lines, total_score
 from slam.bench.line_times import time_table
 from slam.bench.scenes import HELD_OUT_SEEDS, NOISE_LEVELS, Scene, scenes
+from slam.bench.stopwatch import microseconds
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.files.logs import read_log
@@ -78,16 +78,11 @@ def _compare(
     scenes: Sequence[Scene], extractors: Sequence[LineExtractor], advance: Callable[[], object]
 ) -> list[_Comparison]:
     """Run the extractors on all of these scenes, in turn on each; ``advance`` is called after every scene."""
-    warm_up(scenes[0].scan, extractors)
     scores: list[list[LineScore]] = [[] for _ in extractors]
     times = np.empty((len(extractors), len(scenes)))
-    for k, scene in enumerate(scenes):
-        for m, extractor in enumerate(extractors):
-            began = perf_counter()
-            segments = extractor.extract(scene.scan)
-            times[m, k] = perf_counter() - began
-            scores[m].append(score_lines(scene.walls, segments))
-        advance()
+    for m, k, segments, taken in extract_in_turn(extractors, [scene.scan for scene in scenes], advance):
+        scores[m].append(score_lines(scenes[k].walls, segments))
+        times[m, k] = taken
     return [_Comparison(extractor.name, total_score(scores[m]), times[m]) for m, extractor in enumerate(extractors)]
 
 
@@ -105,16 +100,13 @@ def _table(noise_level: str, comparisons: Sequence[_Comparison], seeds: range) -
 
 def _cells(row: _Comparison, ours: float) -> tuple[str, ...]:
     score = row.score
-    median, p99 = np.median(row.times), np.percentile(row.times, 99)
     return (
         row.method,
         *(f"{100 * share:.1f}" for share in (score.f1, score.recall, score.false_share)),
         f"{np.degrees(_percentile(score.angle_errors, 50)):.2f}",
         f"{1e3 * _percentile(score.offsets, 50):.1f}",
         f"{1e3 * _percentile(score.end_errors, 50):.0f}/{1e3 * _percentile(score.end_errors, 90):.0f}",
-        f"{1e6 * median:.0f}",
-        f"{1e6 * p99:.0f}",
-        f"{median / ours:.1f}",
+        *microseconds(row.times, ours),
     )
 
 

@@ -2,15 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from time import perf_counter
 from typing import Final
 
 import numpy as np
 
-from slam.bench.line_extractors import OURS, LineExtractor, warm_up
+from slam.bench.line_extractors import OURS, LineExtractor, extract_in_turn
+from slam.bench.stopwatch import microseconds
 from slam.console.result_table import ResultTable
 from slam.files.logs import Log
-from slam.lines.segments import Segments
 from slam.pose import FloatArray
 
 EXPLAINED_WITHIN: Final = 0.10
@@ -42,22 +41,16 @@ def sampled_scans(log: Log) -> list[int]:
 def score_log(log: Log, extractors: Sequence[LineExtractor], advance: Callable[[], object]) -> list[LogScore]:
     """Run the extractors on these scans of the log; ``advance`` is called after every scan."""
     scans = [log.scan(index) for index in sampled_scans(log)]
-    warm_up(scans[0], extractors)
     found: list[list[tuple[FloatArray, int, float]]] = [[] for _ in extractors]
-    for scan in scans:
-        points = scan.points()
-        for m, extractor in enumerate(extractors):
-            began = perf_counter()
-            segments = extractor.extract(scan)
-            taken = perf_counter() - began
-            found[m].append((distances_to_segments(points, segments), len(segments), taken))
-        advance()
-    return [_score(extractor.name, rows) for extractor, rows in zip(extractors, found, strict=True)]
+    for m, k, segments, taken in extract_in_turn(extractors, scans, advance):
+        distances = distances_to_segments(scans[k].points(), segments.start, segments.end)
+        found[m].append((distances, len(segments), taken))
+    return [_log_score(extractor.name, rows) for extractor, rows in zip(extractors, found, strict=True)]
 
 
-def distances_to_segments(points: FloatArray, segments: Segments) -> FloatArray:
-    """Metres from each point (N, 2) to the nearest segment, shape (N,); ``inf`` where there is none."""
-    start, along = segments.start, segments.end - segments.start
+def distances_to_segments(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Metres from each point (N, 2) to the nearest segment of these ends (M, 2), shape (N,); ``inf`` for no segment."""
+    along = end - start
     squared = np.maximum(np.sum(along**2, axis=1), 1e-12)
     offset = points[:, None] - start
     share = np.clip(np.sum(offset * along, axis=2) / squared, 0.0, 1.0)
@@ -70,27 +63,18 @@ def log_table(name: str, log: Log, scores: list[LogScore]) -> ResultTable:
     rows = [
         (
             row.method, f"{100 * row.explained:.1f}", f"{1e3 * row.rmse:.1f}", f"{row.segments:.1f}",
-            f"{1e6 * np.median(row.times):.0f}", f"{1e6 * np.percentile(row.times, 99):.0f}",
-            f"{np.median(row.times) / ours:.1f}",
+            *microseconds(row.times, ours),
         )
         for row in scores
     ]  # fmt: skip
-    used = f"{len(scores[0].times)} of {len(log)} scans, {log.lidar.beams} beams each"
-    return ResultTable(
-        f"{name}: {used}",
-        COLUMNS,
-        rows,
-        "Explained: share of the beams that end within 10 cm of a segment; rmse: of those. Time: median.",
-    )
+    title = f"{name}: {len(scores[0].times)} of {len(log)} scans, {log.lidar.beams} beams each"
+    notes = "Explained: share of the beams that end within 10 cm of a segment; rmse: of those. Time: median."
+    return ResultTable(title, COLUMNS, rows, notes)
 
 
-def _score(name: str, rows: list[tuple[FloatArray, int, float]]) -> LogScore:
-    distance = np.concatenate([row[0] for row in rows])
+def _log_score(name: str, rows: list[tuple[FloatArray, int, float]]) -> LogScore:
+    distances, segments, times = zip(*rows, strict=True)
+    distance = np.concatenate(distances)
     near = distance[distance < EXPLAINED_WITHIN]
-    return LogScore(
-        method=name,
-        explained=len(near) / max(len(distance), 1),
-        rmse=float(np.sqrt(np.mean(near**2))) if len(near) else np.nan,
-        segments=float(np.mean([row[1] for row in rows])),
-        times=np.array([row[2] for row in rows]),
-    )
+    rmse = float(np.sqrt(np.mean(near**2))) if len(near) else np.nan
+    return LogScore(name, len(near) / max(len(distance), 1), rmse, float(np.mean(segments)), np.array(times))

@@ -133,7 +133,7 @@ def _thinned(points: FloatArray) -> FloatArray:
 
 
 def _picture(points: FloatArray) -> tuple[np.ndarray, FloatArray]:
-    """Which cells, half as wide as CELL, are near a point, and the lower corner of the first of them."""
+    """Mask of the cells, half as wide as CELL, that are near a point, and the lower corner of the first of them."""
     margin = 4
     corner = points.min(axis=0) - 0.5 * CELL * margin
     index = np.floor((points - corner) / (0.5 * CELL)).astype(int)

@@ -54,7 +54,7 @@ def compare_matchers(scenario: Scenario, places: int, seed: int, console: Termin
     matchers = compared_matchers(made_from)
     with console.waiting("timing"):
         races = {beams: match_in_turns(matchers, scans[beams], start_poses(*NEARBY)) for beams in BEAMS}
-    near = {matcher.name: {beams: of[matcher.name] for beams, of in races.items()} for matcher in matchers}
+    near = {matcher.name: {beams: runs[matcher.name] for beams, runs in races.items()} for matcher in matchers}
     basins = {}
     with console.progress() as bar:
         for matcher in bar.track(matchers, description="basins"):
@@ -69,10 +69,10 @@ def match_tables(found: MatcherComparison) -> list[ResultTable]:
 
 
 def _times(found: MatcherComparison) -> ResultTable:
-    base = {beams: _milliseconds(of) for beams, of in found.near["ours"].items()}
+    base = {beams: _milliseconds(runs) for beams, runs in found.near["ours"].items()}
     rows = [
-        [name, *(f"{_milliseconds(of):.2f} ({_milliseconds(of) / base[beams]:.1f})" for beams, of in by_beams.items())]
-        for name, by_beams in found.near.items()
+        [name, *(f"{_milliseconds(runs):.2f} ({_milliseconds(runs) / base[beams]:.1f})" for beams, runs in row.items())]
+        for name, row in found.near.items()
     ]
     return ResultTable(
         f"Time of one match, median in ms (and over ours), {found.places} places",
@@ -113,8 +113,8 @@ def _basin(found: MatcherComparison) -> ResultTable:
     )  # fmt: skip
 
 
-def _milliseconds(of: MatchRuns) -> float:
-    return 1e3 * float(np.median(of.seconds))
+def _milliseconds(runs: MatchRuns) -> float:
+    return 1e3 * float(np.median(runs.seconds))
 
 
 def draw_comparison(path: Path, found: MatcherComparison) -> None:
@@ -124,7 +124,7 @@ def draw_comparison(path: Path, found: MatcherComparison) -> None:
     times = panels[0, 0]
     for k, (name, by_beams) in enumerate(found.near.items()):
         colour, dash = PAPER.curve(k)
-        milliseconds = [_milliseconds(of) for of in by_beams.values()]
+        milliseconds = [_milliseconds(runs) for runs in by_beams.values()]
         times.loglog(BEAMS, milliseconds, dash, marker="o", color=colour, label=name, markersize=3)
     times.set(xlabel="points", ylabel="time [ms]", title="time of one match")
     times.legend(fontsize=6)

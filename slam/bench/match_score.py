@@ -58,7 +58,7 @@ def match_in_turns(
             found = matcher.match(placed.scan, placed.T_map_laser @ start)
             taken, error = perf_counter() - begun, placed.T_map_laser.between(found)
             rows[matcher.name].append((taken, error.distance(Pose2D()), abs(error.theta)))
-    tables = {name: np.array(of) for name, of in rows.items()}
+    tables = {name: np.array(measured) for name, measured in rows.items()}
     return {name: MatchRuns(table[:, 0], table[:, 1:]) for name, table in tables.items()}
 
 

@@ -6,15 +6,8 @@ from typing import Any, Final, Protocol
 import numpy as np
 
 from slam.bench.match_scenes import PlacedScan
-from slam.config import (
-    ForceFieldConfig,
-    HoppingConfig,
-    LeastSquaresConfig,
-    PointMapConfig,
-    SearchConfig,
-    SlamConfig,
-    SurfelMapConfig,
-)
+from slam.config import ForceFieldConfig, HoppingConfig, LeastSquaresConfig, PointMapConfig, SlamConfig, SurfelMapConfig
+from slam.line_localizer import NO_SEARCH
 from slam.lines.extraction import extract_segments
 from slam.lines.facets import facets_of
 from slam.mapping.map_uncertainty import MapUncertainty
@@ -40,7 +33,6 @@ class Matcher(Protocol):
 
     def match(self, scan: LaserScan, start: Pose2D) -> Pose2D:
         """Find the pose; this is all that must be done for one scan."""
-        ...
 
 
 class OurMatcher:
@@ -48,11 +40,10 @@ class OurMatcher:
 
     def __init__(self, scans: Sequence[PlacedScan], search: bool = True) -> None:
         self.name = "ours" if search else "ours, no search"
-        self._config, map_config = SlamConfig(), SurfelMapConfig()
+        self._config = SlamConfig()
         assert isinstance(self._config.matching, LeastSquaresConfig)
-        never = SearchConfig(below=0.0, distance=1e6, angle=1e6)
-        self._matching = self._config.matching.model_copy(update={} if search else {"search": never})
-        self._map = SurfelMap(map_config)
+        self._matching = self._config.matching.model_copy(update={} if search else {"search": NO_SEARCH})
+        self._map = SurfelMap(SurfelMapConfig())
         for placed in scans:
             segments = extract_segments(placed.scan, self._config.lines)
             facets = facets_of(placed.scan, segments, self._matching.facet_length)
@@ -89,9 +80,9 @@ class IcpMatcher:
     """small_gicp on one thread. Its clouds are 3-D: a flat one has normals that point up, so the map is there three
     times, one layer above the other, which turns them level; roll, pitch and height then stay where they are."""
 
-    def __init__(self, scans: Sequence[PlacedScan], small_gicp: Any, kind: str = "PLANE_ICP", reach: float = 1.0):
+    def __init__(self, scans: Sequence[PlacedScan], small_gicp: Any, kind: str) -> None:
         self.name = {"PLANE_ICP": "ICP, point to plane", "ICP": "ICP, point to point", "GICP": "GICP"}[kind]
-        self._library, self._kind, self._reach = small_gicp, kind, reach
+        self._library, self._kind = small_gicp, kind
         points = voxel_means(scans)
         layers = [np.column_stack([points, np.full(len(points), z)]) for z in (-VOXEL, 0.0, VOXEL)]
         self._target = small_gicp.PointCloud(np.concatenate(layers))
@@ -108,7 +99,7 @@ class IcpMatcher:
         T[:2, :2], T[:2, 3] = start.rotation, start.translation
         found = self._library.align(
             self._target, source, self._tree, T, registration_type=self._kind,
-            max_correspondence_distance=self._reach, num_threads=1, max_iterations=50, rotation_epsilon=1e-4,
+            max_correspondence_distance=1.0, num_threads=1, max_iterations=50, rotation_epsilon=1e-4,
             translation_epsilon=1e-4,
         ).T_target_source  # fmt: skip
         return Pose2D(float(found[0, 3]), float(found[1, 3]), float(np.arctan2(found[1, 0], found[0, 0])))

@@ -42,7 +42,9 @@ class ProbabilisticHough:
 
 def _segments(points: FloatArray, ends: FloatArray) -> Segments:
     """Segments of ends (M, 2, 2); their first and last are the points (N, 2) nearest to them."""
-    nearest = np.array([[_nearest(points, end) for end in pair] for pair in ends], dtype=np.int64).reshape(-1, 2)
+    nearest = np.array([[np.argmin(np.hypot(*(points - end).T)) for end in pair] for pair in ends], np.int64).reshape(
+        -1, 2
+    )
     swapped = nearest[:, 0] > nearest[:, 1]
     ends[swapped], nearest[swapped] = ends[swapped, ::-1], nearest[swapped, ::-1]
     along = ends[:, 1] - ends[:, 0]
@@ -50,7 +52,3 @@ def _segments(points: FloatArray, ends: FloatArray) -> Segments:
     rho = np.cos(theta) * ends[:, 0, 0] + np.sin(theta) * ends[:, 0, 1]
     theta = np.where(rho < 0.0, theta - np.sign(theta) * np.pi, theta)
     return Segments(nearest[:, 0], nearest[:, 1], np.abs(rho), theta, ends[:, 0], ends[:, 1])
-
-
-def _nearest(points: FloatArray, place: FloatArray) -> int:
-    return int(np.argmin(np.hypot(*(points - place).T)))

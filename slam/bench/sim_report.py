@@ -2,11 +2,14 @@
 
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from itertools import product
 from typing import Final
 
 import numpy as np
 
 from slam.bench.sim_runs import HOUR, SimRun, run_scenario
+from slam.bench.stopwatch import milliseconds
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.pose import FloatArray
@@ -37,12 +40,9 @@ def sim_tables(
 ) -> list[ResultTable]:
     """Drive every scenario, all without a name, with these seeds; with ``hour`` also the long run, after the others:
     nothing else should run beside what is timed."""
-    jobs = [(name, seed) for name in (names or SCENARIOS) for seed in seeds]
+    run = partial(run_scenario, settings=settings, allow_modules=allow_modules)
     with ProcessPoolExecutor(WORKERS) as pool:
-        futures = [
-            (name, seed, pool.submit(run_scenario, name, seed, settings, allow_modules=allow_modules))
-            for name, seed in jobs
-        ]
+        futures = [(name, seed, pool.submit(run, name, seed)) for name, seed in product(names or SCENARIOS, seeds)]
         with console.progress() as bar:
             done = bar.track(futures, description="driving in the simulator")
             runs = [(name, seed, future.result()) for name, seed, future in done]
@@ -101,7 +101,7 @@ def _run_row(name: str, seed: int, run: SimRun) -> tuple[str, ...]:
         f"{np.sqrt(np.mean(distance**2)):.1f}", f"{distance.max():.1f}", f"{offsets[:, 0].max():.1f}",
         f"{wheels[:, 0].max():.1f}", f"{offsets[:, 1].max():.1f}", f"{100 * run.unconstrained[1:].mean():.0f} %",
         f"{100 * np.mean(run.normalised_errors < CHI_SQUARE_95):.0f} %", str(run.lost),
-        f"{1e3 * np.median(run.times):.3f}", f"{1e3 * np.percentile(run.times, 99):.2f}",
+        *milliseconds(run.times),
     )  # fmt: skip
 
 
@@ -146,7 +146,7 @@ def _hour_cost(run: SimRun) -> ResultTable:
     first, last = run.times[:HOUR_BLOCK], run.times[-HOUR_BLOCK:]
     errors = 100.0 * np.hypot(*run.offsets[:, :2].T)
     row = (
-        str(len(run.times)), *_milliseconds(first), *_milliseconds(last), f"{np.median(last) / np.median(first):.2f}",
+        str(len(run.times)), *milliseconds(first), *milliseconds(last), f"{np.median(last) / np.median(first):.2f}",
         f"{errors[-1]:.1f}", f"{errors.max():.1f}",
     )  # fmt: skip
     return ResultTable("One hour", columns, [row], "Around and around. The first 1,000 scans make the map.")
@@ -157,13 +157,8 @@ def _map_size(run: SimRun) -> ResultTable:
     rows = [
         (
             f"{end / len(run.times) * HOUR / 60.0:.0f} min", f"{run.map_points[end - 1]:.0f}",
-            f"{run.map_bytes[end - 1] / 1e3:.0f}", *_milliseconds(run.times[begin:end]),
+            f"{run.map_bytes[end - 1] / 1e3:.0f}", *milliseconds(run.times[begin:end]),
         )
         for begin, end in zip([0, *ends], ends, strict=False)
     ]  # fmt: skip
     return ResultTable("The map in that hour", ("after", "surfels", "kB", "ms", "p99"), rows)
-
-
-def _milliseconds(times: np.ndarray) -> tuple[str, str]:
-    """Median and 99th percentile."""
-    return f"{1e3 * np.median(times):.3f}", f"{1e3 * np.percentile(times, 99):.2f}"

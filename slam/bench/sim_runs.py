@@ -1,5 +1,6 @@
 """Runs of the method in the simulator, where the truth is known."""
 
+from contextlib import closing
 from dataclasses import dataclass, field
 from time import process_time
 from typing import Final
@@ -124,10 +125,8 @@ def run_scenario(
         scenario = scenario.model_copy(update={"route": laps, "duration": HOUR})
     warm_up(Terminal(quiet=True), scenario.slam)
     experiment, slam, recorder = scenario_experiment(scenario), _TimedSlam(scenario), _Recorder()
-    try:
+    with closing(experiment.env):
         ending = run_loop(experiment.env, slam, experiment.pilot, [recorder], scenario.seed)
-    finally:
-        experiment.env.close()
     start = recorder.truth[0] @ recorder.wheels[0].inverse()
     return SimRun(
         ending=ending,

@@ -13,6 +13,7 @@ import numpy as np
 
 from slam.bench.log_runs import LOGS, LogRun, odometry_with_doubled_noise, run_log
 from slam.bench.map_shape import crispness, shape_table
+from slam.bench.stopwatch import milliseconds
 from slam.config import SlamConfig
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
@@ -56,11 +57,8 @@ def slam_tables(names: Sequence[str], folder: Path, config: SlamConfig, console:
             found = [(name, future.result()) for name, future in bar.track(runs, description="logs")]
     if not found:
         return []
-    return [
-        _error_table([_error_row(name, run, folder) for name, run in found]),
-        shape_table(found),
-        _cost_table(found),
-    ]
+    errors = _error_table([_error_row(name, run, folder) for name, run in found])
+    return [errors, shape_table(found), _cost_table(found)]
 
 
 def _error_table(rows: list[tuple[str, ...]]) -> ResultTable:
@@ -121,13 +119,10 @@ def _cost_table(found: list[tuple[str, LogRun]]) -> ResultTable:
         tenth = max(len(run.times) // 10, 1)
         rows.append(
             (
-                name, str(len(run.times)), f"{1e3 * np.median(run.times):.3f}",
-                f"{1e3 * np.percentile(run.times, 99):.2f}",
-                f"{1e3 * np.median(run.cpu_times):.3f}", f"{1e3 * np.percentile(run.cpu_times, 99):.2f}",
+                name, str(len(run.times)), *milliseconds(run.times), *milliseconds(run.cpu_times),
                 f"{np.median(run.cpu_times[-tenth:]) / np.median(run.cpu_times[:tenth]):.2f}",
                 str(int(run.map_points[-1])), str(len(run.walls)), str(run.unconstrained), str(run.searched),
-                str(run.lost),
-                f"{np.mean(run.inliers[1:]):.2f}",
+                str(run.lost), f"{np.mean(run.inliers[1:]):.2f}",
             )
         )  # fmt: skip
     notes = (

@@ -34,9 +34,8 @@ def start_up_table(scenario: str, repeats: int, console: Terminal, allow_modules
         seconds.sort()
         rows.append([name, *(f"{value:.2f}" for value in (seconds[0], seconds[repeats // 2], _TARGETS[name]))])
     columns = ("", "least s", "median s", "bar s")
-    return ResultTable(
-        f"Start-up: {scenario}, {repeats} times", columns, rows, "wall time, from the start of the process"
-    )
+    notes = "wall time, from the start of the process"
+    return ResultTable(f"Start-up: {scenario}, {repeats} times", columns, rows, notes)
 
 
 def _help() -> float:
@@ -49,10 +48,12 @@ def _first_scan(scenario: str, allow_options: Sequence[str]) -> float:
     """Seconds until a run has written its first pose; the run is then ended."""
     with TemporaryDirectory() as folder:
         out = Path(folder) / "run"
+        poses = out / "trajectory.tum"
         began = perf_counter()
-        run = _hopslam("run", scenario, "--out", str(out), *allow_options)
+        command = [*_HOPSLAM, "run", scenario, "--out", str(out), *allow_options]
+        run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         try:
-            while not _has_pose(out / "trajectory.tum"):
+            while not (poses.is_file() and poses.stat().st_size):
                 if run.poll() is not None or perf_counter() - began > _TIMEOUT:
                     raise InputError(f"{scenario}: no first scan; try: hopslam run {quote(scenario)}")
                 sleep(0.002)
@@ -60,12 +61,3 @@ def _first_scan(scenario: str, allow_options: Sequence[str]) -> float:
         finally:
             run.kill()
             run.wait()
-
-
-def _hopslam(*arguments: str) -> subprocess.Popen[bytes]:
-    silent = subprocess.DEVNULL
-    return subprocess.Popen([*_HOPSLAM, *arguments], stdout=silent, stderr=silent)
-
-
-def _has_pose(trajectory: Path) -> bool:
-    return trajectory.is_file() and trajectory.stat().st_size > 0

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import astuple
 from statistics import median
-from typing import Final, NamedTuple
+from typing import Final
 
 from slam.bench.sweep_runs import SweepSpeed, arithmetic_ratio, memory_of_rows, sweep_speed
 from slam.console.result_table import ResultTable
@@ -21,7 +21,8 @@ def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTabl
     for name, make in _executors(ray).items():
         with console.progress() as bar:
             turns = bar.track(range(TURNS), description=f"{runs} runs, {name}")
-            rows += _rows(name, [_turn(make, runs) for _ in turns])
+            measured = [(arithmetic_ratio(), sweep_speed(make, 1, runs), sweep_speed(make, 2, runs)) for _ in turns]
+            rows += _rows(name, measured)
     columns = ("executor", "jobs", "runs/s", "x one", "least, most", "driver\n% of a core", "overhead\ns a run")
     notes = (
         f"{runs} warm runs of paper_simulation, this project's method; medians of {TURNS} turns. Additions alone: what "
@@ -34,27 +35,15 @@ def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTabl
     yield ResultTable("Memory of the driver", ("rows", "MB"), held, "Of simulated runs, after the last one.")
 
 
-class _Turn(NamedTuple):
-    """Measurements of one turn: additions by two processes over one, then the sweep with one job and with two."""
-
-    allowed: float
-    one: SweepSpeed
-    two: SweepSpeed
-
-
-def _turn(make: Callable[[str, int], Executor], runs: int) -> _Turn:
-    return _Turn(arithmetic_ratio(), sweep_speed(make, 1, runs), sweep_speed(make, 2, runs))
-
-
-def _rows(name: str, turns: Sequence[_Turn]) -> list[tuple[str, ...]]:
+def _rows(name: str, turns: Sequence[tuple[float, SweepSpeed, SweepSpeed]]) -> list[tuple[str, ...]]:
     """One job, two, and the additions."""
-    ratios = [turn.two.rate / turn.one.rate for turn in turns]
-    ones, twos = _speed([turn.one for turn in turns]), _speed([turn.two for turn in turns])
-    allowed = _ratio([turn.allowed for turn in turns])
+    additions, one, two = zip(*turns, strict=True)
+    ones, twos = _speed(one), _speed(two)
+    ratios = [b.rate / a.rate for a, b in zip(one, two, strict=True)]
     return [
         (name, "1", ones[0], "1.00", "", *ones[1:]),
         ("", "2", twos[0], *_ratio(ratios), *twos[1:]),
-        ("additions alone", "2", "", *allowed, "", ""),
+        ("additions alone", "2", "", *_ratio(additions), "", ""),
     ]
 
 
@@ -69,14 +58,10 @@ def _speed(speeds: Sequence[SweepSpeed]) -> tuple[str, str, str]:
 
 
 def _executors(ray: bool) -> Mapping[str, Callable[[str, int], Executor]]:
-    return {"pool": _pool} | ({"Ray": _ray} if ray else {})
+    """Functions that make an executor from the address of the runs and a number of jobs."""
+    executors: dict[str, Callable[[str, int], Executor]] = {"pool": lambda runs, jobs: ProcessPool(jobs, runs, False)}
+    if ray:
+        from slam.sweep.ray_cluster import LOCAL, RayCluster
 
-
-def _pool(runs: str, jobs: int) -> Executor:
-    return ProcessPool(jobs, runs, pictures=False)
-
-
-def _ray(runs: str, jobs: int) -> Executor:
-    from slam.sweep.ray_cluster import LOCAL, RayCluster
-
-    return RayCluster(LOCAL, jobs, runs, pictures=False)
+        executors["Ray"] = lambda runs, jobs: RayCluster(LOCAL, jobs, runs, False)
+    return executors

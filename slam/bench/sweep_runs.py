@@ -43,7 +43,7 @@ def sweep_speed(make: Callable[[str, int], Executor], at_a_time: int, runs: int)
         jobs, store = _jobs(runs + at_a_time, duration=30.0), ResultStore(Folder(here))
         _warm(executor, list(islice(jobs, at_a_time)))
         began, cpu = perf_counter(), process_time()
-        Scheduler(executor, store, retry=0, show=_nothing).run(jobs)
+        Scheduler(executor, store, retry=0, show=lambda done, failed: None).run(jobs)
         elapsed, used = perf_counter() - began, process_time() - cpu
         driving = [row["duration_s"] / row["wall.real_time_factor"] for row in store.rows()]
     return SweepSpeed(runs / elapsed, used / elapsed, (at_a_time * elapsed - sum(driving)) / runs)
@@ -53,9 +53,8 @@ def memory_of_rows(count: int) -> float:
     """Megabytes that this process holds after so many rows, of runs that are only made up."""
     with TemporaryDirectory() as here:
         store = ResultStore(Folder(here))
-        Scheduler(_FakeExecutor(), store, retry=0, show=_nothing).run(_jobs(count, duration=1.0))
-        kept = len(store.done())
-    assert kept == count
+        Scheduler(_FakeExecutor(), store, retry=0, show=lambda done, failed: None).run(_jobs(count, duration=1.0))
+        assert len(store.done()) == count
     pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
@@ -103,12 +102,7 @@ def _warm(executor: Executor, jobs: list[Job]) -> None:
     for job in jobs:
         executor.submit(job)
     while executor.busy:
-        for _ in executor.collect(1.0):
-            pass
-
-
-def _nothing(done: int, failed: int) -> None:
-    pass
+        list(executor.collect(1.0))
 
 
 def _additions(processes: int) -> float:

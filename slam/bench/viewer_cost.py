@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, sleep, thread_time
@@ -12,7 +13,6 @@ from typing import Final, NamedTuple
 
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
-from slam.run.experiment import Experiment
 from slam.run.experiment_setup import scenario_experiment
 from slam.run.loop import run_loop
 from slam.run.step import Step
@@ -98,49 +98,37 @@ def _measured(
     viewer_to_kill: subprocess.Popen[bytes] | None = None,
 ) -> ViewerCost:
     experiment = scenario_experiment(scenario)
-    seconds: list[float] = []
     with Broadcast(files, urls, experiment.scene, lambda text: None) as broadcast:
-        watcher = _Stopwatch(RunViewer(broadcast, experiment.scene), seconds, scans, period, viewer_to_kill)
-        _drive(experiment, watcher)
+        watcher = _Stopwatch(RunViewer(broadcast, experiment.scene), scans, period, viewer_to_kill)
+        with closing(experiment.env), suppress(_EnoughScans):
+            run_loop(experiment.env, experiment.slam, experiment.pilot, [watcher], experiment.seed)
         began, began_cpu = perf_counter(), thread_time()
     cpu = watcher.cpu + thread_time() - began_cpu
     size = files[0].stat().st_size if files else 0
-    return ViewerCost(name, len(seconds), seconds, perf_counter() - began, cpu, size)
+    return ViewerCost(name, len(watcher.seconds), watcher.seconds, perf_counter() - began, cpu, size)
 
 
-def _drive(experiment: Experiment, watcher: _Stopwatch) -> None:
-    try:
-        run_loop(experiment.env, experiment.slam, experiment.pilot, [watcher], experiment.seed)
-    except _EnoughScans:
-        pass
-    finally:
-        experiment.env.close()
-
-
+@dataclass
 class _Stopwatch:
     """Times another watcher, keeps the pace, kills a viewer half way, and ends the run."""
 
-    def __init__(
-        self,
-        watcher: RunViewer,
-        seconds: list[float],
-        scans: int | None,
-        period: float,
-        viewer_to_kill: subprocess.Popen[bytes] | None,
-    ) -> None:
-        self._watcher, self._seconds, self._scans, self._period = watcher, seconds, scans, period
-        self._viewer_to_kill, self.cpu = viewer_to_kill, 0.0
-        self._next = perf_counter()
+    watcher: RunViewer
+    scans: int | None
+    period: float
+    viewer_to_kill: subprocess.Popen[bytes] | None
+    seconds: list[float] = field(default_factory=list)
+    cpu: float = 0.0
+    next_scan: float = field(default_factory=perf_counter)
 
     def on_step(self, step: Step) -> None:
-        """Let the watcher see it."""
+        """Time the watcher, then wait for the next scan."""
         began, began_cpu = perf_counter(), thread_time()
-        self._watcher.on_step(step)
-        self._seconds.append(perf_counter() - began)
+        self.watcher.on_step(step)
+        self.seconds.append(perf_counter() - began)
         self.cpu += thread_time() - began_cpu
-        if self._scans is not None and step.index + 1 >= self._scans:
+        if self.scans is not None and step.index + 1 >= self.scans:
             raise _EnoughScans
-        if self._viewer_to_kill is not None and self._scans is not None and step.index == self._scans // 2:
-            self._viewer_to_kill.kill()
-        self._next = max(self._next + self._period, perf_counter())
-        sleep(max(0.0, self._next - perf_counter()) if self._period else 0.0)
+        if self.viewer_to_kill is not None and self.scans is not None and step.index == self.scans // 2:
+            self.viewer_to_kill.kill()
+        self.next_scan = max(self.next_scan + self.period, perf_counter())
+        sleep(max(0.0, self.next_scan - perf_counter()) if self.period else 0.0)

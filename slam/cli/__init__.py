@@ -1,1 +1,1 @@
-"""One file a command (or two that belong together): its options, its help, its examples."""
+"""One file a command, or a few that belong together: options, help, examples."""

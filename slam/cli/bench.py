@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -20,15 +20,15 @@ TablesFile = Annotated[
     Path | None, typer.Option("--out", metavar="FILE", help="Also write the tables to a Markdown file.")
 ]
 BENCHES: Final = {
-    "paper": "slam.cli.bench_paper:bench_paper",
-    "lines": "slam.cli.bench_lines:bench_lines",
-    "slam": "slam.cli.bench_slam:bench_slam",
-    "localize": "slam.cli.bench_localize:bench_localize",
-    "match": "slam.cli.bench_match:bench_match",
-    "sweep": "slam.cli.bench_sweep:bench_sweep",
-    "slam-sim": "slam.cli.bench_slam_sim:bench_slam_sim",
-    "viewer": "slam.cli.bench_viewer:bench_viewer",
-    "start": "slam.cli.bench_start:bench_start",
+    "paper": "slam.cli.bench_methods:bench_paper",
+    "lines": "slam.cli.bench_methods:bench_lines",
+    "slam": "slam.cli.bench_methods:bench_slam",
+    "localize": "slam.cli.bench_methods:bench_localize",
+    "match": "slam.cli.bench_methods:bench_match",
+    "sweep": "slam.cli.bench_costs:bench_sweep",
+    "slam-sim": "slam.cli.bench_methods:bench_slam_sim",
+    "viewer": "slam.cli.bench_costs:bench_viewer",
+    "start": "slam.cli.bench_costs:bench_start",
     "sim": "sim.cli.bench_sim:bench_sim",
     "hardware": "hardware.cli.bench_hardware:bench_hardware",
 }
@@ -47,19 +47,20 @@ def use_one_thread() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
-def print_tables(tables: Iterable[ResultTable]) -> None:
-    """Print tables as they come."""
+def print_tables(tables: Iterable[ResultTable], path: Path | None = None, title: str = "") -> None:
+    """Print tables as they come, then write them to a Markdown file, if its path is given.
+
+    InputError when the file cannot be written.
+    """
+    printed = []
     for table in tables:
         console.print(table.for_terminal())
-
-
-def write_tables(path: Path | None, tables: Sequence[ResultTable], title: str) -> None:
-    """Write the tables as Markdown, if a path is given; InputError when the file cannot be written."""
+        printed.append(table)
     if path is None:
         return
     from slam.files.atomic_files import write_atomic
 
-    text = f"# {title}\n\n" + "".join(table.markdown() for table in tables)
+    text = f"# {title}\n\n" + "".join(table.markdown() for table in printed)
     try:
         write_atomic(path, text.rstrip() + "\n")
     except OSError as error:

@@ -55,11 +55,15 @@ def metrics_of(records: list[RunRecord]) -> list[dict[str, Any]]:
 
 
 def comparison(records: list[RunRecord]) -> TerminalTable:
-    """A row for each metric that a run has, a column for each run."""
+    """A row for each metric that a run has, a column for each run, headed by what tells it apart."""
+    from slam.run.results.run_names import run_names
+
+    folders = [record.name for record in records]
+    names = folders if len(set(folders)) == len(folders) else run_names(records)
     metrics = metrics_of(records)
     keys = dict.fromkeys(key for of_run in metrics for key in of_run)
     rows = [(key, *_cells([_shown(key, of_run.get(key)) for of_run in metrics])) for key in keys]
-    return TerminalTable(("", *map(_head, _names(records))), rows)
+    return TerminalTable(("", *map(_head, names)), rows)
 
 
 def _shown(key: str, value: Any) -> Any:
@@ -67,14 +71,6 @@ def _shown(key: str, value: Any) -> Any:
     if key == "began" and value:
         return str(value)[:16].replace("T", " ")
     return str(value) if key == "seed" and value is not None else value
-
-
-def _names(records: list[RunRecord]) -> list[str]:
-    """The names of the folders; of folders that share one, what tells the runs apart."""
-    from slam.run.results.run_names import run_names
-
-    folders = [record.name for record in records]
-    return folders if len(set(folders)) == len(folders) else run_names(records)
 
 
 def _head(name: str) -> str:

@@ -26,7 +26,9 @@ def env(
         console.print(_id_table())
         console.print("hopslam env ID prints the manual of one")
     else:
-        _print_manual(console, env_id)
+        from slam.env.ids import find_env_id, manual
+
+        console.print_markdown(manual(find_env_id(env_id)))
 
 
 def _id_table() -> TerminalTable:
@@ -38,9 +40,3 @@ def _id_table() -> TerminalTable:
         description = load_scenario(scenario).description if scenario else "any scenario: by name, file or value"
         rows.append((env_id, scenario or "argument", description))
     return TerminalTable(("id", "scenario", "description"), rows)
-
-
-def _print_manual(console: Terminal, env_id: str) -> None:
-    from slam.env.ids import find_env_id, manual
-
-    console.print_markdown(manual(find_env_id(env_id)))

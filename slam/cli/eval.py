@@ -15,23 +15,27 @@ from slam.errors import InputError
 if TYPE_CHECKING:
     from slam.run.scoring.evaluate import Score
 
+Reference = Annotated[
+    Path | None, typer.Option(metavar="FILE.tum", help="The true trajectory; default: the run's groundtruth.tum.")
+]
+Relations = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Relations of Kuemmerle et al.: t1 t2 x y z roll pitch yaw.")
+]
+MaxGap = Annotated[
+    float, typer.Option(min=0.0, help="Seconds to the nearest pose, at most, where one is interpolated.")
+]
+
 
 def evaluate(
     run: Annotated[Path, typer.Argument(metavar="RUN|FILE.tum", help="The folder of a run, or a TUM trajectory.")],
-    reference: Annotated[
-        Path | None, typer.Option(metavar="FILE.tum", help="The true trajectory; default: the run's groundtruth.tum.")
-    ] = None,
-    relations: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Relations of Kuemmerle et al.: t1 t2 x y z roll pitch yaw.")
-    ] = None,
+    reference: Reference = None,
+    relations: Relations = None,
     delta: Annotated[float, typer.Option(min=0.01, help="The relative error is taken over so much ...")] = 1.0,
     delta_unit: Annotated[
         Literal["m", "frames"], typer.Option(help="... of the true path, in metres, or of poses.")
     ] = "m",
     align: Annotated[bool, typer.Option(help="Align the trajectories rigidly before the absolute error.")] = True,
-    max_gap: Annotated[
-        float, typer.Option(min=0.0, help="Seconds to the nearest pose, at most, where one is interpolated.")
-    ] = 1.0,
+    max_gap: MaxGap = 1.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, metres and radians, and no table.")] = False,
 ) -> None:
     """Score a trajectory: absolute and relative error against a reference, or the relations metric.

@@ -1,6 +1,7 @@
 """Groups of commands that are imported when they are named, or listed by ``--help``."""
 
-from collections.abc import Iterator, Mapping, MutableMapping
+from collections import UserDict
+from collections.abc import Mapping
 from typing import Any
 
 import typer
@@ -10,32 +11,21 @@ from typer.main import get_command
 from slam.named_code import import_by_name
 
 
-class _LazyCommands(MutableMapping[str, Any]):
-    """Click commands by name, each made when it is first asked for."""
+class _LazyCommands(UserDict[str, Any]):
+    """Click commands by name; until a command is first asked for, its place stands there."""
 
     def __init__(self, places: Mapping[str, str], panels: Mapping[str, str]) -> None:
-        self._places, self._panels = places, panels
-        self._made: dict[str, Any] = {}
+        super().__init__(places)
+        self._panels = panels
 
     def __getitem__(self, name: str) -> Any:
-        if name not in self._made:
-            self._made[name] = self._make(name)
-        return self._made[name]
+        found = super().__getitem__(name)
+        if isinstance(found, str):
+            found = self[name] = self._make(name, found)
+        return found
 
-    def __setitem__(self, name: str, command: Any) -> None:
-        self._made[name] = command
-
-    def __delitem__(self, name: str) -> None:
-        del self._made[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter({**self._places, **self._made})
-
-    def __len__(self) -> int:
-        return len({**self._places, **self._made})
-
-    def _make(self, name: str) -> Any:
-        code = import_by_name(self._places[name])
+    def _make(self, name: str, place: str) -> Any:
+        code = import_by_name(place)
         if not isinstance(code, typer.Typer):
             app = typer.Typer(add_completion=False, rich_markup_mode="rich")
             app.command(name)(code)

@@ -9,25 +9,28 @@ from slam.console.options import AllowModules, OdomTopic, Out, Rerun, ScanTopic,
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 
+Source = Annotated[
+    str,
+    typer.Argument(
+        metavar="LOG|SCENARIO",
+        help="What hopslam replay takes: a log, a bag or a run folder; or a scenario.",
+        autocompletion=complete_scenario,
+    ),
+]
+SettingsSource = Annotated[
+    str | None,
+    typer.Option(
+        help="Of a log: where the settings of the method come from; default: the run's own, or replay.",
+        autocompletion=complete_scenario,
+    ),
+]
+
 
 def localize(
-    source: Annotated[
-        str,
-        typer.Argument(
-            metavar="LOG|SCENARIO",
-            help="What hopslam replay takes: a log, a bag or a run folder; or a scenario.",
-            autocompletion=complete_scenario,
-        ),
-    ],
+    source: Source,
     saved_map: Annotated[Path, typer.Option("--map", metavar="FILE", help="The map.json of another run.")],
     seed: Annotated[int | None, typer.Option(help="Of a scenario: of all that is random; default: its own.")] = None,
-    scenario: Annotated[
-        str | None,
-        typer.Option(
-            help="Of a log: where the settings of the method come from; default: the run's own, or replay.",
-            autocompletion=complete_scenario,
-        ),
-    ] = None,
+    scenario: SettingsSource = None,
     out: Out = None,
     settings: Settings = None,
     allow_modules: AllowModules = None,
@@ -55,16 +58,12 @@ def localize(
     from slam.run.run_and_report import run_and_report
     from slam.scenario.file import load_scenario
 
-    console, path, allowed = Terminal(), Path(source), allow_modules or []
-    topics = BagTopics(scan_topic, odom_topic)
+    console, allowed, topics = Terminal(), allow_modules or [], BagTopics(scan_topic, odom_topic)
     if _is_recorded(source):
-        if seed is not None:
-            raise InputError(f"--seed {seed}: {source} is a recorded log, in which nothing is random; leave it out")
-        experiment = recorded_experiment(path, scenario, settings or [], allowed, topics, console)
+        _refuse("a recorded log, in which nothing is random", source, seed=seed)
+        experiment = recorded_experiment(Path(source), scenario, settings or [], allowed, topics, console)
     else:
-        _refuse_options_of_logs(
-            source, {"--scenario": scenario, "--scan-topic": scan_topic, "--odom-topic": odom_topic}
-        )
+        _refuse("a scenario, and no log", source, scenario=scenario, scan_topic=scan_topic, odom_topic=odom_topic)
         experiment = scenario_experiment(load_scenario(source, with_seed(settings, seed), allowed))
     run_and_report(localize_in_map(experiment, saved_map), out, rerun, console)
 
@@ -79,7 +78,8 @@ def _is_recorded(source: str) -> bool:
     return path.is_file() and path.suffix not in {".yaml", ".yml"}
 
 
-def _refuse_options_of_logs(source: str, options: dict[str, str | None]) -> None:
+def _refuse(kind: str, source: str, **options: object) -> None:
+    """InputError where one of these options is given, which mean nothing for a source of this kind."""
     for name, value in options.items():
         if value is not None:
-            raise InputError(f"{name} {value}: {source} is a scenario, and no log; leave it out")
+            raise InputError(f"--{name.replace('_', '-')} {value}: {source} is {kind}; leave it out")

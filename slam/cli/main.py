@@ -21,7 +21,7 @@ COMMANDS: Final = {
         "lines": "slam.cli.lines:lines",
         "sweep": "slam.cli.sweep:app",
     },
-    "Worlds": {"world": "slam.cli.world:world", "env": "slam.cli.env:env", "schema": "slam.cli.schema:schema"},
+    "Worlds": {"world": "slam.cli.world:world", "env": "slam.cli.env:env", "schema": "slam.cli.world:schema"},
     "Look": {"view": "slam.cli.view:view", "report": "slam.cli.report:report", "animate": "slam.cli.report:animate"},
     "Share and score": {
         "export": "slam.cli.export:export",

@@ -8,30 +8,34 @@ import typer
 from slam.console.options import AllowModules, OdomTopic, Out, Rerun, SavedMap, ScanTopic, Settings, complete_scenario
 from slam.console.terminal import Terminal
 
+RecordedLog = Annotated[
+    Path,
+    typer.Argument(
+        help="A CARMEN log or a URG-04LX text log, both maybe gzipped; a bag of ROS 1, the folder of one of ROS 2, "
+        "an MCAP file; or the folder of a run."
+    ),
+]
+SettingsSource = Annotated[
+    str | None,
+    typer.Option(
+        help="Where the settings of the method come from; default: the run's own, or replay.",
+        autocompletion=complete_scenario,
+    ),
+]
+Start = Annotated[
+    Literal["search", "saved"], typer.Option(help="Where in that map: to be found, or where the other run ended.")
+]
+
 
 def replay(
-    log: Annotated[
-        Path,
-        typer.Argument(
-            help="A CARMEN log or a URG-04LX text log, both maybe gzipped; a bag of ROS 1, the folder of one of ROS 2, "
-            "an MCAP file; or the folder of a run."
-        ),
-    ],
-    scenario: Annotated[
-        str | None,
-        typer.Option(
-            help="Where the settings of the method come from; default: the run's own, or replay.",
-            autocompletion=complete_scenario,
-        ),
-    ] = None,
+    log: RecordedLog,
+    scenario: SettingsSource = None,
     out: Out = None,
     settings: Settings = None,
     allow_modules: AllowModules = None,
     rerun: Rerun = None,
     saved_map: SavedMap = None,
-    start: Annotated[
-        Literal["search", "saved"], typer.Option(help="Where in that map: to be found, or where the other run ended.")
-    ] = "search",
+    start: Start = "search",
     scan_topic: ScanTopic = None,
     odom_topic: OdomTopic = None,
 ) -> None:
@@ -51,12 +55,11 @@ def replay(
     """
     from slam.cli.inputs import recorded_experiment
     from slam.files.logs import BagTopics
+    from slam.run.experiment_setup import continue_mapping
     from slam.run.run_and_report import run_and_report
 
     console, topics = Terminal(), BagTopics(scan_topic, odom_topic)
     experiment = recorded_experiment(log, scenario, settings or [], allow_modules or [], topics, console)
     if saved_map is not None:
-        from slam.run.experiment_setup import continue_mapping
-
         experiment = continue_mapping(experiment, saved_map, start)
     run_and_report(experiment, out, rerun, console)

@@ -4,27 +4,31 @@ from typing import Annotated, Literal
 
 import typer
 
-from slam.console.options import AllowModules, Out, Rerun, SavedMap, ScenarioName, Settings
+from slam.console.options import AllowModules, Out, Rerun, SavedMap, ScenarioName, Seed, Settings, Yes
 from slam.console.terminal import Terminal
 from slam.errors import InputError
+
+Backend = Annotated[
+    str, typer.Option(metavar="NAME", help="sim; hardware, the real robot; or module:Class, one of your own.")
+]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="The real robot's sensors only: it never moves.")]
+Start = Annotated[
+    Literal["given", "search"], typer.Option(help="Where in that map: the scenario's start, or to be found.")
+]
 
 
 def run(
     scenario: ScenarioName = "corridor",
-    seed: Annotated[int | None, typer.Option(help="Seed of all that is random; default: the scenario's.")] = None,
+    seed: Seed = None,
     out: Out = None,
     settings: Settings = None,
     allow_modules: AllowModules = None,
     rerun: Rerun = None,
-    backend: Annotated[
-        str, typer.Option(metavar="NAME", help="sim; hardware, the real robot; or module:Class, one of your own.")
-    ] = "sim",
-    yes: Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="The real robot's sensors only: it never moves.")] = False,
+    backend: Backend = "sim",
+    yes: Yes = False,
+    dry_run: DryRun = False,
     saved_map: SavedMap = None,
-    start: Annotated[
-        Literal["given", "search"], typer.Option(help="Where in that map: the scenario's start, or to be found.")
-    ] = "given",
+    start: Start = "given",
 ) -> None:
     """Drive a robot through a scenario, and map it.
 
@@ -43,20 +47,24 @@ def run(
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
     """
     from slam.cli.inputs import draw_with_warnings, with_seed
-    from slam.run.experiment_setup import scenario_experiment
+    from slam.run.experiment_setup import continue_mapping, scenario_experiment
     from slam.run.run_and_report import run_and_report
     from slam.scenario.file import load_template
 
+    options = _robot_options(backend, yes, dry_run)
+    template = load_template(scenario, with_seed(settings, seed), allow_modules or [])
+    experiment = scenario_experiment(draw_with_warnings(template), backend, **options)
+    if saved_map is not None:
+        experiment = continue_mapping(experiment, saved_map, start)
+    run_and_report(experiment, out, rerun, Terminal())
+
+
+def _robot_options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
+    """Options of the back end; InputError for those that it does not have."""
+    if backend == "hardware":
+        return {"yes": yes, "dry_run": dry_run}
     if backend == "replay":
         raise InputError("--backend replay has no log to play; run: hopslam replay LOG")
-    if backend != "hardware" and (yes or dry_run):
+    if yes or dry_run:
         raise InputError("--yes and --dry-run are for the real robot; add --backend hardware")
-    console = Terminal()
-    options = {"yes": yes, "dry_run": dry_run} if backend == "hardware" else {}
-    loaded = draw_with_warnings(load_template(scenario, with_seed(settings, seed), allow_modules or []))
-    experiment = scenario_experiment(loaded, backend, **options)
-    if saved_map is not None:
-        from slam.run.experiment_setup import continue_mapping
-
-        experiment = continue_mapping(experiment, saved_map, start)
-    run_and_report(experiment, out, rerun, console)
+    return {}

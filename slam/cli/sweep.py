@@ -15,6 +15,7 @@ from slam.modes import MODES
 
 if TYPE_CHECKING:
     from slam.sweep.plan import Plan
+    from slam.sweep.sweep import SweepOutcome
 
 console = Terminal()
 
@@ -45,48 +46,49 @@ app = typer.Typer(
     add_completion=False,
 )
 
-Out = Annotated[str, typer.Argument(metavar="DIR", help="Of a sweep: a path, or a URL.")]
+Scenarios = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="SCENARIO|LOG|SWEEP...",
+        help="Scenarios by name or file, logs; or one sweep file.",
+        autocompletion=complete_sweep,
+    ),
+]
+Seeds = Annotated[str | None, typer.Option(metavar="FIRST:END", help="Seeds, END not among them; default 0:1.")]
+Mode = Annotated[str | None, typer.Option(metavar="A,B", help=f"Of {', '.join(MODES)}; default: the scenario's.")]
+Grid = Annotated[
+    list[str] | None, typer.Option(metavar="KEY=A,B", help="A setting and its values; may be given again.")
+]
+Sample = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="KEY=KIND(..)",
+        help="A setting that is drawn for each seed: uniform, loguniform, normal, integer, choice.",
+    ),
+]
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="A setting of all runs; may be given again.")
+]
+Jobs = Annotated[int | None, typer.Option(min=1, metavar="N", help="Runs at a time; default: one for each processor.")]
+RayAddress = Annotated[
+    str | None, typer.Option(metavar="[ADDRESS]", help="On a Ray cluster: auto, or host:port; alone: a local one.")
+]
+Out = Annotated[str | None, typer.Option(metavar="DIR", help="Of the results, a path or a URL; default sweeps/<name>.")]
+SweepFolder = Annotated[str, typer.Argument(metavar="DIR", help="Of a sweep: a path, or a URL.")]
 
 
 @app.command()
 def run(
-    scenarios: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="SCENARIO|LOG|SWEEP...",
-            help="Scenarios by name or file, logs; or one sweep file.",
-            autocompletion=complete_sweep,
-        ),
-    ],
-    seeds: Annotated[
-        str | None, typer.Option(metavar="FIRST:END", help="Seeds, END not among them; default 0:1.")
-    ] = None,
-    mode: Annotated[
-        str | None, typer.Option(metavar="A,B", help=f"Of {', '.join(MODES)}; default: the scenario's.")
-    ] = None,
-    grid: Annotated[
-        list[str] | None, typer.Option(metavar="KEY=A,B", help="A setting and its values; may be given again.")
-    ] = None,
-    sample: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="KEY=KIND(..)",
-            help="A setting that is drawn for each seed: uniform, loguniform, normal, integer, choice.",
-        ),
-    ] = None,
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="A setting of all runs; may be given again.")
-    ] = None,
+    scenarios: Scenarios,
+    seeds: Seeds = None,
+    mode: Mode = None,
+    grid: Grid = None,
+    sample: Sample = None,
+    settings: Settings = None,
     allow_modules: AllowModules = None,
-    jobs: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Runs at a time; default: one for each processor.")
-    ] = None,
-    ray: Annotated[
-        str | None, typer.Option(metavar="[ADDRESS]", help="On a Ray cluster: auto, or host:port; alone: a local one.")
-    ] = None,
-    out: Annotated[
-        str | None, typer.Option(metavar="DIR", help="Of the results, a path or a URL; default sweeps/<name>.")
-    ] = None,
+    jobs: Jobs = None,
+    ray: RayAddress = None,
+    out: Out = None,
     retry: Annotated[int, typer.Option(min=0, metavar="N", help="Try a run that failed so often again.")] = 2,
     pictures: Annotated[bool, typer.Option("--pictures", help="Draw map and errors of every run.")] = False,
     plan: Annotated[bool, typer.Option("--plan", help="Only show what would run, and how long it takes.")] = False,
@@ -107,35 +109,20 @@ def run(
 
     hopslam sweep paper_vs_ours --ray auto --out s3://bucket/paper_vs_ours
     """
-    from slam.sweep.make_plan import make_plan, parse_grid, parse_sample
     from slam.sweep.sweep import ExecutionOptions, run_sweep
 
-    changes = {
-        "seeds": seeds,
-        "modes": mode and [word.strip() for word in mode.split(",")],
-        "grid": grid and dict(map(parse_grid, grid)),
-        "sample": sample and dict(map(parse_sample, sample)),
-        "settings": settings and _settings(settings),
-    }
-    planned = make_plan(scenarios, {key: value for key, value in changes.items() if value}, allow_modules or [])
+    planned = _plan(scenarios, seeds, mode, grid, sample, settings, allow_modules)
     address = out or f"sweeps/{planned.config.name}"
     options = ExecutionOptions(jobs or len(os.sched_getaffinity(0)), ray, retry, pictures)
     if plan:
         _show_plan(planned, address, options.jobs)
-        return
-    outcome = run_sweep(planned, address, options, console)
-    console.print(
-        f"{outcome.done} runs done, {outcome.failed} of them failed; {outcome.before} were there already\n"
-        f"results in {address}; look at them: hopslam sweep report {quote(address)}",
-    )
-    if outcome.interrupted:
-        console.print("interrupted; the same command goes on with what is missing")
-        raise typer.Exit(130)
+    else:
+        _show_outcome(run_sweep(planned, address, options, console), address)
 
 
 @app.command()
 def report(
-    out: Out,
+    out: SweepFolder,
     metric: Annotated[
         str | None, typer.Option(metavar="COLUMN", help="Of results.parquet; default ate_rmse_m.")
     ] = None,
@@ -163,7 +150,7 @@ def report(
 
 @app.command()
 def repeat(
-    out: Out,
+    out: SweepFolder,
     run_id: Annotated[str, typer.Argument(metavar="ID", help="Of a row; its first digits will do.")],
     pictures: Annotated[bool, typer.Option("--pictures", help="Draw map and errors.")] = False,
     allow_modules: AllowModules = None,
@@ -184,10 +171,20 @@ def repeat(
     console.print(f"all {again.compared} columns are the same, bit for bit")
 
 
-def _settings(texts: list[str]) -> dict[str, Any]:
+def _plan(
+    scenarios: Scenarios, seeds: Seeds, mode: Mode, grid: Grid, sample: Sample, settings: Settings, allow: AllowModules
+) -> Plan:
     from slam.scenario.settings import parse_setting
+    from slam.sweep.make_plan import make_plan, parse_grid, parse_sample
 
-    return {".".join(map(str, key)): value for key, value in map(parse_setting, texts)}
+    changes = {
+        "seeds": seeds,
+        "modes": mode and [word.strip() for word in mode.split(",")],
+        "grid": dict(map(parse_grid, grid or [])),
+        "sample": dict(map(parse_sample, sample or [])),
+        "settings": {".".join(map(str, key)): value for key, value in map(parse_setting, settings or [])},
+    }
+    return make_plan(scenarios, {key: value for key, value in changes.items() if value}, allow or [])
 
 
 def _show_plan(plan: Plan, out: str, jobs: int) -> None:
@@ -196,3 +193,13 @@ def _show_plan(plan: Plan, out: str, jobs: int) -> None:
     with console.waiting("timing one run of each kind"):
         table = plan_table(plan, out, jobs)
     console.print(table.for_terminal())
+
+
+def _show_outcome(outcome: SweepOutcome, out: str) -> None:
+    console.print(
+        f"{outcome.done} runs done, {outcome.failed} of them failed; {outcome.before} were there already\n"
+        f"results in {out}; look at them: hopslam sweep report {quote(out)}",
+    )
+    if outcome.interrupted:
+        console.print("interrupted; the same command goes on with what is missing")
+        raise typer.Exit(130)

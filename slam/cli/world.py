@@ -1,16 +1,16 @@
-"""``hopslam world``."""
+"""``hopslam world`` and ``hopslam schema``."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from slam.console.options import ScenarioName, Settings
+from slam.console.options import ScenarioName, Seed, Settings
 
 
 def world(
     scenario: ScenarioName,
-    seed: Annotated[int | None, typer.Option(help="Seed of all that is random; default: the scenario's.")] = None,
+    seed: Seed = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The picture: .png, .svg or .pdf; default <name>.png.")
     ] = None,
@@ -38,3 +38,18 @@ def world(
     check_picture(path)
     draw_world(path, loaded)
     typer.echo(f"{summary(loaded)}\ndrawn in {path}")
+
+
+def schema() -> None:
+    """Print the JSON schema of scenario files, by which editors complete and check them.
+
+    The one of this version is shipped as scenarios/scenario.schema.json. A scenario says which schema it follows in its
+    first line, # yaml-language-server: $schema=PATH.
+
+    [bold]Examples[/bold]
+
+    hopslam schema > scenario.schema.json
+    """
+    from slam.scenario.json_schema import schema_text
+
+    typer.echo(schema_text(), nl=False)

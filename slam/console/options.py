@@ -25,6 +25,7 @@ ScenarioName = Annotated[
     str,
     typer.Argument(help="Name of a shipped scenario, or a path to a YAML file.", autocompletion=complete_scenario),
 ]
+Seed = Annotated[int | None, typer.Option(help="Seed of all that is random; default: the scenario's.")]
 Settings = Annotated[
     list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Change one setting; may be given again.")
 ]
@@ -46,6 +47,7 @@ Rerun = Annotated[
         metavar="WHERE", help="Show it: in FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again."
     ),
 ]
+Yes = Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")]
 ScanTopic = Annotated[
     str | None, typer.Option(metavar="NAME", help="Of a bag: the topic of the scans, where there are several.")
 ]

@@ -28,7 +28,10 @@ class CodeBundle:
         for name in _CODE:
             if (root / name).is_dir():
                 shutil.copytree(root / name, self.folder / name, ignore=shutil.ignore_patterns("__pycache__"))
-        self._write_metadata()
+        number = version("hopslam")  # hopslam is not installed on the machines: this tells them its version
+        about = self.folder / f"hopslam-{number}.dist-info"
+        about.mkdir()
+        (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: hopslam\nVersion: {number}\n")
         for file in files:
             place = self.folder / _FILES / file.resolve().relative_to("/")
             place.parent.mkdir(parents=True, exist_ok=True)
@@ -37,13 +40,6 @@ class CodeBundle:
     def close(self) -> None:
         """Remove the copies."""
         self._temporary.cleanup()
-
-    def _write_metadata(self) -> None:
-        """Tell the machines the version of hopslam, which is not installed there."""
-        number = version("hopslam")
-        about = self.folder / f"hopslam-{number}.dist-info"
-        about.mkdir()
-        (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: hopslam\nVersion: {number}\n")
 
 
 def bundled_path(source: str) -> str:
@@ -63,9 +59,8 @@ def versions() -> dict[str, str]:
 
 def version_difference(here: dict[str, str], there: dict[str, str]) -> str:
     """Describe in words which versions differ; empty where none does."""
-    return ", ".join(
-        f"{name} {there.get(name)} instead of {here[name]}" for name in here if there.get(name) != here[name]
-    )
+    differing = (name for name in here if there.get(name) != here[name])
+    return ", ".join(f"{name} {there.get(name)} instead of {here[name]}" for name in differing)
 
 
 def _version(package: str) -> str:

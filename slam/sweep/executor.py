@@ -30,21 +30,16 @@ class Executor(Protocol):
     @property
     def free(self) -> int:
         """Number of jobs that it takes now."""
-        ...
 
     @property
     def busy(self) -> int:
         """Number of submitted jobs that did not come back yet."""
-        ...
 
     def submit(self, job: Job) -> None:
         """Start a job."""
-        ...
 
     def collect(self, timeout: float) -> Iterator[FinishedJob | LostJob]:
         """Jobs that came back, after waiting for at most ``timeout`` seconds; a lost one may be submitted again."""
-        ...
 
     def close(self) -> None:
         """Stop at once; jobs that did not come back are dropped."""
-        ...

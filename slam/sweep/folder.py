@@ -83,11 +83,15 @@ class Folder:
     def move_in(self, draft: Path, name: str) -> None:
         """Move a file or folder from a draft to this name here, in the place of what had it."""
         if self.path is None:
-            self._send(draft, self._place(name))
+            self._fs.makedirs(self._root, exist_ok=True)
+            if draft.is_dir() and self._fs.exists(self._place(name)):
+                self._fs.rm(self._place(name), recursive=True)  # else the folder would be put into it
+            self._fs.put(str(draft), self._place(name), recursive=draft.is_dir())
             return
         place = self.path / name
         if draft.is_file():
-            _sync(draft)
+            with draft.open("rb") as file:
+                os.fsync(file.fileno())
         elif place.is_dir():
             shutil.rmtree(place)
         draft.replace(place)
@@ -104,19 +108,8 @@ class Folder:
         elif self._fs.exists(self._place(name)):
             self._fs.rm_file(self._place(name))
 
-    def _send(self, draft: Path, place: str) -> None:
-        self._fs.makedirs(self._root, exist_ok=True)
-        if draft.is_dir() and self._fs.exists(place):
-            self._fs.rm(place, recursive=True)  # else the folder would be put into it
-        self._fs.put(str(draft), place, recursive=draft.is_dir())
-
     def _place(self, name: str) -> str:
         return f"{self._root}/{name}"
-
-
-def _sync(path: Path) -> None:
-    with path.open("rb") as file:
-        os.fsync(file.fileno())
 
 
 def _open(url: str) -> tuple[Any, str]:

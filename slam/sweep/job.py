@@ -49,7 +49,7 @@ class Job(Section):
     @property
     def command(self) -> str:
         """Shell command that repeats this run alone."""
-        verb = ["run"] if self.kind == "scenario" else ["replay"]
-        seed = ["--seed", str(self.seed)] if self.kind == "scenario" else ["--set", f"seed={self.seed}"]
         settings = [word for text in self.settings for word in ("--set", text)]
-        return shlex.join(["hopslam", *verb, self.source, *seed, *settings])
+        if self.kind == "scenario":
+            return shlex.join(["hopslam", "run", self.source, "--seed", str(self.seed), *settings])
+        return shlex.join(["hopslam", "replay", self.source, "--set", f"seed={self.seed}", *settings])

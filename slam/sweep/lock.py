@@ -5,7 +5,6 @@ import json
 import os
 import platform
 from contextlib import suppress
-from types import TracebackType
 from typing import IO, Final, Self
 
 from slam.errors import InputError
@@ -33,9 +32,7 @@ class SweepLock:
             self._write_claim()
         return self
 
-    def __exit__(
-        self, exc_type: type[BaseException] | None, exc: BaseException | None, tb: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exc_info: object) -> None:
         if self._file is not None:
             self._file.close()
         else:

@@ -68,8 +68,7 @@ def _yaml(option: str, text: str, value: str) -> list[Any]:
     try:
         return list(yaml.safe_load(value))
     except YAML_ERRORS as error:
-        _, fault = explain_yaml_error(error)
-        fault = f"the values are not valid YAML: {fault}; quote those that are text"
+        fault = f"the values are not valid YAML: {explain_yaml_error(error)[1]}; quote those that are text"
         raise ScenarioError(f"{option} {text}: {fault}") from error
 
 

@@ -1,6 +1,7 @@
 """Table of what a sweep would run, and how long that takes, before it is started."""
 
 from collections.abc import Sequence
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from math import ceil
 from statistics import median
@@ -28,11 +29,8 @@ def plan_table(plan: Plan, out: str, jobs: int) -> ResultTable:
     Seconds are those of the runs that are over, and where none is, of a first look. ScenarioError for wrong settings.
     """
     plan.check()
-    over = {
-        row["id"]: row["seconds"]
-        for row in ResultStore(Folder(out)).rows(["id", "status", "seconds"])
-        if row["status"] == "done"
-    }
+    found = ResultStore(Folder(out)).rows(["id", "status", "seconds"])
+    over = {row["id"]: row["seconds"] for row in found if row["status"] == "done"}
     seeds, rows, left, runs_left = plan.config.seeds, [], 0.0, 0
     for case in plan.cases:
         known = [over[id_] for seed in seeds if (id_ := plan.job(case, seed).id) in over]
@@ -40,9 +38,8 @@ def plan_table(plan: Plan, out: str, jobs: int) -> ResultTable:
         todo = len(seeds) - len(known)
         left, runs_left = left + todo * seconds, runs_left + todo
         rows.append([case.label, str(len(seeds)), str(len(known)), f"{seconds:.1f}"])
-    notes = (
-        f"{len(plan)} runs, {runs_left} of them to do: about {_duration(left / jobs)} with {jobs} at a time; in {out}"
-    )
+    time_left = _duration(left / jobs)
+    notes = f"{len(plan)} runs, {runs_left} of them to do: about {time_left} with {jobs} at a time; in {out}"
     return ResultTable(f"Plan of {plan.config.name}", ("case", "runs", "done", "s a run"), rows, notes)
 
 
@@ -52,12 +49,8 @@ def estimate_seconds(job: Job, allowed: Sequence[str]) -> float:
     experiment.env.prepare(job.seed)
     warm_up(Terminal(quiet=True), experiment.scenario.slam)
     trial = _Trial(perf_counter())
-    try:
+    with closing(experiment.env), suppress(KeyboardInterrupt):
         run_loop(experiment.env, experiment.slam, experiment.pilot, [trial], experiment.seed)
-    except KeyboardInterrupt:
-        pass
-    finally:
-        experiment.env.close()
     taken = perf_counter() - trial.began
     return taken / trial.progress if 0.0 < trial.progress < 1.0 else taken
 

@@ -43,11 +43,6 @@ class ProcessPool:
         """Number of workers with a job."""
         return sum(worker.job is not None for worker in self._workers)
 
-    @property
-    def pids(self) -> list[int]:
-        """Process ids of the workers."""
-        return [worker.pid for worker in self._workers]
-
     def submit(self, job: Job) -> None:
         """Give the job to a worker without one; a dead worker is replaced."""
         index = next(i for i, worker in enumerate(self._workers) if worker.job is None)
@@ -87,11 +82,6 @@ class _Worker:
         with _environment(ONE_THREAD):
             self._process.start()
         far_end.close()  # the worker's alone, so that its death closes the pipe
-
-    @property
-    def pid(self) -> int:
-        assert self._process.pid is not None
-        return self._process.pid
 
     def send(self, job: Job) -> bool:
         """False where the process is gone."""
@@ -153,13 +143,11 @@ def _describe_exit(exitcode: int | None) -> str:
 @contextmanager
 def _environment(changes: dict[str, str]) -> Iterator[None]:
     """Change the environment for processes that are started in the block."""
-    before = {name: os.environ.get(name) for name in changes}
+    before = {name: os.environ[name] for name in changes if name in os.environ}
     os.environ.update(changes)
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+        for name in changes:
+            del os.environ[name]
+        os.environ.update(before)

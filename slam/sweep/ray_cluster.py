@@ -99,7 +99,8 @@ class RayCluster:
         try:
             answer = json.loads(self._ray.get(task))
         except problems.RayTaskError as error:
-            raise ClusterError(f"a machine of the cluster cannot run jobs: {_last_line(error)}") from error
+            reason = str(error).strip().splitlines()[-1]
+            raise ClusterError(f"a machine of the cluster cannot run jobs: {reason}") from error
         except problems.RuntimeEnvSetupError as error:
             raise ClusterError(f"a machine of the cluster cannot take the code: {_first_line(error)}") from error
         except problems.RayError as error:
@@ -133,7 +134,3 @@ def _check_reachable(address: str) -> None:
 
 def _first_line(error: Exception) -> str:
     return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
-
-
-def _last_line(error: Exception) -> str:
-    return str(error).strip().splitlines()[-1]

@@ -1,6 +1,7 @@
 """Running one row of a sweep again, and comparing what comes out."""
 
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Final
 
@@ -44,12 +45,9 @@ def repeat_run(out: str, run_id: str, pictures: bool = False, allow_modules: Seq
         checked_template(job.source if job.kind == "scenario" else "replay", job.settings, allow_modules)
     except ScenarioError as error:
         raise InputError(f"{out}: run {job.id}: {error}") from error
-    pool = ProcessPool(1, (folder / _REPEATED).address, pictures, allow_modules)
-    try:
+    with closing(ProcessPool(1, (folder / _REPEATED).address, pictures, allow_modules)) as pool:
         pool.submit(job)
         result = next(iter(pool.collect(timeout=1e6)))
-    finally:
-        pool.close()
     again = result.row if isinstance(result, FinishedJob) else {"status": "failed", "error": result.reason}
     before, after = repeatable_columns(row), repeatable_columns(again)
     differences = [name for name in before if before[name] != after.get(name)]

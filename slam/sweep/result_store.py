@@ -41,7 +41,9 @@ class ResultStore:
         """Take the journal into ``results.parquet``. InputError where that file was made by something else."""
         names = self._journal.names()
         if names:
-            self._rewrite(names)
+            with self.folder.draft() as draft:
+                self._write(draft / RESULTS, names)
+                self.folder.move_in(draft / RESULTS, RESULTS)
             for name in names:
                 self._journal.remove(name)
         self._waiting, self._compacted = 0, monotonic()
@@ -58,13 +60,8 @@ class ResultStore:
         """Ids of the jobs that need not be run again: those in the file that did not fail."""
         return {row["id"] for row in self.rows(["id", "status"]) if row["status"] == "done"}
 
-    def _rewrite(self, names: list[str]) -> None:
+    def _write(self, path: Path, names: list[str]) -> None:
         ids = {name.removesuffix(".json") for name in names}
-        with self.folder.draft() as draft:
-            self._write(draft / RESULTS, names, ids)
-            self.folder.move_in(draft / RESULTS, RESULTS)
-
-    def _write(self, path: Path, names: list[str], ids: set[str]) -> None:
         try:
             old = self.folder.open(RESULTS)
         except FileNotFoundError:

@@ -26,7 +26,7 @@ CONFIG: Final = "sweep.yaml"
 
 @dataclass(frozen=True, slots=True)
 class ExecutionOptions:
-    """Where and how the runs of a sweep are executed."""
+    """Options of the execution of a sweep's runs."""
 
     jobs: int
     """Runs at a time; on a cluster that is there already, as many as it has processors."""
@@ -70,8 +70,8 @@ def _run_in(folder: Folder, plan: Plan, options: ExecutionOptions, console: Term
     with SweepLock(folder):
         store = ResultStore(folder)
         store.compact()
-        for place in (folder, folder / RUNS):
-            place.clear_drafts()
+        folder.clear_drafts()
+        (folder / RUNS).clear_drafts()
         folder.write(CONFIG, yaml.safe_dump(_absolute_config(plan), sort_keys=False, allow_unicode=True))
         over = store.done()
         todo = sum(job.id not in over for job in plan.jobs())
@@ -109,14 +109,11 @@ def _executor(plan: Plan, folder: Folder, options: ExecutionOptions, todo: int) 
 
 
 def _absolute_config(plan: Plan) -> dict[str, object]:
-    """Configuration with absolute paths."""
+    """Configuration with absolute paths, and with seeds as ``first:end`` where they are a range."""
     scenarios = [input_.source for input_ in plan.inputs if input_.kind == "scenario"]
     logs = [input_.source for input_ in plan.inputs if input_.kind == "log"]
-    data = plan.config.model_dump(mode="json", exclude_defaults=True) | {"scenarios": scenarios, "logs": logs}
-    return data | {"seeds": _seed_range(plan.config.seeds)}
-
-
-def _seed_range(seeds: tuple[int, ...]) -> str | list[int]:
-    """Write seeds as ``first:end`` where they are a range."""
+    seeds = plan.config.seeds
     end = seeds[0] + len(seeds)
-    return f"{seeds[0]}:{end}" if seeds == tuple(range(seeds[0], end)) else list(seeds)
+    is_range = seeds == tuple(range(seeds[0], end))
+    changes = {"scenarios": scenarios, "logs": logs, "seeds": f"{seeds[0]}:{end}" if is_range else list(seeds)}
+    return plan.config.model_dump(mode="json", exclude_defaults=True) | changes

@@ -1,5 +1,6 @@
 """Fig. 21: the share of matching and map update in the time of a run along the corridor, section 5.2."""
 
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -84,10 +85,8 @@ def measure(duration: float | None = None) -> Fig21:
     assert isinstance(lines, HoppingConfig)
     warm_up(Terminal(quiet=True), scenario.slam)
     experiment, times = scenario_experiment(scenario), _UpdateTimes(lines)
-    try:
+    with closing(experiment.env):
         run_loop(experiment.env, experiment.slam, experiment.pilot, [times], scenario.seed)
-    finally:
-        experiment.env.close()
     extraction = {kernel: np.array(taken) for kernel, taken in times.extraction.items()}
     return Fig21(times.scans, np.array(times.matching), extraction, times.prediction)
 

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
+from slam.bench.log_score import distances_to_segments
 from slam.errors import RobotError
 from slam.lines.extraction import extract_segments
 from slam.lines.segments import Segments
@@ -55,11 +56,9 @@ class Fig3:
         return self._off_walls(middles - off_line[:, None] * self.segments.normals)
 
     def _off_walls(self, points: FloatArray) -> FloatArray:
-        begins = np.concatenate(self.outlines)
-        ways = np.concatenate([np.roll(outline, -1, axis=0) for outline in self.outlines]) - begins
-        offsets = self.T_map_laser.transform(points)[:, None] - begins
-        share = np.clip(np.sum(offsets * ways, axis=2) / np.sum(ways**2, axis=1), 0.0, 1.0)
-        return np.asarray(np.linalg.norm(offsets - share[..., None] * ways, axis=2).min(axis=1))
+        ends = [np.roll(outline, -1, axis=0) for outline in self.outlines]
+        start, end = np.concatenate(self.outlines), np.concatenate(ends)
+        return distances_to_segments(self.T_map_laser.transform(points), start, end)
 
 
 def measure(noise: str = "paper", seed: int = 0) -> Fig3:
@@ -83,11 +82,8 @@ def draw(result: Fig3, path: Path) -> None:
     figure = Figure(figsize=(11, 5.5), dpi=110, layout="constrained")
     plan, scan = figure.subplots(1, 2)
     _draw_plan(plan, result)
-    scan.plot(*_upright(result.scan.points()).T, ".", color="0.5", markersize=5)
-    for start, end in zip(result.segments.start, result.segments.end, strict=True):
-        scan.plot(*_upright(np.array([start, end])).T, color="black", linewidth=1.2)
-        scan.plot(*_upright(start), "s", color=PAPER.slam, markerfacecolor="none", markersize=8)
-        scan.plot(*_upright(end), "o", color=PAPER.odometry, markerfacecolor="none", markersize=8)
+    scan.plot(*upright(result.scan.points()).T, ".", color="0.5", markersize=5)
+    draw_segments(scan, result.segments, "black", (PAPER.slam, PAPER.odometry), 1.2)
     scan.plot(0.0, 0.0, "+", color=PAPER.accent, markersize=14)
     scan.set(xlabel="x of the paper, -y here [m]", ylabel="y of the paper, x here [m]", aspect="equal")
     scan.set_title(f"(b) the scan: {len(result.scan.points())} points, {len(result.segments)} segments")
@@ -105,6 +101,14 @@ def _draw_plan(axes: Axes, result: Fig3) -> None:
     axes.set_title(f"(a) X = {pose.x:.2f} m, Y = {pose.y:.2f} m, phi = {degrees(result.phi):.1f} deg")
 
 
-def _upright(points: FloatArray) -> FloatArray:
+def draw_segments(axes: Axes, segments: Segments, colour: str, end_colours: tuple[str, str], width: float) -> None:
+    """Draw segments as the paper does: a square where each begins, and a circle where it ends."""
+    for start, end in zip(segments.start, segments.end, strict=True):
+        axes.plot(*upright(np.array([start, end])).T, color=colour, linewidth=width)
+        axes.plot(*upright(start), "s", color=end_colours[0], markerfacecolor="none", markersize=8)
+        axes.plot(*upright(end), "o", color=end_colours[1], markerfacecolor="none", markersize=8)
+
+
+def upright(points: FloatArray) -> FloatArray:
     """Points (..., 2) in the paper's frame o-xy, whose y axis points ahead."""
     return np.stack([-points[..., 1], points[..., 0]], axis=-1)

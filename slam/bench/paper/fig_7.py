@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from matplotlib.figure import Figure
 
-from slam.bench.paper.table_2 import SIGMA_TH, count_tests
+from slam.bench.paper.table_2 import SIGMA_TH, tested_lengths
 from slam.lines.hopping import hop_by_svd, sigma_3
 from slam.pose import FloatArray, unit_vectors
 from slam.run.pictures.figure_style import PAPER, save_figure
@@ -54,7 +54,7 @@ def measure(trials: int = 200) -> Iterator[Fig7Row]:
     for psi in PSI:
         found = [hop_by_svd(wall, SIGMA_TH, psi) for wall in walls]
         found_mean = [hop_by_svd(wall, MEAN_TH, psi, mean_sigma_3) for wall in walls]
-        tests = np.mean([count_tests(wall, SIGMA_TH, psi) for wall in walls])
+        tests = np.mean([len(tested_lengths(wall, SIGMA_TH, psi)) for wall in walls])
         yield Fig7Row(psi, _differing(found, plain), float(tests), _differing(found_mean, plain_mean))
 
 

@@ -1,6 +1,5 @@
 """Fig. 8: one scan of three segments AB, BC and CD; a Hough transform beside hopping with psi = 5."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -10,13 +9,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from slam.bench.paper.hough import HoughLines, hough_lines
+from slam.bench.floor_plans import cast_beams
+from slam.bench.paper.fig_3 import draw_segments, upright
 from slam.bench.stopwatch import median_seconds
 from slam.config import HoppingConfig
 from slam.lidars import URG04LX
 from slam.lines.hopping import segments_by_hopping
 from slam.lines.segments import Segments
-from slam.pose import FloatArray, unit_vectors
+from slam.named_code import import_optional
+from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.run.pictures.figure_style import PAPER, save_figure
 from slam.scan import LaserScan
 
@@ -34,11 +35,30 @@ _HOPPING: Final = {"psi": 5, "L_Th": 11}
 """psi = 5 is the paper's; L_Th is the smallest that it allows with it."""
 _NEAR: Final = 0.05
 """A line belongs to a wall when it passes both its ends nearer than this, metres."""
+_CELL: Final = 0.01
+"""Side of a pixel of the picture on which the Hough transform works, metres."""
+_ANGLES: Final = np.radians(np.arange(-90.0, 90.0, 1.0))
+_NEIGHBOURS: Final = {"min_distance": 1, "min_angle": 1}
+"""Cells within which only one of two peaks is kept. Wider suppression finds fewer doubles, and fewer true lines."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HoughLines:
+    """Lines x cos(theta) + y sin(theta) = rho in the frame of the points, and the votes they were found in."""
+
+    rho: FloatArray  # (M,) metres
+    theta: FloatArray  # (M,) radians
+    share: float
+    """Peaks have at least this share of the most votes."""
+    votes: FloatArray  # (D, A)
+    peak_distances: FloatArray  # (M,) metres: where the lines are among the votes
+    distances: FloatArray  # (D,) metres from the corner of the picture
+    angles: FloatArray  # (A,) radians
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fig8:
-    """What the two methods found, and how long they took, in seconds."""
+    """Lines and segments that the two methods found, and their times in seconds."""
 
     scan: LaserScan
     hough: HoughLines
@@ -53,17 +73,26 @@ class Fig8:
 def three_walls(seed: int = 0) -> LaserScan:
     """The scan: beams that pass beside the walls do not come back."""
     lidar = URG04LX.lidar
-    ranges = np.full(lidar.beams, np.inf)
-    for right_end, left_end in (wall[::-1] for wall in WALLS.values()):
-        first, last = (np.arctan2(y, x) for x, y in (right_end, left_end))
-        met = (lidar.angles >= first) & (lidar.angles <= last)
-        along = left_end - right_end
-        rays = unit_vectors(lidar.angles[met])
-        across = rays[:, 0] * along[1] - rays[:, 1] * along[0]
-        ranges[met] = (right_end[0] * along[1] - right_end[1] * along[0]) / across
+    ranges, _ = cast_beams(np.array([wall[::-1] for wall in WALLS.values()]), Pose2D(), lidar.angles)
     ranges += np.random.default_rng(seed).normal(0.0, NOISE, lidar.beams)
     ranges = np.round(ranges / URG04LX.resolution) * URG04LX.resolution
     return LaserScan(0.0, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, ranges)
+
+
+def hough_lines(points: FloatArray, share: float = 0.5) -> HoughLines:
+    """Find lines through points (N, 2), metres, with ``share`` of the most votes of scikit-image's Hough transform."""
+    transform = import_optional("skimage.transform", "bench")
+    reach = np.abs(points).max(initial=_CELL)
+    cells = np.floor((points + reach) / _CELL).astype(np.int64)
+    picture = np.zeros(cells.max(axis=0, initial=0)[::-1] + 1, np.uint8)
+    picture[cells[:, 1], cells[:, 0]] = 1
+    votes, angles, distances = transform.hough_line(picture, theta=_ANGLES)
+    _, theta, pixels = transform.hough_line_peaks(
+        votes, angles, distances, threshold=share * votes.max(), num_peaks=np.inf, **_NEIGHBOURS
+    )
+    corner = 0.5 * _CELL - reach  # of the middle of the first pixel
+    rho = _CELL * pixels + corner * (np.cos(theta) + np.sin(theta))
+    return HoughLines(rho, theta, share, votes.astype(np.float64), _CELL * pixels, _CELL * distances, angles)
 
 
 def measure(repeats: int = 20) -> Fig8:
@@ -75,7 +104,7 @@ def measure(repeats: int = 20) -> Fig8:
         scan=scan,
         hough=hough_lines(points),
         hough_seconds=median_seconds(partial(hough_lines, points), repeats),
-        lowered=_lowered_until(partial(hough_lines, points), "BC"),
+        lowered=_lowered_until_bc(points),
         segments=segments_by_hopping(points, svd),
         svd_seconds=median_seconds(partial(segments_by_hopping, points, svd), repeats),
         prefix_sums_seconds=median_seconds(partial(segments_by_hopping, points, sums), 10 * repeats),
@@ -83,17 +112,17 @@ def measure(repeats: int = 20) -> Fig8:
 
 
 def lines_on_walls(rho: FloatArray, theta: FloatArray) -> dict[str, int]:
-    """How many of these lines lie along each wall, and on none of them ("none")."""
+    """Numbers of these lines that lie along each wall, and along none of them ("none")."""
     normals = unit_vectors(theta)
     on = {name: (np.abs(ends @ normals.T - rho) < _NEAR).all(axis=0) for name, ends in WALLS.items()}
     none = ~np.any(list(on.values()), axis=0)
     return {name: int(found.sum()) for name, found in (on | {"none": none}).items()}
 
 
-def _lowered_until(hough: Callable[[float], HoughLines], wall: str) -> HoughLines:
+def _lowered_until_bc(points: FloatArray) -> HoughLines:
     for share in np.arange(0.5, 0.0, -0.02):
-        lines = hough(float(share))
-        if lines_on_walls(lines.rho, lines.theta)[wall]:
+        lines = hough_lines(points, float(share))
+        if lines_on_walls(lines.rho, lines.theta)["BC"]:
             break
     return lines
 
@@ -109,28 +138,19 @@ def draw(result: Fig8, path: Path) -> None:
     counts = lines_on_walls(result.hough.rho, result.hough.theta)
     for rho, theta in zip(result.hough.rho, result.hough.theta, strict=True):
         foot, along = rho * np.array([np.cos(theta), np.sin(theta)]), np.array([-np.sin(theta), np.cos(theta)])
-        (x, y), (next_x, next_y) = _upright(foot), _upright(foot + along)
-        found.axline((x, y), (next_x, next_y), color=PAPER.odometry, linewidth=0.8)
+        found.axline(tuple(upright(foot)), tuple(upright(foot + along)), color=PAPER.odometry, linewidth=0.8)
     found.set_title("(c) Hough: " + ", ".join(f"{count} on {name}" for name, count in counts.items()))
-    for start, end in zip(result.segments.start, result.segments.end, strict=True):
-        ours.plot(*_upright(np.array([start, end])).T, color=PAPER.odometry, linewidth=1.5)
-        ours.plot(*_upright(start), "s", color=PAPER.slam, markerfacecolor="none", markersize=8)
-        ours.plot(*_upright(end), "o", color=PAPER.slam, markerfacecolor="none", markersize=8)
+    draw_segments(ours, result.segments, PAPER.odometry, (PAPER.slam, PAPER.slam), 1.5)
     ours.set_title(f"(d) hopping SVD, psi = 5: {len(result.segments)} segments")
     save_figure(figure, path)
 
 
 def _draw_scan(axes: Axes, result: Fig8, title: str, strong: bool) -> None:
-    axes.plot(*_upright(result.scan.points()).T, ".", color="black" if strong else "0.6", markersize=3)
+    axes.plot(*upright(result.scan.points()).T, ".", color="black" if strong else "0.6", markersize=3)
     axes.set(title=title, xlabel="-y [m]", ylabel="x [m]", aspect="equal", xlim=(-1.8, 1.7), ylim=(0.9, 2.1))
     for name, ends in WALLS.items():
-        x, y = _upright(ends.mean(axis=0)).tolist()
+        x, y = upright(ends.mean(axis=0)).tolist()
         axes.annotate(name, (x, y + 0.1), color=PAPER.accent)
-
-
-def _upright(points: FloatArray) -> FloatArray:
-    """Points (..., 2) with the sensor looking up the page, as the paper draws them."""
-    return np.stack([-points[..., 1], points[..., 0]], axis=-1)
 
 
 def _draw_space(axes: Axes, hough: HoughLines) -> None:

@@ -20,7 +20,7 @@ TRIALS: Final = 200
 
 @dataclass(frozen=True, slots=True)
 class PaperReport:
-    """What came out, and where it is."""
+    """Tables of the measurements, and their report."""
 
     tables: tuple[ResultTable, ...]
     path: Path
@@ -34,7 +34,10 @@ def reproduce(out: Path, quick: bool, console: Terminal) -> PaperReport:
     written or scikit-image is missing.
     """
     import_optional("skimage.transform", "bench")  # before minutes of work
-    _make(out)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be made: {error.strerror}; choose another --out DIR") from error
     count, trials = (QUICK_POINTS, QUICK_TRIALS) if quick else (table_2.POINTS, TRIALS)
     with console.progress() as bar:
         task = bar.add_task(f"Table 2, {count} points", total=1.0)
@@ -63,16 +66,8 @@ def reproduce(out: Path, quick: bool, console: Terminal) -> PaperReport:
 
 def _write(out: Path, found: dict[str, ResultTable]) -> Path:
     """Write the report: each table, with its picture below it where it has one."""
-    parts = ["# The paper's numbers, measured again\n\n"]
+    text, path = "# The paper's numbers, measured again\n\n", out / "report.md"
     for picture, table in found.items():
-        parts.append(table.markdown() + (f"![{table.title}]({picture})\n\n" if picture else ""))
-    path = out / "report.md"
-    write_atomic(path, "".join(parts).rstrip() + "\n")
+        text += table.markdown() + (f"![{table.title}]({picture})\n\n" if picture else "")
+    write_atomic(path, text.rstrip() + "\n")
     return path
-
-
-def _make(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{out}: cannot be made: {error.strerror}; choose another --out DIR") from error

@@ -27,8 +27,6 @@ KERNELS: Final[dict[str, Callable[[FloatArray, int], object]]] = {
     "prefix_sums": lambda points, psi: runs_and_lines(points, SIGMA_TH, psi, 4, np.inf),
 }
 ROUNDS: Final = {"full_u": 2, "values": 10, "prefix_sums": 200}
-
-
 _STEP: Final = 0.002
 """Share of the work after which it is told, so that telling costs no time that is measured."""
 
@@ -50,17 +48,12 @@ class Table2Row:
 
 
 def wall(count: int, seed: int = 0) -> FloatArray:
-    """That many points (count, 2) along 4 m of a wall 1 m in front of the sensor, NOISE off it; metres."""
+    """Make points (count, 2) along 4 m of a wall 1 m in front of the sensor, NOISE off it; metres."""
     off = np.random.default_rng(seed).normal(0.0, NOISE, count)
     return np.column_stack([1.0 + off, np.linspace(-2.0, 2.0, count)])
 
 
-def count_tests(points: FloatArray, sigma_Th: float, psi: int) -> int:
-    """How many times hopping computes sigma_3."""
-    return len(_tested(points, sigma_Th, psi))
-
-
-def _tested(points: FloatArray, sigma_Th: float, psi: int) -> list[int]:
+def tested_lengths(points: FloatArray, sigma_Th: float, psi: int) -> list[int]:
     """Numbers of points of which hopping computes sigma_3, test by test."""
     counts = []
 
@@ -84,7 +77,7 @@ def measure(count: int = POINTS, advance: Callable[[float], object] = lambda sha
     return [
         Table2Row(
             psi=psi,
-            tests=count_tests(points, SIGMA_TH, psi),
+            tests=len(tested_lengths(points, SIGMA_TH, psi)),
             predicted=predicted_speed_up(count, psi),
             **{name: float(best[psi]) for name, best in times.items()},
         )
@@ -94,7 +87,7 @@ def measure(count: int = POINTS, advance: Callable[[float], object] = lambda sha
 
 def _watched(points: FloatArray, advance: Callable[[float], object]) -> Callable[[FloatArray, int], object]:
     """The kernel of the full U, nearly all of the work, which tells how far it is: U of l points has l x l entries."""
-    whole = ROUNDS["full_u"] * sum(l * l for psi in PSI for l in _tested(points, SIGMA_TH, psi))
+    whole = ROUNDS["full_u"] * sum(l * l for psi in PSI for l in tested_lengths(points, SIGMA_TH, psi))
     untold = 0.0
 
     def measured(tested: FloatArray) -> float:

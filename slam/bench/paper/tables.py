@@ -1,4 +1,4 @@
-"""What was measured beside what the paper printed."""
+"""Tables of the measurements beside the numbers that the paper printed."""
 
 from collections.abc import Sequence
 from math import degrees
@@ -6,9 +6,8 @@ from math import degrees
 from slam.bench.paper import fig_3, fig_8, fig_10, fig_21
 from slam.bench.paper.fig_3 import Fig3
 from slam.bench.paper.fig_7 import Fig7Row
-from slam.bench.paper.fig_8 import Fig8, lines_on_walls
+from slam.bench.paper.fig_8 import Fig8, HoughLines, lines_on_walls
 from slam.bench.paper.fig_21 import Fig21
-from slam.bench.paper.hough import HoughLines
 from slam.bench.paper.table_2 import PAPER_SECONDS, PAPER_SPEED_UP, POINTS, Table2Row
 from slam.console.result_table import ResultTable
 
@@ -35,8 +34,7 @@ def table_2(rows: Sequence[Table2Row], count: int) -> ResultTable:
         columns,
         cells,
         "Columns with a unit are times, best of some rounds on one thread, the others speed-ups. Full U: the whole SVD "
-        "of eq. (7). Values: its singular values only. Sums: prefix sums of the entries of A^T A, compiled."
-        f"{fewer}",
+        f"of eq. (7). Values: its singular values only. Sums: prefix sums of the entries of A^T A, compiled.{fewer}",
     )
 
 
@@ -65,7 +63,7 @@ def figure_3(result: Fig3) -> ResultTable:
 
 
 def figure_7(rows: Sequence[Fig7Row], trials: int) -> ResultTable:
-    """How often hopping changes a result."""
+    """Scans in which hopping changes the segments."""
     most, most_mean = max(row.different for row in rows), max(row.different_mean for row in rows)
     return ResultTable(
         f"Fig. 7: over-hopping, {trials} scans with a short segment between two long ones",
@@ -107,7 +105,8 @@ def figure_8(result: Fig8) -> ResultTable:
 def figure_10() -> ResultTable:
     """The force field in numbers."""
     peak, half = fig_10.peak(), fig_10.half_width()
-    shares = [(f"{distance} m", f"{_share(distance):.3f}") for distance in (0.01, 0.05, 0.1, 0.2, 0.4)]
+    distances = (0.01, 0.05, 0.1, 0.2, 0.4)
+    shares = [(f"{distance} m", f"{fig_10.force(distance) / fig_10.force(peak):.3f}") for distance in distances]
     return ResultTable(
         "Fig. 10: the force of eq. (24)",
         ("distance", "share of the largest force"),
@@ -126,24 +125,12 @@ def figure_21(result: Fig21) -> ResultTable:
         )
         for kernel, name in fig_21.KERNELS.items()
     ]  # fmt: skip
-    rows.append(
-        (
-            "in the paper",
-            f"{whole - matching:.1f}",
-            f"{matching:.0f}",
-            f"{whole:.1f}",
-            f"{100.0 * matching / whole:.1f} %",
-        )
-    )
+    share = f"{100.0 * matching / whole:.1f} %"
+    rows.append(("in the paper", f"{whole - matching:.1f}", f"{matching:.0f}", f"{whole:.1f}", share))
+    map_columns = "matching and\nmap update, s", "whole\ns", "share of matching\nand map"
     return ResultTable(
         "Fig. 21: the time of a run along the corridor",
-        (
-            "sigma_3 by",
-            "lines and\nall else, s",
-            "matching and\nmap update, s",
-            "whole\ns",
-            "share of matching\nand map",
-        ),
+        ("sigma_3 by", "lines and\nall else, s", *map_columns),
         rows,
         "Wall time of the method in scenarios/paper_corridor.yaml, which simulates the paper's corridor: "
         f"{len(result.matching)} of {result.scans} scans were mapped. All three find the same segments, so one run "
@@ -152,10 +139,6 @@ def figure_21(result: Fig21) -> ResultTable:
         "it rounds. The share depends on which part is written faster: theirs is MATLAB, ours compiled matching beside "
         "numpy's SVD or compiled sums. It grows with the drive, as the map does.",
     )
-
-
-def _share(distance: float) -> float:
-    return fig_10.force(distance) / fig_10.force(fig_10.peak())
 
 
 def _found(lines: HoughLines) -> str:

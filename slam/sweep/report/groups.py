@@ -3,11 +3,8 @@
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-import numpy as np
-
 from slam.errors import InputError, did_you_mean
 from slam.modes import MODES
-from slam.pose import FloatArray
 from slam.sweep.result_rows import Row
 from slam.sweep.result_store import ResultStore
 
@@ -41,16 +38,6 @@ class RunGroup:
         """Name within its scenario."""
         return ", ".join([self.mode, *(f"{key.rpartition('.')[2]}={value}" for key, value in self.grid.items())])
 
-    @property
-    def whole_label(self) -> str:
-        """Name with its scenario."""
-        return f"{self.name}: {self.label}"
-
-    @property
-    def array(self) -> FloatArray:
-        """The values, (N,)."""
-        return np.array(self.values, float)
-
     def add(self, row: Row, metric: str) -> None:
         """Add a run by its row."""
         self.runs += 1
@@ -78,10 +65,8 @@ def pick_metric(store: ResultStore, asked: str | None) -> str:
     }
     found = next((name for name in ([asked] if asked else _DEFAULT_METRICS) if name in numbers), None)
     if found is None:
-        known = list(numbers)
-        raise InputError(
-            f"no column {asked!r} of numbers; {did_you_mean(asked, known)}" if asked else "no run has a result yet"
-        )
+        reason = f"no column {asked!r} of numbers; {did_you_mean(asked, list(numbers))}" if asked else ""
+        raise InputError(reason or "no run has a result yet")
     return found
 
 

@@ -33,7 +33,7 @@ def draw_boxes(path: Path, groups: list[RunGroup], metric: str) -> None:
         for box, (colour, _) in zip(boxes["boxes"], _styles(shown), strict=True):
             box.set(facecolor=colour, alpha=0.5)
         axes.set_xticks(range(1, len(shown) + 1), [group.label.replace(", ", "\n") for group in shown])
-        _scale(axes, np.concatenate([np.empty(0), *(group.array for group in shown)]))
+        _scale(axes, shown)
     _save(figure, path)
 
 
@@ -62,7 +62,7 @@ def draw_samples(path: Path, groups: list[RunGroup], metric: str) -> None:
                 color=colour, alpha=0.6, markersize=3.5, label=f"{group.name}, {group.label}",
             )  # fmt: skip
         axes.set(title="", xlabel=key)
-        _scale(axes, np.concatenate([group.array for group in groups]))
+        _scale(axes, groups)
     panels[0].legend(fontsize="small", frameon=False)
     _save(figure, path)
 
@@ -91,7 +91,8 @@ def _band(curves: list[tuple[float, list[float]]]) -> tuple[FloatArray, FloatArr
     return distance, np.nanpercentile(np.array(errors), [5, 50, 95], axis=0)
 
 
-def _scale(axes: Axes, values: FloatArray) -> None:
+def _scale(axes: Axes, groups: list[RunGroup]) -> None:
+    values = np.array([value for group in groups for value in group.values])
     if len(values) and values.min() > 0 and values.max() > _LOG_SCALE_RATIO * values.min():
         axes.set_yscale("log")
     axes.grid(axis="y", color="0.9")

@@ -1,6 +1,5 @@
 """Tables of a sweep's report: summaries of the cases, and their differences seed by seed."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
@@ -66,26 +65,18 @@ def _comparisons(title: str, first: RunGroup, others: list[RunGroup]) -> ResultT
     return ResultTable(f"{title} less that of {first.label}", columns, rows, notes)
 
 
-def _spread_cells(group: RunGroup) -> Iterator[str]:
+def _spread_cells(group: RunGroup) -> list[str]:
     if not group.values:
-        yield from ("-",) * 4
-        return
-    values = group.array
-    low, high = np.percentile(values, [5, 95])
-    yield f"{np.median(values):.3g}"
-    yield f"{low:.3g}"
-    yield f"{high:.3g}"
-    yield f"{values.max():.3g}"
+        return ["-"] * 4
+    low, high = np.percentile(group.values, [5, 95])
+    return [f"{value:.3g}" for value in (np.median(group.values), low, high, np.max(group.values))]
 
 
-def _difference_cells(found: PairedDifference | None) -> Iterator[str]:
+def _difference_cells(found: PairedDifference | None) -> tuple[str, str, str, str]:
     if found is None:
-        yield from ("0", "-", "-", "-")
-        return
-    yield str(found.pairs)
-    yield f"{found.median:+.3g}"
-    yield f"{found.low:+.3g} to {found.high:+.3g}" if found.pairs > 1 else "-"
-    yield f"{100 * found.lower:.0f} %"
+        return "0", "-", "-", "-"
+    interval = f"{found.low:+.3g} to {found.high:+.3g}" if found.pairs > 1 else "-"
+    return str(found.pairs), f"{found.median:+.3g}", interval, f"{100 * found.lower:.0f} %"
 
 
 def _interval(values: FloatArray) -> tuple[float, float]:

@@ -3,7 +3,6 @@
 import base64
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from shlex import quote
 from typing import Final
@@ -74,7 +73,7 @@ def write_report(out: str, metric: str | None = None) -> SweepReport:
 def worst_runs(groups: list[RunGroup], metric: str) -> list[NotableRun]:
     """Runs with the largest values, over all cases, the largest first."""
     runs = [
-        (value, NotableRun(run, f"{group.whole_label}, seed {seed}", f"{metric} {value:.3g}", command))
+        (value, NotableRun(run, f"{group.name}: {group.label}, seed {seed}", f"{metric} {value:.3g}", command))
         for group in groups
         for value, seed, (run, command) in zip(group.values, group.seeds, group.commands, strict=True)
     ]
@@ -83,10 +82,12 @@ def worst_runs(groups: list[RunGroup], metric: str) -> list[NotableRun]:
 
 def failed_runs(groups: list[RunGroup]) -> list[NotableRun]:
     """Runs without a result, with their errors."""
-    runs = (
-        NotableRun(run, group.whole_label, error, command) for group in groups for run, error, command in group.failures
-    )
-    return list(islice(runs, _MOST))
+    runs = [
+        NotableRun(run, f"{group.name}: {group.label}", error, command)
+        for group in groups
+        for run, error, command in group.failures
+    ]
+    return runs[:_MOST]
 
 
 def _pictures(here: Path, groups: list[RunGroup], metric: str) -> list[Path]:
@@ -106,12 +107,5 @@ def _page(report: SweepReport, pictures: list[Path], config: str, folder: Folder
         Path(__file__).with_name("page.html").read_text(encoding="utf-8")
     )
     images = [{"name": path.stem, "data": base64.b64encode(path.read_bytes()).decode()} for path in pictures]
-    return str(
-        template.render(
-            report=report,
-            name=yaml.safe_load(config)["name"],
-            images=images,
-            config=config,
-            results=f"{folder.address}/{RESULTS}",
-        )
-    )
+    name, results = yaml.safe_load(config)["name"], f"{folder.address}/{RESULTS}"
+    return str(template.render(report=report, name=name, images=images, config=config, results=results))

@@ -1,0 +1,68 @@
+"""``hopslam bench`` of what a user waits for: sweep, viewer and start."""
+
+from typing import Annotated
+
+import typer
+
+from slam.cli.bench import console, print_tables
+from slam.console.options import AllowModules, ScenarioName
+
+
+def bench_sweep(
+    runs: Annotated[
+        int, typer.Option(min=2, help="Of each executor, with one job and with two, in each of five turns.")
+    ] = 15,
+    ray: Annotated[bool, typer.Option("--ray/--no-ray", help="Ray too: pip install 'hopslam\\[cluster]'.")] = True,
+) -> None:
+    """Measure sweeps: runs a second with one job and with two, the driver's share of a core, overhead, memory.
+
+    Some minutes. Quiet machines give better numbers: what two processes can do at all is measured in the same run.
+
+    [bold]Examples[/bold]
+
+    hopslam bench sweep
+
+    hopslam bench sweep --runs 6 --no-ray
+    """
+    from slam.bench.sweep_report import sweep_tables
+
+    print_tables(sweep_tables(runs, ray, console))
+
+
+def bench_viewer(
+    scenario: ScenarioName = "corridor",
+    scans: Annotated[int, typer.Option(min=10, help="For each row at 10 Hz.")] = 150,
+    allow_modules: AllowModules = None,
+) -> None:
+    """Measure what --rerun costs: milliseconds and kilobytes a scan, in a file, and live when nobody looks.
+
+    Takes about two minutes.
+
+    [bold]Examples[/bold]
+
+    hopslam bench viewer
+
+    hopslam bench viewer office_loop --scans 50
+    """
+    from slam.bench.viewer_cost import viewer_table
+    from slam.scenario.file import load_scenario
+
+    print_tables([viewer_table(load_scenario(scenario, [], allow_modules or []), scans, console)])
+
+
+def bench_start(
+    scenario: ScenarioName = "corridor",
+    repeats: Annotated[int, typer.Option(min=1, help="Starts of each kind.")] = 5,
+    allow_modules: AllowModules = None,
+) -> None:
+    """Measure how long a user waits: for the help, and for the first scan of a run, with warm caches.
+
+    [bold]Examples[/bold]
+
+    hopslam bench start
+
+    hopslam bench start office_loop --repeats 20
+    """
+    from slam.bench.start_up import start_up_table
+
+    print_tables([start_up_table(scenario, repeats, console, allow_modules or [])])

@@ -1,0 +1,185 @@
+"""``hopslam bench`` of the method and its parts: paper, lines, match, localize, slam and slam-sim."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from slam.cli.bench import TablesFile, console, print_tables, use_one_thread
+from slam.console.options import AllowModules, Settings, complete_scenario
+
+
+def bench_paper(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the report and the pictures.")] = Path(
+        "bench/paper"
+    ),
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer points and trials: seconds, not minutes.")] = False,
+) -> None:
+    """Measure Table 2, Figs. 3, 7, 8 and 10 and the time of Fig. 21 of the paper again, beside its own numbers.
+
+    The whole of Table 2 takes some minutes, nearly all of it for the full U that the paper's SVD has.
+
+    [bold]Examples[/bold]
+
+    hopslam bench paper --quick
+
+    hopslam bench paper --out /tmp/paper
+    """
+    use_one_thread()
+    from slam.bench.paper.report import reproduce
+
+    report = reproduce(out, quick, console)
+    print_tables(report.tables)
+    console.print(f"report and pictures in {report.path.parent}")
+
+
+def bench_lines(
+    log: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="A recorded log, instead of simulated scans.")
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, max=60, help="Seeds of each family of floor plan.")] = 60,
+    sensor: Annotated[
+        str | None, typer.Option(metavar="NAME", help="With --log: whose noise ours expects; estimated without it.")
+    ] = None,
+    out: TablesFile = None,
+) -> None:
+    """Compare line extractors: the paper's, this project's, split-and-merge, RANSAC and Hough.
+
+    On simulated scans of four families at three levels of noise, with seeds that nothing was tuned on; or on a recorded
+    log, where only the share of the beams near a segment can be told.
+
+    [bold]Examples[/bold]
+
+    hopslam bench lines
+
+    hopslam bench lines --seeds 5 --out /tmp/lines.md
+
+    hopslam bench lines --log mines1.dat.gz --sensor urg04lx
+    """
+    from slam.bench.lines_report import log_tables, scene_tables
+
+    tables = scene_tables(seeds, console) if log is None else log_tables(log, console, sensor)
+    print_tables(tables, out, "Line extractors side by side")
+
+
+def bench_match(
+    scenario: Annotated[
+        str, typer.Argument(help="Whose world is scanned: by name or file.", autocompletion=complete_scenario)
+    ] = "random_office",
+    places: Annotated[int, typer.Option(min=1, help="Where a scan is matched.")] = 40,
+    seed: Annotated[int, typer.Option(help="Of the places and the noise.")] = 1,
+    png: Annotated[Path | None, typer.Option(metavar="FILE", help="Also draw it.")] = None,
+    out: TablesFile = None,
+) -> None:
+    """Compare matchers on the same scans: ours, the paper's, and small_gicp's (pip install 'hopslam\\[bench]').
+
+    Time by the number of points, accuracy, and from how far away a start still converges.
+
+    [bold]Examples[/bold]
+
+    hopslam bench match
+
+    hopslam bench match office_loop --places 100 --png match.png --out match.md
+    """
+    use_one_thread()
+    from slam.bench.match_report import compare_matchers, draw_comparison, match_tables
+    from slam.scenario.file import read_scenario
+
+    found = compare_matchers(read_scenario(scenario), places, seed, console)
+    print_tables(match_tables(found), out, "Matchers on the same scans")
+    if png is not None:
+        draw_comparison(png, found)
+
+
+def bench_localize(
+    scenarios: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENARIO]...", help="By name or file; two offices without one.", autocompletion=complete_scenario
+        ),
+    ] = None,
+    trials: Annotated[int, typer.Option(min=1, help="Robots that are set down, and then moved, in each.")] = 100,
+    seconds: Annotated[float, typer.Option(min=1.0, help="Simulated time of each stay.")] = 10.0,
+    seed: Annotated[int, typer.Option(help="Of the places, and of the trials' noise.")] = 1,
+    settings: Settings = None,
+    allow_modules: AllowModules = None,
+) -> None:
+    """Measure localisation in a saved map: from a random place, and after the robot was moved without being told.
+
+    One run maps the world of the scenario; the robots wander on their scans alone.
+
+    [bold]Examples[/bold]
+
+    hopslam bench localize
+
+    hopslam bench localize random_office --trials 20 --seed 5 --set seed=3
+    """
+    use_one_thread()
+    from slam.bench.localize_report import localization_table
+    from slam.scenario.file import load_scenario
+
+    for name in scenarios or ["office_loop", "random_office"]:
+        scenario = load_scenario(name, ["lidar.caster=exact", *(settings or [])], allow_modules or [])
+        print_tables([localization_table(scenario, trials, seconds, seed, console)])
+
+
+def bench_slam(
+    logs: Annotated[
+        list[str] | None, typer.Argument(metavar="[LOG]...", help="Names such as fr079; all without one.")
+    ] = None,
+    data: Annotated[Path, typer.Option(metavar="DIR", help="Where the recorded logs are.")] = Path("../shared/data"),
+    settings: Settings = None,
+    out: TablesFile = None,
+) -> None:
+    """Measure the whole method on recorded logs, with one set of settings for all, beside other systems.
+
+    Every scan, at the pose that the method had for it then. A log that is not there is skipped.
+
+    [bold]Examples[/bold]
+
+    hopslam bench slam
+
+    hopslam bench slam fr079 mines1 --data ~/logs --out /tmp/slam.md
+
+    hopslam bench slam corridor_synthetic --set slam.matching.floor=0.02
+    """
+    use_one_thread()
+    from slam.bench.slam_report import slam_tables
+    from slam.scenario.file import load_scenario
+
+    config = load_scenario("replay", settings or []).slam
+    print_tables(slam_tables(logs or [], data, config, console), out, "SLAM on recorded logs")
+
+
+def bench_slam_sim(
+    scenarios: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENARIO]...", help="Names such as corridor; six without one.", autocompletion=complete_scenario
+        ),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=0, max=100, help="Runs of each scenario; 0 with --hour alone.")] = 10,
+    first_seed: Annotated[int, typer.Option(min=0, help="Of these runs; the others follow.")] = 0,
+    hour: Annotated[bool, typer.Option("--hour", help="Also one simulated hour around office_loop: minutes.")] = False,
+    settings: Settings = None,
+    allow_modules: AllowModules = None,
+    out: TablesFile = None,
+) -> None:
+    """Measure the whole method in the simulator, against the truth: errors, covariances, costs.
+
+    [bold]Examples[/bold]
+
+    hopslam bench slam-sim
+
+    hopslam bench slam-sim corridor office_loop --first-seed 10 --seeds 3
+
+    hopslam bench slam-sim --seeds 0 --hour
+
+    hopslam bench slam-sim crowded_corridor --set slam.map.free_margin=0.1 --out /tmp/crowd.md
+    """
+    use_one_thread()
+    from slam.bench.sim_report import sim_tables
+
+    runs = range(first_seed, first_seed + seeds)
+    tables = sim_tables(scenarios or [], runs, hour, tuple(settings or ()), console, tuple(allow_modules or ()))
+    print_tables(tables, out, "SLAM in the simulator")

@@ -4,6 +4,7 @@ Odometry is that of ``nav_msgs/Odometry``, or else the transforms from ``odom`` 
 comes from the transforms. A log of this project says besides where in the map it began, and what was true.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -19,7 +20,6 @@ from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import in_order
 from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_transforms
 from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE
-from slam.lidars import Lidar
 from slam.pose import FloatArray, Pose2D, relative_poses
 
 _BASES: Final = ("base_link", "base_footprint")
@@ -54,7 +54,7 @@ def _scans(contents: BagContents, topic: str | None) -> list[BagScan]:
 
 
 def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None) -> Log:
-    statistics, fan = contents.statistics, scans[0].fan
+    statistics = contents.statistics
     stamps = np.array([scan.stamp for scan in scans])
     static = _transforms(contents, static=True)
     moving = _transforms(contents, static=False)
@@ -65,7 +65,7 @@ def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None
     elif not track.covers(stamps):
         statistics.notes.append("its odometry does not cover the time of its scans")
     return Log(
-        lidar=Lidar(fan.angle_min, fan.angle_increment, fan.beams, fan.range_min, fan.range_max, scan_time(stamps)),
+        lidar=replace(scans[0].fan, scan_time=scan_time(stamps)),
         T_base_laser=_mount(FrameTree([*static, *moving]), base, scans[0].frame, statistics, track is not None),
         stamps=stamps,
         ranges=np.stack([scan.ranges for scan in scans]),

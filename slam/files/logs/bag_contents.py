@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Final, NamedTuple, TypeVar
+from typing import Final, TypeVar
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.ros.decoder import decimal, decimal_ranges, decode, exact_bearings, frame_name, seconds
 from slam.files.ros.messages import GROUND_TRUTH, LASER_SCAN, ODOMETRY, POSE, TF_STATIC, TRANSFORMS, RawMessage
 from slam.files.text_lines import TruncatedFile
+from slam.lidars import Lidar
 from slam.pose import FloatArray
 
 _WANTED: Final = (LASER_SCAN, ODOMETRY, TRANSFORMS)
@@ -74,24 +75,17 @@ class BagContents:
                 self.statistics.skip(str(fault), number)
 
 
-class BagFan(NamedTuple):
-    """Lidar geometry in a message; radians and metres."""
-
-    angle_min: float
-    angle_increment: float
-    beams: int
-    range_min: float
-    range_max: float
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class BagScan:
-    """One scan; ``line`` is the number of its message. Ranges in metres, as REP-117 has them; times in seconds."""
+    """One scan; ``line`` is the number of its message. Ranges in metres, as REP-117 has them; times in seconds.
+
+    ``fan`` says nothing of ``scan_time``, which is that of the whole log.
+    """
 
     line: int
     stamp: float
     frame: str
-    fan: BagFan
+    fan: Lidar
     ranges: FloatArray
     time_increment: float
 
@@ -109,6 +103,6 @@ def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
     ranges[finite & (scan.ranges > scan.range_max)] = np.inf  # REP 117: no echo ...
     ranges[finite & (scan.ranges < scan.range_min)] = -np.inf  # ... and too close, which says nothing of free space
     reach = decimal(scan.range_min), decimal(scan.range_max)
-    fan = BagFan(*exact_bearings(scan.angle_min, step), beams, *reach)
+    fan = Lidar(*exact_bearings(scan.angle_min, step), beams, *reach, scan_time=0.0)
     frame, between = frame_name(scan.header.frame_id), decimal(scan.time_increment)
     return BagScan(number, seconds(scan.header), frame, fan, ranges, between)

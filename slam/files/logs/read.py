@@ -1,10 +1,10 @@
 """Reading a recorded log whose format is known by its content."""
 
-from collections.abc import Generator, Iterable
+from collections.abc import Generator
 from contextlib import closing
 from itertools import chain, islice
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 from slam.errors import LogError
 from slam.files.logs import carmen, urg_text
@@ -16,21 +16,8 @@ from slam.files.text_lines import TruncatedFile, read_lines
 _NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
 _HEAD: Final = 200
 """The format shows in one of that many first lines."""
-
-
-class LogFormat(Protocol):
-    """A module that reads one format."""
-
-    def recognises(self, line: bytes) -> bool:
-        """True for a line that can only be of this format."""
-        ...
-
-    def read(self, lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
-        """The log in numbered lines; LogError when there is not one scan."""
-        ...
-
-
-_FORMATS: Final[tuple[LogFormat, ...]] = (carmen, urg_text)
+_FORMATS: Final = ((carmen.recognises, carmen.read), (urg_text.recognises, urg_text.read))
+"""A test for a line that can only be of this format, and the reader of the numbered lines."""
 
 
 def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
@@ -50,9 +37,9 @@ def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
     statistics = ReadStatistics(path)
     with closing(_readable_lines(statistics)) as lines:
         head = list(islice(lines, _HEAD))
-        for log_format in _FORMATS:
-            if any(log_format.recognises(line) for _, line in head):
-                return log_format.read(chain(head, lines), statistics)
+        for recognises, read in _FORMATS:
+            if any(recognises(line) for _, line in head):
+                return read(chain(head, lines), statistics)
     found = f"a file that begins with {head[0][1][:20]!r}" if head else "nothing"
     raise LogError("; ".join([f"{path}: not a log that hopslam can read: {found}", *statistics.notes, f"need {_NEED}"]))
 

@@ -42,11 +42,7 @@ def longest_increasing(values: Sequence[float]) -> list[int]:
         before.append(ends[k - 1] if k else -1)
         if k == len(tops) or value < tops[k]:
             tops[k : k + 1], ends[k : k + 1] = [value], [index]
-    return _trace(before, ends[-1] if ends else -1)
-
-
-def _trace(before: Sequence[int], last: int) -> list[int]:
-    run = []
+    run, last = [], ends[-1] if ends else -1
     while last >= 0:
         run.append(last)
         last = before[last]

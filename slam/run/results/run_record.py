@@ -10,11 +10,12 @@ from typing import Any, Self
 import numpy as np
 
 from slam.errors import InputError
+from slam.files.logs.bag_files import RUN_LOG
 from slam.files.maps.file import read_map
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
-from slam.run.results.run_log import LOG, logged_mount, logged_observations, logged_start
+from slam.run.results.run_log import logged_mount, logged_observations, logged_start
 from slam.run.results.traces import Traces
 from slam.saved_slam import SavedSlam
 from slam.scenario.file import read_scenario
@@ -62,16 +63,16 @@ class RunRecord:
     @cached_property
     def T_base_laser(self) -> Pose2D:
         """The mount of the lidar; InputError where the log does not say."""
-        return logged_mount(self.folder / LOG)
+        return logged_mount(self.folder / RUN_LOG)
 
     @property
     def start(self) -> Pose2D:
         """``T_map_base`` at the first scan, in all the digits of the log."""
-        return logged_start(self.folder / LOG)
+        return logged_start(self.folder / RUN_LOG)
 
     def observations(self) -> Iterator[Observation]:
         """Observations of the robot, scan by scan, in the order of ``traces``; InputError without a log."""
-        return logged_observations(self.folder / LOG)
+        return logged_observations(self.folder / RUN_LOG)
 
     @cached_property
     def segments(self) -> tuple[IntArray, FloatArray]:

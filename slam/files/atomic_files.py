@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from slam.closing import Closing
+from slam.errors import InputError
 
 
 def write_atomic(path: Path, text: str) -> None:
@@ -17,6 +18,15 @@ def write_atomic(path: Path, text: str) -> None:
         file.write(text)
         file.flush()
         os.fsync(file.fileno())
+
+
+@contextmanager
+def require_writable(path: Path | None, remedy: str) -> Iterator[None]:
+    """Raise InputError, which ends with the remedy, where the path (None: any file) cannot be written in the block."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{path or error.filename}: cannot be written: {error.strerror}; {remedy}") from error
 
 
 @contextmanager
@@ -43,7 +53,7 @@ def atomic_folder(path: Path) -> Iterator[Path]:
         shutil.rmtree(drafts, ignore_errors=True)
 
 
-class GrowingText:
+class GrowingText(Closing):
     """A text file to which whole lines are appended; each is handed to the system at once."""
 
     def __init__(self, path: Path, header: str = "") -> None:

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.errors import InputError
-from slam.files.atomic_files import GrowingGeoJson, GrowingText, line_feature
+from slam.files.atomic_files import GrowingGeoJson, GrowingText, line_feature, require_writable
 from slam.files.logs import Log
 from slam.lidars import LIDARS
 from slam.lines.extraction import extract_segments
@@ -93,18 +93,8 @@ def write_lines(
     """Extract the segments of these scans and write them; returns how many. ``track`` shows the progress."""
     if outputs.png is not None and len(scans) != 1:
         raise InputError(f"{outputs.png}: a picture shows one scan; give --scan K")
-    try:
-        return _write(log, scans, config, outputs, track)
-    except OSError as error:
-        raise InputError(f"{error.filename}: cannot be written: {error.strerror}; choose another file") from error
-
-
-def _write(
-    log: Log, scans: range, config: HoppingConfig | ChiSquareConfig, outputs: Outputs,
-    track: Callable[[Iterable[int]], Iterable[int]],
-) -> int:  # fmt: skip
     count = 0
-    with ExitStack() as stack:
+    with require_writable(None, "choose another file"), ExitStack() as stack:
         sinks = list(_sinks(log, outputs, stack))
         for index in track(scans):
             segments = extract_segments(log.scan(index), config)
@@ -120,8 +110,7 @@ def _sinks(log: Log, outputs: Outputs, stack: ExitStack) -> Iterator[Callable[[i
         sys.stdout.write(CSV_HEADER)
         yield lambda scan, segments: sys.stdout.write(csv_lines(scan, segments))
     if (path := outputs.csv) is not None:
-        text = GrowingText(path, CSV_HEADER)
-        stack.callback(text.close)
+        text = stack.enter_context(GrowingText(path, CSV_HEADER))
         yield lambda scan, segments: text.append(csv_lines(scan, segments))
     if (path := outputs.geojson) is not None:
         features = stack.enter_context(GrowingGeoJson(path, frame="sensor", unit="metre"))

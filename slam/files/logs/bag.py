@@ -4,6 +4,7 @@ Odometry is that of ``nav_msgs/Odometry``, or else the transforms from ``odom`` 
 comes from the transforms. A log of this project says besides where in the map it began, and what was true.
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -13,23 +14,22 @@ import numpy as np
 from slam.errors import LogError
 from slam.files.fields import BadLine
 from slam.files.logs.bag_contents import BagContents, BagScan, parse_laser_scan
-from slam.files.logs.bag_files import Messages
 from slam.files.logs.bag_poses import FrameTree, Track
 from slam.files.logs.log import BagTopics, Log, scan_time
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import in_order
 from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_transforms
-from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE
+from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE, RawMessage
 from slam.pose import FloatArray, Pose2D, relative_poses
 
 _BASES: Final = ("base_link", "base_footprint")
 
 
-def read(path: Path, messages: Messages, topics: BagTopics) -> Log:
+def read(path: Path, messages: Iterable[RawMessage], topics: BagTopics) -> Log:
     """The log in these messages; LogError when it holds no scan, or more topics than one and none is chosen."""
     statistics = ReadStatistics(path)
     try:
-        contents = BagContents.read(messages(path), statistics)
+        contents = BagContents.read(messages, statistics)
     except OSError as error:
         raise LogError(f"{path}: cannot be read: {error.strerror or error}") from error
     scans = _scans(contents, topics.scan)

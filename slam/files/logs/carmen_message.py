@@ -21,7 +21,7 @@ class Message:
 
     line: int
     fan: Lidar
-    """``range_max`` is inf when the message does not say; it says nothing of ``range_min`` and ``scan_time``, both 0."""
+    """``range_max`` is inf when the message does not say; ``range_min`` and ``scan_time`` are 0, as it never says."""
     ranges: FloatArray
     T_odom_laser: tuple[float, float, float]
     T_odom_base: tuple[float, float, float]

@@ -7,8 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from slam.console.terminal_table import TerminalTable
-from slam.errors import InputError
-from slam.files.atomic_files import atomic_file, write_atomic
+from slam.files.atomic_files import atomic_file, require_writable, write_atomic
 from slam.pose import FloatArray, Pose2D
 from slam.run.calibration.calibrate import Calibration, wheel_settings
 from slam.run.calibration.wheel_fit import WheelFit, corrected
@@ -81,7 +80,5 @@ def write_wheels(path: Path, onto: str, scenario: Scenario, backend: str, found:
         f"# Two standard errors of the factors, from square to square: left wheel {2.0 * errors.left:.5f}, right wheel "
         f"{2.0 * errors.right:.5f}, track {2.0 * errors.track:.5f}.\n"
     )
-    try:
+    with require_writable(path, "choose another --out FILE"):
         write_atomic(path, note + yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --out FILE") from error

@@ -7,7 +7,7 @@ from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLi
 from rosbags.rosbag2 import Writer
 
 from slam.files.atomic_files import atomic_file, atomic_folder
-from slam.files.logs.bag_files import RUN_LOG
+from slam.files.logs.read import RUN_LOG
 from slam.files.ros.encoder import Encoder
 from slam.files.ros.mcap_files import McapWriter
 from slam.files.ros.messages import TF_STATIC, ros2_types

@@ -9,7 +9,7 @@ from PIL import Image
 from scipy.spatial import cKDTree
 
 from slam.errors import InputError
-from slam.files.atomic_files import atomic_file
+from slam.files.atomic_files import atomic_file, require_writable
 from slam.pose import FloatArray, Pose2D
 from slam.run.report.map_canvas import MapCanvas
 from slam.run.results.run_record import RunRecord
@@ -77,14 +77,11 @@ def write_animation(record: RunRecord, path: Path, seconds: float = 8.0, width: 
     frames = list(_frames(record, round(seconds * _RATE), width))
     durations = [round(1000 / _RATE)] * (len(frames) - 1) + [_STILL]
     options = {"quality": 70, "method": 4} if path.suffix == ".webp" else {"optimize": True}
-    try:
-        with atomic_file(path) as draft:
-            frames[0].save(
-                draft, format=_FORMATS[path.suffix], save_all=True, append_images=frames[1:], duration=durations,
-                loop=0, **options,
-            )  # fmt: skip
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --out FILE") from error
+    with require_writable(path, "choose another --out FILE"), atomic_file(path) as draft:
+        frames[0].save(
+            draft, format=_FORMATS[path.suffix], save_all=True, append_images=frames[1:], duration=durations,
+            loop=0, **options,
+        )  # fmt: skip
 
 
 def _frames(record: RunRecord, count: int, width: int) -> Iterator[Image.Image]:

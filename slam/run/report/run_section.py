@@ -13,17 +13,10 @@ from markupsafe import Markup
 
 from slam.config import SlamConfig
 from slam.run.pictures.map_picture import contents_of, end_error_text, map_figure
+from slam.run.report import run_plots
 from slam.run.report.faults import faults
 from slam.run.report.inline_svg import THEMED, inline_figures
-from slam.run.report.run_plots import (
-    CAPTIONS,
-    SIGMAS,
-    distance_figure,
-    error_figure,
-    has_variance,
-    iterations_figure,
-    timing_figure,
-)
+from slam.run.report.run_plots import CAPTIONS, SIGMAS
 from slam.run.results.metrics import measure
 from slam.run.results.run_record import RunRecord
 from slam.scenario.schema import Scenario
@@ -140,13 +133,13 @@ def _plots(record: RunRecord, key: str) -> list[tuple[Markup, str]]:
     contents = contents_of(record)
     ends = "" if contents.truth is None else f" {end_error_text(contents, contents.truth)}."
     claimed = f" The band is ±{SIGMAS:g} standard deviations, as the estimate claims them."
-    band = claimed if known and has_variance(traces, "cov_xx") else ""
+    band = claimed if known and run_plots.has_variance(traces, "cov_xx") else ""
     figures = {
         "map": (map_figure(contents, THEMED, 8.4, bare=True), f"From above, metres.{ends}"),
-        "errors": (error_figure(traces, THEMED), f"{against}, scan by scan.{band}"),
-        "distance": (distance_figure([("", traces)], THEMED), CAPTIONS["distance"]),
-        "iterations": (iterations_figure(alone, THEMED), CAPTIONS["iterations"]),
-        "timing": (timing_figure(alone, THEMED), CAPTIONS["timing"]),
+        "errors": (run_plots.error_figure(traces, THEMED), f"{against}, scan by scan.{band}"),
+        "distance": (run_plots.distance_figure([("", traces)], THEMED), CAPTIONS["distance"]),
+        "iterations": (run_plots.iterations_figure(alone, THEMED), CAPTIONS["iterations"]),
+        "timing": (run_plots.timing_figure(alone, THEMED), CAPTIONS["timing"]),
     }
     return inline_figures(figures, key)
 

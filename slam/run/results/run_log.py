@@ -5,8 +5,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from slam.closing import Closing
 from slam.errors import InputError
-from slam.files.logs.bag_files import RUN_LOG
+from slam.files.logs.read import RUN_LOG
 from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_scan, decode_transforms
 from slam.files.ros.encoder import Encoder, nanoseconds
 from slam.files.ros.mcap_files import McapWriter, mcap_messages
@@ -23,7 +24,7 @@ _BYTES_BESIDE: Final = 1300
 """Size of a scan's other messages."""
 
 
-class RunLog:
+class RunLog(Closing):
     """A watcher that appends every step to ``log.mcap``; of a step, the scan comes last."""
 
     def __init__(self, folder: Path, T_base_laser: Pose2D) -> None:

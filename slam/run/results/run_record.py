@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from slam.errors import InputError
-from slam.files.logs.bag_files import RUN_LOG
+from slam.files.logs.read import RUN_LOG
 from slam.files.maps.file import read_map
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
@@ -78,7 +78,11 @@ class RunRecord:
     def segments(self) -> tuple[IntArray, FloatArray]:
         """Segments of the mapped scans: the number of the scan of each, (M,), and its start and end, (M, 2, 2), metres,
         map frame."""
-        features = self._features()
+        path = self.folder / "lines.geojson"
+        try:
+            features = json.loads(path.read_bytes())["features"]
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise InputError(f"{path}: cannot be read: {error}; give the folder of a run") from error
         scans = np.array([feature["properties"]["scan"] for feature in features], np.int64)
         return scans, np.array([f["geometry"]["coordinates"] for f in features], np.float64).reshape(-1, 2, 2)
 
@@ -92,14 +96,6 @@ class RunRecord:
     def walls(self) -> FloatArray:
         """The map of lines: start and end of each, (M, 2, 2), metres, map frame. Without a saved map, every segment."""
         return self.segments[1] if self.saved_map is None else self.saved_map.mapper.map.ends
-
-    def _features(self) -> list[dict[str, Any]]:
-        path = self.folder / "lines.geojson"
-        try:
-            features: list[dict[str, Any]] = json.loads(path.read_bytes())["features"]
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise InputError(f"{path}: cannot be read: {error}; give the folder of a run") from error
-        return features
 
 
 def _fault(folder: Path) -> str:

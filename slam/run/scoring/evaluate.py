@@ -9,8 +9,15 @@ from slam.errors import InputError
 from slam.files.tum import read_tum
 from slam.pose import FloatArray
 from slam.run.results.run_record import RunRecord
-from slam.run.scoring.pose_errors import PoseErrors, absolute_errors, errors_by_frames, errors_by_path, poses_at
-from slam.run.scoring.relations import read_relations, relation_errors
+from slam.run.scoring.pose_errors import (
+    PoseErrors,
+    absolute_errors,
+    errors_by_frames,
+    errors_by_path,
+    poses_at,
+    read_relations,
+    relation_errors,
+)
 
 Unit = Literal["m", "frames"]
 
@@ -62,11 +69,10 @@ def against_reference(
     poses, truth = at.poses[at.known], reference.poses[at.known]
     if len(poses) < 3:
         raise InputError(f"the two trajectories share {len(poses)} stamps; need 3, on one clock, within {gap:g} s")
-    relative = (
-        errors_by_path(poses, truth, delta.size)
-        if delta.unit == "m"
-        else errors_by_frames(poses, truth, round(delta.size))
-    )
+    if delta.unit == "m":
+        relative = errors_by_path(poses, truth, delta.size)
+    else:
+        relative = errors_by_frames(poses, truth, round(delta.size))
     name = f"RPE over {delta.size:g} {delta.unit}"
     return (
         Score("ATE, aligned" if align else "ATE", absolute_errors(poses, truth, align), len(reference.stamps)),

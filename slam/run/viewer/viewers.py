@@ -8,8 +8,9 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from shutil import copyfile
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final
 
+from slam.closing import Closing
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 from slam.run.viewer.rerun_program import is_listening
@@ -28,8 +29,8 @@ _QUIET: Final = "warn,re_grpc_client=off,re_sdk::recording_stream=off"
 """Log levels of rerun: this program itself says, in one line, that a viewer has gone."""
 
 
-class Viewers:
-    """Everything that ``--rerun`` asks for. Leaving the block ends the servers; a viewer's window stays."""
+class Viewers(Closing):
+    """Everything that ``--rerun`` asks for. Closing ends the servers; a viewer's window stays."""
 
     def __init__(self, targets: str | Iterable[str] = (), console: Terminal | None = None) -> None:
         self._targets = parse_targets(targets)
@@ -105,17 +106,15 @@ class Viewers:
         self.say(f"recording in {path}")
 
     def _sent(self, recording: Path, url: str) -> None:
-        from slam.run.viewer.sinks import send_file
+        from slam.run.viewer.broadcast import send_file
 
         if not is_listening(url):
             raise InputError(f"--rerun connect: no viewer at {url}; start one there with: rerun")
         send_file(recording, url)
         self.say(f"sent to {url}")
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *raised: object) -> None:
+    def close(self) -> None:
+        """End the servers."""
         for _, server in self._servers:
             server.terminate()
             server.wait()

@@ -26,7 +26,8 @@ METHODS: Final = ("paper", "chi_square")
 def csv_lines(scan: int, segments: Segments) -> str:
     """One line a segment, with its end; the covariance is empty where the method gives none."""
     rows = ([scan, *start, *end, *rest] for start, end, *rest in _values(segments))
-    return "".join(",".join(_text(value) for value in row) + "\n" for row in rows)
+    texts = (["" if value is None else f"{value:.9g}" for value in row] for row in rows)
+    return "".join(",".join(row) + "\n" for row in texts)
 
 
 def geojson_features(scan: int, segments: Segments) -> Iterator[dict[str, Any]]:
@@ -44,10 +45,6 @@ def _values(segments: Segments) -> Iterator[tuple[Any, ...]]:
         variances = [rho_rho, theta_theta, rho_theta]
     columns = (segments.start, segments.end, segments.counts, segments.rho, segments.theta)
     return zip(*(column.tolist() for column in columns), *variances, strict=True)
-
-
-def _text(value: float | None) -> str:
-    return "" if value is None else f"{value:.9g}"
 
 
 @dataclass(frozen=True, slots=True)

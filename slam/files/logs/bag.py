@@ -16,9 +16,8 @@ from slam.files.fields import BadLine
 from slam.files.logs.bag_contents import BagContents, BagScan, parse_laser_scan
 from slam.files.logs.bag_poses import FrameTree, Track
 from slam.files.logs.log import BagTopics, Log, scan_time
-from slam.files.logs.read_statistics import ReadStatistics
-from slam.files.logs.stamps import in_order
-from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_transforms
+from slam.files.logs.read_statistics import ReadStatistics, in_order
+from slam.files.ros.decoder import Transform, decode_odometry, decode_pose
 from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE, RawMessage
 from slam.pose import FloatArray, Pose2D, relative_poses
 
@@ -56,8 +55,7 @@ def _scans(contents: BagContents, topic: str | None) -> list[BagScan]:
 def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None) -> Log:
     statistics = contents.statistics
     stamps = np.array([scan.stamp for scan in scans])
-    static = _transforms(contents, static=True)
-    moving = _transforms(contents, static=False)
+    static, moving = contents.transforms(static=True), contents.transforms(static=False)
     track, base = _odometry(contents, odometry_topic, moving)
     T_odom_base = np.zeros((len(scans), 3)) if track is None else track.poses_at(stamps)
     if track is None:
@@ -79,10 +77,6 @@ def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None
         start=_start(moving, Pose2D.from_array(T_odom_base[0])),
         T_map_base=_truth(contents, stamps),
     )
-
-
-def _transforms(contents: BagContents, static: bool) -> list[Transform]:
-    return [one for many in contents.decoded(contents.transforms(static), decode_transforms) for one in many]
 
 
 def _odometry(contents: BagContents, topic: str | None, moving: list[Transform]) -> tuple[Track | None, str]:
@@ -110,10 +104,8 @@ def _mount(tree: FrameTree, base: str, laser: str, statistics: ReadStatistics, m
 
 def _start(moving: list[Transform], first: Pose2D) -> Pose2D:
     """``T_map_base`` at the first scan, where a map is known; identity otherwise."""
-    for link in moving:
-        if (link.frame, link.child) == ("map", "odom"):
-            return link.pose @ first
-    return Pose2D()
+    starts = (link.pose @ first for link in moving if (link.frame, link.child) == ("map", "odom"))
+    return next(starts, Pose2D())
 
 
 def _truth(contents: BagContents, stamps: FloatArray) -> FloatArray | None:

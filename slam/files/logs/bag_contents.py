@@ -11,7 +11,16 @@ import numpy as np
 from slam.errors import LogError
 from slam.files.fields import BadLine
 from slam.files.logs.read_statistics import ReadStatistics
-from slam.files.ros.decoder import decimal, decimal_ranges, decode, exact_bearings, frame_name, seconds
+from slam.files.ros.decoder import (
+    Transform,
+    decimal,
+    decimal_ranges,
+    decode,
+    decode_transforms,
+    exact_bearings,
+    frame_name,
+    seconds,
+)  # fmt: skip
 from slam.files.ros.messages import GROUND_TRUTH, LASER_SCAN, ODOMETRY, POSE, TF_STATIC, TRANSFORMS, RawMessage
 from slam.files.text_lines import TruncatedFile
 from slam.lidars import Lidar
@@ -61,10 +70,11 @@ class BagContents:
             )
         return next(iter(topics.values()), [])
 
-    def transforms(self, static: bool) -> list[Numbered]:
-        """The messages of ``/tf_static``, or those of all other topics of transforms."""
+    def transforms(self, static: bool) -> list[Transform]:
+        """The transforms of ``/tf_static``, or those of all other topics."""
         topics = self.by_type.get(TRANSFORMS, {})
-        return [raw for topic, raws in topics.items() if (topic == TF_STATIC) == static for raw in raws]
+        raws = [raw for topic, raws in topics.items() if (topic == TF_STATIC) == static for raw in raws]
+        return [one for many in self.decoded(raws, decode_transforms) for one in many]
 
     def decoded(self, raws: Iterable[Numbered], decode: Callable[[RawMessage], Value]) -> Iterator[Value]:
         """The values of the messages; those that are garbled are skipped."""

@@ -13,8 +13,7 @@ import numpy as np
 from slam.files.fields import BadLine
 from slam.files.logs.carmen_message import PARSERS, Message, params_of, parse_param, twists
 from slam.files.logs.log import Log, scan_time
-from slam.files.logs.read_statistics import ReadStatistics
-from slam.files.logs.stamps import in_order
+from slam.files.logs.read_statistics import ReadStatistics, in_order
 from slam.lidars import Lidar
 from slam.pose import FloatArray, Pose2D, relative_poses, wrap_angle
 

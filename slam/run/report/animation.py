@@ -56,11 +56,6 @@ class SeenSegments:
         return ends
 
 
-def growing_lines(record: RunRecord) -> SeenWalls | SeenSegments:
-    """Walls of a run with a saved map, segments of another one."""
-    return SeenSegments(record) if record.saved_map is None else SeenWalls(record.walls)
-
-
 def _pieces(walls: FloatArray) -> FloatArray:
     """The walls cut into short pieces, (P, 2, 2)."""
     parts = [np.empty((0, 2, 2))]
@@ -86,7 +81,8 @@ def write_animation(record: RunRecord, path: Path, seconds: float = 8.0, width: 
 
 def _frames(record: RunRecord, count: int, width: int) -> Iterator[Image.Image]:
     """``count`` pictures, evenly over the scans of the run, the last scan among them."""
-    canvas, lines, traces = MapCanvas(record, width), growing_lines(record), record.traces
+    canvas, traces = MapCanvas(record, width), record.traces
+    lines = SeenSegments(record) if record.saved_map is None else SeenWalls(record.walls)
     shown = set(np.unique(np.linspace(0, len(traces.stamps) - 1, count).astype(int)).tolist())
     for k, observation in enumerate(record.observations()):
         if k in shown:

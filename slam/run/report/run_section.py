@@ -64,24 +64,18 @@ class RunSection:
 
     name: str
     """Unique on the page."""
-    description: str
-    folder: str
+    record: RunRecord
     date: str
     version: str
     ending: str
     metrics: Mapping[str, Any]
     faults: list[str]
-    log_report: str
-    outlined: bool
-    """True where the true walls are known ..."""
-    truth_known: bool
-    """... and the true way."""
     plots: list[tuple[Markup, str]]
     """Each with its caption; the map first."""
     timing: list[tuple[str, list[str]]]
     """Milliseconds at the PERCENTILES."""
     changes: list[Change]
-    config: str
+    config_text: str
     command: str
 
 
@@ -90,20 +84,16 @@ def run_section(record: RunRecord, key: str, name: str) -> RunSection:
     metrics = measure(record.folder) if record.metrics is None else record.metrics
     return RunSection(
         name=name,
-        description=record.config.description,
-        folder=str(record.folder),
+        record=record,
         date=_date(record, metrics),
         version=metrics.get("version", version("hopslam")),
         ending=metrics.get("ending", "cut off"),
         metrics=metrics,
         faults=faults(record, metrics),
-        log_report=str(metrics.get("log_report", "")),
-        outlined=bool(record.outlines),
-        truth_known=record.traces.truth is not None,
         plots=_plots(record, key),
         timing=_timing(record),
         changes=changes(record.config),
-        config=(record.folder / "config.yaml").read_text(encoding="utf-8"),
+        config_text=(record.folder / "config.yaml").read_text(encoding="utf-8"),
         command=command(record, metrics),
     )
 

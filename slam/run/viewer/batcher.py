@@ -80,7 +80,7 @@ class Batch(NamedTuple):
     map: MapSnapshot | None
 
     def chunks(self, plots: Sequence[str]) -> Iterator[Chunk]:
-        """The batch as rerun takes it."""
+        """Chunks of the batch, as rerun takes them."""
         if self.frames:
             yield from frame_chunks(self.frames)
         if self.trail:

@@ -34,13 +34,15 @@ class Chunk:
 
 def frame_chunks(frames: Sequence[Frame]) -> Iterator[Chunk]:
     """Everything that is drawn of these scans but their strokes."""
-    when = times_of(frames)
+    when = _times_of(frames)
     counts = [len(frame.points) for frame in frames]
     positions = at_height(_rounded(np.concatenate([frame.points for frame in frames])), 0.0)
     colours = np.concatenate([frame.point_colours for frame in frames])
     yield Chunk("map/scan", when, rr.Points3D.columns(positions=positions, colors=colours).partition(counts))
     yield Chunk("map/segments", when, _segments(frames))
-    yield Chunk("map/robot", when, [*_transforms(frames), *_ellipses(frames), *_unconstrained_arrows(frames)])
+    poses = stack_poses(frame.robot for frame in frames)
+    places = rr.Transform3D.columns(translation=at_height(poses[:, :2], 0.06), quaternion=_yaw_quaternions(poses[:, 2]))
+    yield Chunk("map/robot", when, [*places, *_ellipses(frames), *_unconstrained_arrows(frames)])
 
 
 def _rounded(points: FloatArray) -> FloatArray:
@@ -57,11 +59,6 @@ def _segments(frames: Sequence[Frame]) -> list[Any]:
     marks = np.tile(np.array([START_MARK, END_MARK], np.uint32), len(ends))
     points = rr.Points3D.columns(positions=ends.reshape(-1, 3), colors=marks).partition([2 * count for count in counts])
     return [*lines, *points]
-
-
-def _transforms(frames: Sequence[Frame]) -> Any:
-    poses = stack_poses(frame.robot for frame in frames)
-    return rr.Transform3D.columns(translation=at_height(poses[:, :2], 0.06), quaternion=_yaw_quaternions(poses[:, 2]))
 
 
 def _ellipses(frames: Sequence[Frame]) -> Any:
@@ -114,7 +111,7 @@ def stroke_chunks(before: Frame | None, frames: Sequence[Frame]) -> Iterator[Chu
 
 def plot_chunks(frames: Sequence[Frame], names: Sequence[str]) -> Iterator[Chunk]:
     """The points of these curves at these scans."""
-    when = times_of(frames)
+    when = _times_of(frames)
     for name in names:
         values = np.array([PLOTS[name].values(frame) for frame in frames], np.float64)
         columns = rr.Scalars.columns(scalars=values.ravel()).partition([values.shape[1]] * len(frames))
@@ -142,7 +139,7 @@ def at_height(points: FloatArray, height: float) -> Float32Array:
     return lifted
 
 
-def times_of(frames: Sequence[Frame]) -> tuple[rr.TimeColumn, ...]:
+def _times_of(frames: Sequence[Frame]) -> tuple[rr.TimeColumn, ...]:
     """Times of these scans on both timelines."""
     return _times([frame.index for frame in frames], [frame.stamp for frame in frames])
 

@@ -124,7 +124,7 @@ def test_no_screen_is_one_line_and_no_failure(
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr("slam.run.viewer.viewers.is_listening", lambda url: False)
+    monkeypatch.setattr("slam.run.viewer.rerun_program.is_listening", lambda url: False)
     with Viewers(["spawn"], Terminal()) as viewers:
         broadcast = viewers.open(SCENE)
         assert broadcast is not None

@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from slam.closing import Closing
 from slam.errors import InputError
@@ -53,7 +53,16 @@ def atomic_folder(path: Path) -> Iterator[Path]:
         shutil.rmtree(drafts, ignore_errors=True)
 
 
-class GrowingText(Closing):
+class _GrowingFile(Closing):
+    _file: IO[Any]
+
+    def close(self) -> None:
+        """Put everything on the disk."""
+        os.fsync(self._file.fileno())
+        self._file.close()
+
+
+class GrowingText(_GrowingFile):
     """A text file to which whole lines are appended; each is handed to the system at once."""
 
     def __init__(self, path: Path, header: str = "") -> None:
@@ -65,11 +74,6 @@ class GrowingText(Closing):
         self._file.write(text)
         self._file.flush()
 
-    def close(self) -> None:
-        """Put everything on the disk."""
-        os.fsync(self._file.fileno())
-        self._file.close()
-
 
 def line_feature(coordinates: Any, properties: dict[str, Any]) -> dict[str, Any]:
     """A GeoJSON feature: a LineString through these coordinates."""
@@ -80,7 +84,7 @@ def line_feature(coordinates: Any, properties: dict[str, Any]) -> dict[str, Any]
     }
 
 
-class GrowingGeoJson(Closing):
+class GrowingGeoJson(_GrowingFile):
     """A GeoJSON FeatureCollection that is valid after every append: the new features overwrite its closing brackets."""
 
     _CLOSE = b"\n]}\n"
@@ -98,8 +102,3 @@ class GrowingGeoJson(Closing):
             self._file.seek(-len(self._CLOSE), os.SEEK_END)
             self._file.write(("\n" if self._empty else ",\n").encode() + text.encode() + self._CLOSE)
             self._empty = False
-
-    def close(self) -> None:
-        """Put everything on the disk."""
-        os.fsync(self._file.fileno())
-        self._file.close()

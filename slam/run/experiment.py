@@ -38,7 +38,7 @@ from slam.scenario.schema import Scenario
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a run left behind."""
+    """Folder, ending and metrics of a run."""
 
     folder: Path
     ending: Ending

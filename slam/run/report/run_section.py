@@ -109,7 +109,7 @@ def command(record: RunRecord, metrics: Mapping[str, Any]) -> str:
 
 
 def _date(record: RunRecord, metrics: Mapping[str, Any]) -> str:
-    """When the run began; of one that was cut off, when its settings were written."""
+    """Date on which the run began; of one that was cut off, that of its settings."""
     if "began" in metrics:
         return datetime.fromisoformat(metrics["began"]).strftime("%Y-%m-%d %H:%M")
     written = os.stat(record.folder / "config.yaml").st_mtime  # noqa: PTH116

@@ -52,8 +52,6 @@ def _looks() -> Iterator[tuple[str, rr.AsComponents]]:
     trajectories = (("slam", palette.SLAM, 1.8), ("odometry", palette.ODOMETRY, 1.2), ("truth", palette.TRUTH, 0.6))
     for name, colour, width in trajectories:
         yield f"map/trajectory/{name}", rr.LineStrips3D.from_fields(colors=colour, radii=points(width))
-    yield (
-        "map/robot",
-        rr.Ellipsoids3D.from_fields(colors=palette.UNSURE, line_radii=points(1.0), fill_mode="MajorWireframe"),
-    )
+    ellipses = rr.Ellipsoids3D.from_fields(colors=palette.UNSURE, line_radii=points(1.0), fill_mode="MajorWireframe")
+    yield "map/robot", ellipses
     yield "map/robot", rr.Arrows3D.from_fields(colors=palette.UNSURE, radii=points(1.5))

@@ -15,14 +15,7 @@ from urllib.parse import urlsplit
 from slam.closing import Closing
 from slam.console.terminal import Terminal
 from slam.errors import InputError
-from slam.run.viewer.rerun_program import (
-    data_address,
-    has_display,
-    is_listening,
-    page_address,
-    serve_page,
-    spawn_viewer,
-)  # fmt: skip
+from slam.run.viewer import rerun_program
 from slam.scenario.settings import one_or_several
 
 if TYPE_CHECKING:
@@ -154,24 +147,24 @@ class Viewers(Closing):
         return self._served(target.port) if target.kind == "serve" else target.url
 
     def _spawned(self, *files: Path) -> str | None:
-        url = data_address(GRPC_PORT)
-        if not files and is_listening(url):
+        url = rerun_program.data_address(GRPC_PORT)
+        if not files and rerun_program.is_listening(url):
             return url
-        if not has_display():
+        if not rerun_program.has_display():
             self.say(NO_DISPLAY)
             return None
-        spawn_viewer("auto" if files else str(GRPC_PORT), *files)
+        rerun_program.spawn_viewer("auto" if files else str(GRPC_PORT), *files)
         return url
 
     def _served(self, port: int, *files: Path) -> str:
-        self._servers.append((page_address(port), serve_page(port, *files)))
-        self.say(f"viewer: {page_address(port)}")
-        return data_address(port + 1)
+        self._servers.append((rerun_program.page_address(port), rerun_program.serve_page(port, *files)))
+        self.say(f"viewer: {rerun_program.page_address(port)}")
+        return rerun_program.data_address(port + 1)
 
     def _send_file(self, recording: Path, url: str) -> None:
         from slam.run.viewer.broadcast import send_file
 
-        if not is_listening(url):
+        if not rerun_program.is_listening(url):
             raise InputError(f"--rerun connect: no viewer at {url}; start one there with: rerun")
         send_file(recording, url)
         self.say(f"sent to {url}")

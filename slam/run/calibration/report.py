@@ -27,9 +27,8 @@ def summary(calibration: Calibration) -> TerminalTable:
     rows = [(name, f"{value:.5f} +- {2.0 * error:.5f}") for name, value, error in factors]
     rows.append(("right wheel to left wheel", f"{fit.right / fit.left:.5f}"))
     for name, wheels in (("before", WheelFit()), ("after", fit)):
-        rows.append(
-            (f"misses the end of a square, {name}", f"{100.0 * calibration.worst_closing_error(wheels):.2f} cm")
-        )
+        error = 100.0 * calibration.worst_closing_error(wheels)
+        rows.append((f"misses the end of a square, {name}", f"{error:.2f} cm"))
     return TerminalTable(("", ""), rows)
 
 

@@ -17,8 +17,7 @@ from slam.bench.slam_report import slam_tables
 from slam.config import SlamConfig
 from slam.console.terminal import Terminal
 from slam.pose import FloatArray
-from slam.run.scoring.pose_errors import absolute_error, poses_at, relative_error
-from slam.run.scoring.relations import read_relations, relation_errors
+from slam.run.scoring.pose_errors import absolute_error, poses_at, read_relations, relation_errors, relative_error
 
 
 def wander(seed: int, count: int = 60) -> FloatArray:

@@ -41,7 +41,7 @@ THREE = log_of([10.0, 10.5, 11.0], [Pose2D(), Pose2D(1.0), Pose2D(1.0, 0.0, 0.25
 def test_scans_come_in_order_and_end() -> None:
     with ReplayRobot(THREE) as robot:
         assert len(robot) == 3
-        assert robot.lidar == THREE.lidar
+        assert robot.log.lidar == THREE.lidar
         assert robot.T_base_laser == Pose2D(0.2)
         seen = [robot.observe() for _ in range(5)]
     assert seen[3:] == [None, None]
@@ -50,7 +50,7 @@ def test_scans_come_in_order_and_end() -> None:
         assert observation.T_map_base is None
         assert observation.scan.stamp == observation.odometry.stamp == THREE.stamps[index]
         assert observation.odometry.T_odom_base == THREE.pose(index)
-        assert observation.scan.lidar == robot.lidar
+        assert observation.scan.lidar == robot.log.lidar
         np.testing.assert_array_equal(observation.scan.ranges, THREE.ranges[index])
 
 

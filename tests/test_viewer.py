@@ -30,8 +30,7 @@ from slam.run.viewer.broadcast import Broadcast
 from slam.run.viewer.live_run import EventDetector, RunViewer, coloured, frame_of
 from slam.run.viewer.palette import NO_SEGMENT, wall_colours
 from slam.run.viewer.scene import PLOTS, Scene
-from slam.run.viewer.targets import Target, parse_target, parse_targets
-from slam.run.viewer.viewers import NO_DISPLAY, Viewers
+from slam.run.viewer.viewers import NO_DISPLAY, Target, Viewers, parse_target, parse_targets
 from slam.scan import LaserScan
 
 RERUN = [sys.executable, "-m", "rerun_cli"]
@@ -125,7 +124,7 @@ def test_no_screen_is_one_line_and_no_failure(
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr("slam.run.viewer.viewers.is_listening", lambda url: False)
+    monkeypatch.setattr("slam.run.viewer.rerun_program.is_listening", lambda url: False)
     with Viewers(["spawn"], Terminal()) as viewers:
         broadcast = viewers.open(SCENE)
         assert broadcast is not None

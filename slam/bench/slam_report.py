@@ -19,8 +19,7 @@ from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.files.tum import read_tum
 from slam.pose import FloatArray, relative_poses, wrap_angle
-from slam.run.scoring.pose_errors import absolute_error, poses_at, relative_error
-from slam.run.scoring.relations import read_relations, relation_errors
+from slam.run.scoring.pose_errors import absolute_error, poses_at, read_relations, relation_errors, relative_error
 
 WORKERS: Final = 2
 DOUBLED_NOISE: Final = "corridor, noise x 2"

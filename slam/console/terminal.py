@@ -6,7 +6,7 @@ Text is printed as it is, character by character: rich's markup would take ``[m]
 from __future__ import annotations
 
 import sys
-from typing import IO, TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.text import Text
@@ -19,19 +19,9 @@ if TYPE_CHECKING:
 class Terminal(Console):
     """A console without markup. Long lines are left to the terminal to wrap, so that a copy of one is whole."""
 
-    def __init__(
-        self,
-        *,
-        stderr: bool = False,
-        quiet: bool = False,
-        file: IO[str] | None = None,
-        width: int | None = None,
-        force_terminal: bool | None = None,
-    ) -> None:
-        super().__init__(
-            stderr=stderr, quiet=quiet, file=file, width=width, force_terminal=force_terminal,
-            markup=False, emoji=False, highlight=False, soft_wrap=True,
-        )  # fmt: skip
+    def __init__(self, **options: Any) -> None:
+        """Take the other options of rich's Console."""
+        super().__init__(markup=False, emoji=False, highlight=False, soft_wrap=True, **options)
 
     def waiting(self, text: str) -> Live:
         """A spinner beside the text while the block runs, drawn where ``progress`` draws its bar."""

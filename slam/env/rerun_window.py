@@ -12,8 +12,7 @@ from slam.run.step import Step
 from slam.run.viewer.live_run import RunViewer
 from slam.run.viewer.rerun_program import data_address, has_display, is_listening
 from slam.run.viewer.scene import Scene
-from slam.run.viewer.targets import GRPC_PORT
-from slam.run.viewer.viewers import Viewers
+from slam.run.viewer.viewers import GRPC_PORT, Viewers
 
 
 class RerunWindow:

@@ -6,9 +6,10 @@ import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from slam.closing import Closing
+from slam.errors import InputError
 
 
 def write_atomic(path: Path, text: str) -> None:
@@ -17,6 +18,15 @@ def write_atomic(path: Path, text: str) -> None:
         file.write(text)
         file.flush()
         os.fsync(file.fileno())
+
+
+@contextmanager
+def require_writable(path: Path | None, remedy: str) -> Iterator[None]:
+    """Raise InputError, which ends with the remedy, where the path (None: any file) cannot be written in the block."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"{path or error.filename}: cannot be written: {error.strerror}; {remedy}") from error
 
 
 @contextmanager
@@ -43,7 +53,16 @@ def atomic_folder(path: Path) -> Iterator[Path]:
         shutil.rmtree(drafts, ignore_errors=True)
 
 
-class GrowingText:
+class _GrowingFile(Closing):
+    _file: IO[Any]
+
+    def close(self) -> None:
+        """Put everything on the disk."""
+        os.fsync(self._file.fileno())
+        self._file.close()
+
+
+class GrowingText(_GrowingFile):
     """A text file to which whole lines are appended; each is handed to the system at once."""
 
     def __init__(self, path: Path, header: str = "") -> None:
@@ -55,11 +74,6 @@ class GrowingText:
         self._file.write(text)
         self._file.flush()
 
-    def close(self) -> None:
-        """Put everything on the disk."""
-        os.fsync(self._file.fileno())
-        self._file.close()
-
 
 def line_feature(coordinates: Any, properties: dict[str, Any]) -> dict[str, Any]:
     """A GeoJSON feature: a LineString through these coordinates."""
@@ -70,7 +84,7 @@ def line_feature(coordinates: Any, properties: dict[str, Any]) -> dict[str, Any]
     }
 
 
-class GrowingGeoJson(Closing):
+class GrowingGeoJson(_GrowingFile):
     """A GeoJSON FeatureCollection that is valid after every append: the new features overwrite its closing brackets."""
 
     _CLOSE = b"\n]}\n"
@@ -88,8 +102,3 @@ class GrowingGeoJson(Closing):
             self._file.seek(-len(self._CLOSE), os.SEEK_END)
             self._file.write(("\n" if self._empty else ",\n").encode() + text.encode() + self._CLOSE)
             self._empty = False
-
-    def close(self) -> None:
-        """Put everything on the disk."""
-        os.fsync(self._file.fileno())
-        self._file.close()

@@ -22,7 +22,7 @@ class TruncatedFile(LogError):
 def read_lines(path: Path) -> Generator[tuple[int, bytes], None, None]:
     """The lines of a file, without their ends, numbered from 1; gzip is known by its first bytes.
 
-    Raises LogError when the file cannot be read, and CutShort after the last whole line of a damaged gzip file.
+    Raises LogError when the file cannot be read, and TruncatedFile after the last whole line of a damaged gzip file.
     """
     try:
         if not path.is_file():

@@ -44,7 +44,9 @@ def read_tum(path: str | Path) -> tuple[FloatArray, FloatArray]:
     table = np.array(rows)
     if (np.diff(table[:, 0]) <= 0.0).any():
         raise LogError(f"{path}: the stamps do not increase; sort the poses by stamp, one for each")
-    return table[:, 0], np.column_stack([table[:, 1:3], _heading(*table[:, 4:].T)])
+    qx, qy, qz, qw = table[:, 4:].T
+    headings = np.arctan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+    return table[:, 0], np.column_stack([table[:, 1:3], headings])
 
 
 def _parse(words: list[bytes], where: str) -> list[float]:
@@ -52,8 +54,3 @@ def _parse(words: list[bytes], where: str) -> list[float]:
     if abs(np.linalg.norm(values[4:]) - 1.0) > _UNIT:
         raise LogError(f"{where}: qx qy qz qw are no unit quaternion; need {_COLUMNS}")
     return values
-
-
-def _heading(qx: FloatArray, qy: FloatArray, qz: FloatArray, qw: FloatArray) -> FloatArray:
-    """Rotation about z, radians, of the quaternions' x axis as seen from above."""
-    return np.arctan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))

@@ -38,7 +38,7 @@ from slam.scenario.schema import Scenario
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What a run left behind."""
+    """Folder, ending and metrics of a run."""
 
     folder: Path
     ending: Ending
@@ -121,11 +121,9 @@ class Experiment:
     ) -> tuple[Ending, HopslamError | None]:
         """The loop, with its watchers, whose files are closed whatever ends it."""
         with ExitStack() as stack:
-            recorder = Recorder(folder, self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser)
-            stack.callback(recorder.close)
-            log = RunLog(folder, self.slam.T_base_laser)
-            stack.callback(log.close)
-            watchers: list[Watcher] = [recorder, log]
+            T_map_odom, T_base_laser = self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser
+            watchers: list[Watcher] = [stack.enter_context(Recorder(folder, T_map_odom, T_base_laser))]
+            watchers.append(stack.enter_context(RunLog(folder, T_base_laser)))
             viewer = None
             if (broadcast := viewers.open(self.scene, folder)) is not None:
                 viewer = RunViewer(stack.enter_context(broadcast), self.scene)

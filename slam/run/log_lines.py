@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.errors import InputError
-from slam.files.atomic_files import GrowingGeoJson, GrowingText, line_feature
+from slam.files.atomic_files import GrowingGeoJson, GrowingText, line_feature, require_writable
 from slam.files.logs import Log
 from slam.lidars import LIDARS
 from slam.lines.extraction import extract_segments
@@ -26,7 +26,8 @@ METHODS: Final = ("paper", "chi_square")
 def csv_lines(scan: int, segments: Segments) -> str:
     """One line a segment, with its end; the covariance is empty where the method gives none."""
     rows = ([scan, *start, *end, *rest] for start, end, *rest in _values(segments))
-    return "".join(",".join(_text(value) for value in row) + "\n" for row in rows)
+    texts = (["" if value is None else f"{value:.9g}" for value in row] for row in rows)
+    return "".join(",".join(row) + "\n" for row in texts)
 
 
 def geojson_features(scan: int, segments: Segments) -> Iterator[dict[str, Any]]:
@@ -44,10 +45,6 @@ def _values(segments: Segments) -> Iterator[tuple[Any, ...]]:
         variances = [rho_rho, theta_theta, rho_theta]
     columns = (segments.start, segments.end, segments.counts, segments.rho, segments.theta)
     return zip(*(column.tolist() for column in columns), *variances, strict=True)
-
-
-def _text(value: float | None) -> str:
-    return "" if value is None else f"{value:.9g}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,18 +90,8 @@ def write_lines(
     """Extract the segments of these scans and write them; returns how many. ``track`` shows the progress."""
     if outputs.png is not None and len(scans) != 1:
         raise InputError(f"{outputs.png}: a picture shows one scan; give --scan K")
-    try:
-        return _write(log, scans, config, outputs, track)
-    except OSError as error:
-        raise InputError(f"{error.filename}: cannot be written: {error.strerror}; choose another file") from error
-
-
-def _write(
-    log: Log, scans: range, config: HoppingConfig | ChiSquareConfig, outputs: Outputs,
-    track: Callable[[Iterable[int]], Iterable[int]],
-) -> int:  # fmt: skip
     count = 0
-    with ExitStack() as stack:
+    with require_writable(None, "choose another file"), ExitStack() as stack:
         sinks = list(_sinks(log, outputs, stack))
         for index in track(scans):
             segments = extract_segments(log.scan(index), config)
@@ -120,8 +107,7 @@ def _sinks(log: Log, outputs: Outputs, stack: ExitStack) -> Iterator[Callable[[i
         sys.stdout.write(CSV_HEADER)
         yield lambda scan, segments: sys.stdout.write(csv_lines(scan, segments))
     if (path := outputs.csv) is not None:
-        text = GrowingText(path, CSV_HEADER)
-        stack.callback(text.close)
+        text = stack.enter_context(GrowingText(path, CSV_HEADER))
         yield lambda scan, segments: text.append(csv_lines(scan, segments))
     if (path := outputs.geojson) is not None:
         features = stack.enter_context(GrowingGeoJson(path, frame="sensor", unit="metre"))

@@ -6,7 +6,6 @@ from time import monotonic
 from typing import Final, Literal, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slam.errors import RobotTimeout
 from slam.odometry import Twist2D
@@ -50,15 +49,13 @@ def run_loop(
             return "collided"
         if command is None:
             return "arrived"
-        (*_, truncated, info), timeouts = step_patiently(lambda twist: env.step(_action(twist)), command, patience)
+        (*_, truncated, info), timeouts = step_patiently(
+            lambda twist: env.step(np.array([twist.linear, twist.angular], np.float32)), command, patience
+        )
         if truncated:
             left = began + duration - observation.scan.stamp
             return "duration over" if left < _NO_TIME * observation.scan.scan_time else "no more scans"
         applied, index = info["applied"], index + 1
-
-
-def _action(twist: Twist2D) -> NDArray[np.float32]:
-    return np.array([twist.linear, twist.angular], np.float32)
 
 
 def step_patiently(step: Callable[[Twist2D], Taken], command: Twist2D, patience: float) -> tuple[Taken, int]:

@@ -136,10 +136,8 @@ class Wanderer:
             self._turning = self._turning or float(np.copysign(_WANDER_TURN_SPEED, side))
             return Twist2D(0.0, self._turning)
         self._turning = 0.0
-        return Twist2D(
-            min(_WANDER_SPEED, ahead - 0.4 * _STOP_DISTANCE),
-            float(np.clip(side, -_WANDER_TURN_SPEED, _WANDER_TURN_SPEED)),
-        )
+        angular = float(np.clip(side, -_WANDER_TURN_SPEED, _WANDER_TURN_SPEED))
+        return Twist2D(min(_WANDER_SPEED, ahead - 0.4 * _STOP_DISTANCE), angular)
 
 
 def _room(scan: LaserScan) -> tuple[float, float]:

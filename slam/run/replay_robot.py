@@ -5,7 +5,6 @@ from pathlib import Path
 from slam.closing import Closing
 from slam.errors import RobotError
 from slam.files.logs import Log, read_log
-from slam.lidars import Lidar
 from slam.odometry import Twist2D
 from slam.robot import Observation, Robot
 
@@ -25,11 +24,6 @@ class ReplayRobot(Closing):
 
     def __len__(self) -> int:
         return len(self.log)
-
-    @property
-    def lidar(self) -> Lidar:
-        """The sensor that took the scans."""
-        return self.log.lidar
 
     def close(self) -> None:
         """End the replay; closing twice does no harm."""

@@ -4,15 +4,15 @@ from contextlib import ExitStack
 from signal import SIGINT
 from time import perf_counter
 from types import FrameType
-from typing import Self
 
+from slam.closing import Closing
 from slam.console.signals import ENDING_SIGNALS, signal_handler
 from slam.console.terminal import Terminal
 from slam.pose import Pose2D
 from slam.run.step import Step
 
 
-class RunProgress:
+class RunProgress(Closing):
     """A watcher that shows how far the run is, its scan rate, and its present error where the truth is known."""
 
     def __init__(self, console: Terminal, name: str) -> None:
@@ -21,6 +21,7 @@ class RunProgress:
         )
         self._task = self._bar.add_task(name, total=1.0, scans=0, rate="", error="")
         self._began = perf_counter()
+        self._bar.start()
 
     def on_step(self, step: Step) -> None:
         """Show one step."""
@@ -28,11 +29,8 @@ class RunProgress:
         rate = f"{scans / max(perf_counter() - self._began, 1e-9):.0f}/s"
         self._bar.update(self._task, completed=step.progress, scans=scans, rate=rate, error=_error(step))
 
-    def __enter__(self) -> Self:
-        self._bar.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Take the bar away."""
         self._bar.stop()
 
 
@@ -44,7 +42,7 @@ def _error(step: Step) -> str:
     return f"error {100 * error.distance(Pose2D()):.1f} cm"
 
 
-class Interruption:
+class Interruption(Closing):
     """A watcher that ends the run after the step in which the user asked for it, so that no step is half done.
 
     Raised anywhere else, a KeyboardInterrupt may come up inside compiled code, which makes a SystemError of it. What
@@ -56,12 +54,10 @@ class Interruption:
         self.signal: int | None = None
         """Number of the signal that asked first; None while nobody has."""
         self._handlers = ExitStack()
-
-    def __enter__(self) -> Self:
         self._handlers.enter_context(signal_handler(self._ask, ENDING_SIGNALS))
-        return self
 
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Handle the signals as before."""
         self._handlers.close()
 
     def on_step(self, step: Step) -> None:

@@ -4,6 +4,8 @@ Odometry is that of ``nav_msgs/Odometry``, or else the transforms from ``odom`` 
 comes from the transforms. A log of this project says besides where in the map it began, and what was true.
 """
 
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
@@ -12,24 +14,21 @@ import numpy as np
 from slam.errors import LogError
 from slam.files.fields import BadLine
 from slam.files.logs.bag_contents import BagContents, BagScan, parse_laser_scan
-from slam.files.logs.bag_files import Messages
 from slam.files.logs.bag_poses import FrameTree, Track
 from slam.files.logs.log import BagTopics, Log, scan_time
-from slam.files.logs.read_statistics import ReadStatistics
-from slam.files.logs.stamps import in_order
-from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_transforms
-from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE
-from slam.lidars import Lidar
+from slam.files.logs.read_statistics import ReadStatistics, in_order
+from slam.files.ros.decoder import Transform, decode_odometry, decode_pose
+from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE, RawMessage
 from slam.pose import FloatArray, Pose2D, relative_poses
 
 _BASES: Final = ("base_link", "base_footprint")
 
 
-def read(path: Path, messages: Messages, topics: BagTopics) -> Log:
+def read(path: Path, messages: Iterable[RawMessage], topics: BagTopics) -> Log:
     """The log in these messages; LogError when it holds no scan, or more topics than one and none is chosen."""
     statistics = ReadStatistics(path)
     try:
-        contents = BagContents.read(messages(path), statistics)
+        contents = BagContents.read(messages, statistics)
     except OSError as error:
         raise LogError(f"{path}: cannot be read: {error.strerror or error}") from error
     scans = _scans(contents, topics.scan)
@@ -54,10 +53,9 @@ def _scans(contents: BagContents, topic: str | None) -> list[BagScan]:
 
 
 def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None) -> Log:
-    statistics, fan = contents.statistics, scans[0].fan
+    statistics = contents.statistics
     stamps = np.array([scan.stamp for scan in scans])
-    static = _transforms(contents, static=True)
-    moving = _transforms(contents, static=False)
+    static, moving = contents.transforms(static=True), contents.transforms(static=False)
     track, base = _odometry(contents, odometry_topic, moving)
     T_odom_base = np.zeros((len(scans), 3)) if track is None else track.poses_at(stamps)
     if track is None:
@@ -65,7 +63,7 @@ def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None
     elif not track.covers(stamps):
         statistics.notes.append("its odometry does not cover the time of its scans")
     return Log(
-        lidar=Lidar(fan.angle_min, fan.angle_increment, fan.beams, fan.range_min, fan.range_max, scan_time(stamps)),
+        lidar=replace(scans[0].fan, scan_time=scan_time(stamps)),
         T_base_laser=_mount(FrameTree([*static, *moving]), base, scans[0].frame, statistics, track is not None),
         stamps=stamps,
         ranges=np.stack([scan.ranges for scan in scans]),
@@ -79,10 +77,6 @@ def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None
         start=_start(moving, Pose2D.from_array(T_odom_base[0])),
         T_map_base=_truth(contents, stamps),
     )
-
-
-def _transforms(contents: BagContents, static: bool) -> list[Transform]:
-    return [one for many in contents.decoded(contents.transforms(static), decode_transforms) for one in many]
 
 
 def _odometry(contents: BagContents, topic: str | None, moving: list[Transform]) -> tuple[Track | None, str]:
@@ -110,10 +104,8 @@ def _mount(tree: FrameTree, base: str, laser: str, statistics: ReadStatistics, m
 
 def _start(moving: list[Transform], first: Pose2D) -> Pose2D:
     """``T_map_base`` at the first scan, where a map is known; identity otherwise."""
-    for link in moving:
-        if (link.frame, link.child) == ("map", "odom"):
-            return link.pose @ first
-    return Pose2D()
+    starts = (link.pose @ first for link in moving if (link.frame, link.child) == ("map", "odom"))
+    return next(starts, Pose2D())
 
 
 def _truth(contents: BagContents, stamps: FloatArray) -> FloatArray | None:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Final, NamedTuple, TypeVar
+from typing import Final, TypeVar
 
 import numpy as np
 
 from slam.errors import LogError
 from slam.files.fields import BadLine
 from slam.files.logs.read_statistics import ReadStatistics
-from slam.files.ros.decoder import decimal, decimal_ranges, decode, exact_bearings, frame_name, seconds
+from slam.files.ros import decoder
 from slam.files.ros.messages import GROUND_TRUTH, LASER_SCAN, ODOMETRY, POSE, TF_STATIC, TRANSFORMS, RawMessage
 from slam.files.text_lines import TruncatedFile
+from slam.lidars import Lidar
 from slam.pose import FloatArray
 
 _WANTED: Final = (LASER_SCAN, ODOMETRY, TRANSFORMS)
@@ -60,10 +61,11 @@ class BagContents:
             )
         return next(iter(topics.values()), [])
 
-    def transforms(self, static: bool) -> list[Numbered]:
-        """The messages of ``/tf_static``, or those of all other topics of transforms."""
+    def transforms(self, static: bool) -> list[decoder.Transform]:
+        """The transforms of ``/tf_static``, or those of all other topics."""
         topics = self.by_type.get(TRANSFORMS, {})
-        return [raw for topic, raws in topics.items() if (topic == TF_STATIC) == static for raw in raws]
+        raws = [raw for topic, raws in topics.items() if (topic == TF_STATIC) == static for raw in raws]
+        return [one for many in self.decoded(raws, decoder.decode_transforms) for one in many]
 
     def decoded(self, raws: Iterable[Numbered], decode: Callable[[RawMessage], Value]) -> Iterator[Value]:
         """The values of the messages; those that are garbled are skipped."""
@@ -74,41 +76,34 @@ class BagContents:
                 self.statistics.skip(str(fault), number)
 
 
-class BagFan(NamedTuple):
-    """Lidar geometry in a message; radians and metres."""
-
-    angle_min: float
-    angle_increment: float
-    beams: int
-    range_min: float
-    range_max: float
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class BagScan:
-    """One scan; ``line`` is the number of its message. Ranges in metres, as REP-117 has them; times in seconds."""
+    """One scan; ``line`` is the number of its message. Ranges in metres, as REP-117 has them; times in seconds.
+
+    ``fan`` says nothing of ``scan_time``, which is that of the whole log.
+    """
 
     line: int
     stamp: float
     frame: str
-    fan: BagFan
+    fan: Lidar
     ranges: FloatArray
     time_increment: float
 
 
 def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
     """The scan in a message; BadLine when it is cut or says what cannot be."""
-    scan = decode(raw)
+    scan = decoder.decode(raw)
     beams, step = len(scan.ranges), scan.angle_increment
     turn = (beams - 1) * step
     possible = step > 0.0 and scan.range_max > scan.range_min and abs(scan.angle_min) < 7.0
     if beams < 1 or not possible or turn >= 2.0 * np.pi + 1e-3 or not abs(scan.time_increment) < 1.0:
         raise BadLine("impossible value")
-    ranges = decimal_ranges(scan.ranges)
+    ranges = decoder.decimal_ranges(scan.ranges)
     finite = np.isfinite(ranges)
     ranges[finite & (scan.ranges > scan.range_max)] = np.inf  # REP 117: no echo ...
     ranges[finite & (scan.ranges < scan.range_min)] = -np.inf  # ... and too close, which says nothing of free space
-    reach = decimal(scan.range_min), decimal(scan.range_max)
-    fan = BagFan(*exact_bearings(scan.angle_min, step), beams, *reach)
-    frame, between = frame_name(scan.header.frame_id), decimal(scan.time_increment)
-    return BagScan(number, seconds(scan.header), frame, fan, ranges, between)
+    reach = decoder.decimal(scan.range_min), decoder.decimal(scan.range_max)
+    fan = Lidar(*decoder.exact_bearings(scan.angle_min, step), beams, *reach, scan_time=0.0)
+    frame, between = decoder.frame_name(scan.header.frame_id), decoder.decimal(scan.time_increment)
+    return BagScan(number, decoder.seconds(scan.header), frame, fan, ranges, between)

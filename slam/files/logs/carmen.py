@@ -5,15 +5,15 @@ The messages are those of http://carmen.sourceforge.net/logger_playback.html and
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from slam.files.fields import BadLine
-from slam.files.logs.carmen_message import PARSERS, Fan, Message, params_of, parse_message, parse_param, twists
+from slam.files.logs.carmen_message import PARSERS, Message, params_of, parse_param, twists
 from slam.files.logs.log import Log, scan_time
-from slam.files.logs.read_statistics import ReadStatistics
-from slam.files.logs.stamps import in_order
+from slam.files.logs.read_statistics import ReadStatistics, in_order
 from slam.lidars import Lidar
 from slam.pose import FloatArray, Pose2D, relative_poses, wrap_angle
 
@@ -51,13 +51,8 @@ def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
     ranges[ranges == 0.0] = np.inf if params is None else np.nan
     ranges[ranges >= range_max] = np.inf
     return Log(
-        lidar=Lidar(
-            fan.angle_min,
-            fan.angle_increment,
-            fan.beams,
-            params.range_min if params else 0.0,
-            range_max,
-            scan_time(stamps),
+        lidar=replace(
+            fan, range_min=params.range_min if params else 0.0, range_max=range_max, scan_time=scan_time(stamps)
         ),
         T_base_laser=_mount(robot, laser, statistics),
         stamps=stamps,
@@ -82,7 +77,7 @@ def _messages(
             continue
         if words[0] in PARSERS:
             try:
-                yield parse_message(words, number)
+                yield PARSERS[words[0]](words, number)
             except BadLine as fault:
                 statistics.skip(str(fault), number)
         elif words[0] == b"PARAM" and (named := parse_param(words)):
@@ -102,14 +97,14 @@ def _pass_by(name: bytes, line: int, statistics: ReadStatistics) -> None:
 
 def _of_one_fan(messages: Sequence[Message], statistics: ReadStatistics) -> list[Message]:
     """The messages of the most frequent fan; the others are skipped."""
-    usual: Fan | None = next((fan for fan, _ in Counter(m.fan for m in messages).most_common(1)), None)
+    usual: Lidar | None = next((fan for fan, _ in Counter(m.fan for m in messages).most_common(1)), None)
     for message in messages:
         if message.fan != usual:
             statistics.skip("changed fan", message.line)
     return [message for message in messages if message.fan == usual]
 
 
-def _reach(fan: Fan, ranges: FloatArray) -> float:
+def _reach(fan: Lidar, ranges: FloatArray) -> float:
     """The range, metres, from which a reading means that nothing came back.
 
     An old message does not say. Then it is the largest reading that the log holds twice, and 80 m at the most.

@@ -8,19 +8,11 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from slam.files.fields import BadLine, bounded, count, distances, stamp
+from slam.lidars import Lidar
 from slam.pose import FloatArray, Pose2D
 
 PREFIX: Final = b"hopslam_"
 """Begins the names of this project's ``PARAM`` lines, which other readers pass by."""
-
-
-class Fan(NamedTuple):
-    """Lidar geometry in a message; radians and metres, ``range_max`` inf when it does not say."""
-
-    angle_min: float
-    angle_increment: float
-    beams: int
-    range_max: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,18 +20,14 @@ class Message:
     """One scan. Poses are x, y, theta in metres and radians, in the frame of the odometry."""
 
     line: int
-    fan: Fan
+    fan: Lidar
+    """``range_max`` is inf when the message does not say; ``range_min`` and ``scan_time`` are 0, as it never says."""
     ranges: FloatArray
     T_odom_laser: tuple[float, float, float]
     T_odom_base: tuple[float, float, float]
     stamp: float
     twist: Sequence[bytes] = ()
     """Two words: linear and angular velocity, m/s and rad/s, as the message has them; none in an old one."""
-
-
-def parse_message(words: Sequence[bytes], line: int) -> Message:
-    """The message in the words of that line; BadLine when it is garbled."""
-    return PARSERS[words[0]](words, line)
 
 
 def _flaser(words: Sequence[bytes], line: int) -> Message:
@@ -56,7 +44,7 @@ def _robotlaser1(words: Sequence[bytes], line: int) -> Message:
     tail = end + 1 + count(words, end)
     _check_length(words, tail + 14)
     angle_min, _, angle_increment, range_max = bounded(words[2:6])
-    fan = Fan(angle_min, angle_increment, end - 9, range_max)
+    fan = Lidar(angle_min, angle_increment, end - 9, 0.0, range_max, 0.0)
     scan = _message(line, fan, words[9:end], words[tail : tail + 6], words[tail + 11])
     return replace(scan, twist=words[tail + 6 : tail + 8])
 
@@ -65,6 +53,7 @@ PARSERS: Final[dict[bytes, Callable[[Sequence[bytes], int], Message]]] = {
     b"FLASER": _flaser,
     b"ROBOTLASER1": _robotlaser1,
 }
+"""Parser of each laser message: of the words of a line and its number; BadLine when it is garbled."""
 
 
 def _check_length(words: Sequence[bytes], length: int) -> None:
@@ -75,25 +64,21 @@ def _check_length(words: Sequence[bytes], length: int) -> None:
         raise BadLine("too long")
 
 
-def _message(line: int, fan: Fan, ranges: Sequence[bytes], poses: Sequence[bytes], time: bytes) -> Message:
-    _check_fan(fan)
+def _message(line: int, fan: Lidar, ranges: Sequence[bytes], poses: Sequence[bytes], time: bytes) -> Message:
+    turn = (fan.beams - 1) * fan.angle_increment
+    if fan.beams < 1 or fan.range_max <= 0.0 or fan.angle_increment <= 0.0 or turn > 2.0 * pi + 1e-6:
+        raise BadLine("impossible value")
     laser_x, laser_y, laser_theta, x, y, theta = bounded(poses)
     return Message(line, fan, distances(ranges), (laser_x, laser_y, laser_theta), (x, y, theta), stamp(time))
 
 
-def _check_fan(fan: Fan) -> None:
-    turn = (fan.beams - 1) * fan.angle_increment
-    if fan.beams < 1 or fan.range_max <= 0.0 or fan.angle_increment <= 0.0 or turn > 2.0 * pi + 1e-6:
-        raise BadLine("impossible value")
-
-
-def _sick_fan(beams: int) -> Fan:
+def _sick_fan(beams: int) -> Lidar:
     """The fan of an old message, which gives the number of beams only: 180 degrees, as in readlog.c.
 
     With 180 or 360 beams the last of a SICK's 181 or 361 is left out.
     """
     steps = beams if beams in (180, 360) else max(beams - 1, 1)
-    return Fan(-pi / 2.0, pi / steps, beams, inf)
+    return Lidar(-pi / 2.0, pi / steps, beams, 0.0, inf, 0.0)
 
 
 class CarmenParams(NamedTuple):

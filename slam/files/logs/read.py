@@ -1,36 +1,28 @@
-"""Reading a recorded log whose format is known by its content."""
+"""Reading a recorded log whose format is known by its content; what only bags need is imported when there is one."""
 
-from collections.abc import Generator, Iterable
+import sqlite3
+import struct
+from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing
 from itertools import chain, islice
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
 from slam.errors import LogError
-from slam.files.logs import carmen, urg_text
-from slam.files.logs.bag_files import bag_reader
+from slam.files.logs import carmen, rosbag1, urg_text
 from slam.files.logs.log import BagTopics, Log
 from slam.files.logs.read_statistics import ReadStatistics
+from slam.files.ros.messages import RawMessage
 from slam.files.text_lines import TruncatedFile, read_lines
 
+RUN_LOG: Final = "log.mcap"
+"""Name of the log in the folder of a run."""
+_MCAP: Final = b"\x89MCAP0\r\n"
 _NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
 _HEAD: Final = 200
 """The format shows in one of that many first lines."""
-
-
-class LogFormat(Protocol):
-    """A module that reads one format."""
-
-    def recognises(self, line: bytes) -> bool:
-        """True for a line that can only be of this format."""
-        ...
-
-    def read(self, lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
-        """The log in numbered lines; LogError when there is not one scan."""
-        ...
-
-
-_FORMATS: Final[tuple[LogFormat, ...]] = (carmen, urg_text)
+_FORMATS: Final = ((carmen.recognises, carmen.read), (urg_text.recognises, urg_text.read))
+"""A test for a line that can only be of this format, and the reader of the numbered lines."""
 
 
 def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
@@ -41,7 +33,7 @@ def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
     cannot be read, is no such log, holds no scan, or has more topics than one and ``topics`` chooses none.
     """
     path = Path(path)
-    if (messages := bag_reader(path)) is not None:
+    if (messages := _bag_messages(path)) is not None:
         from slam.files.logs import bag
 
         return bag.read(path, messages, topics or BagTopics())
@@ -50,11 +42,51 @@ def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
     statistics = ReadStatistics(path)
     with closing(_readable_lines(statistics)) as lines:
         head = list(islice(lines, _HEAD))
-        for log_format in _FORMATS:
-            if any(log_format.recognises(line) for _, line in head):
-                return log_format.read(chain(head, lines), statistics)
+        for recognises, read in _FORMATS:
+            if any(recognises(line) for _, line in head):
+                return read(chain(head, lines), statistics)
     found = f"a file that begins with {head[0][1][:20]!r}" if head else "nothing"
     raise LogError("; ".join([f"{path}: not a log that hopslam can read: {found}", *statistics.notes, f"need {_NEED}"]))
+
+
+def _bag_messages(path: Path) -> Iterable[RawMessage] | None:
+    """The messages of the bag at a path, read as they are asked for; None where there is no bag."""
+    if path.is_dir():
+        return _folder_messages(path)
+    try:
+        with path.open("rb") as file:
+            head = file.read(len(rosbag1.MAGIC))
+    except OSError:
+        return None
+    if head == rosbag1.MAGIC:
+        return rosbag1.messages(path)
+    return _mcap(path) if head.startswith(_MCAP) else None
+
+
+def _folder_messages(path: Path) -> Iterable[RawMessage] | None:
+    """Messages of a run's log in its folder, of a ROS 2 bag where there is metadata, or of the only MCAP file in it."""
+    if (path / "metadata.yaml").is_file():
+        return _rosbag2(path)
+    files = [path / RUN_LOG] if (path / RUN_LOG).is_file() else list(path.glob("*.mcap"))
+    return _mcap(files[0]) if len(files) == 1 else None
+
+
+def _mcap(path: Path) -> Iterator[RawMessage]:
+    from slam.files.ros.mcap_files import mcap_messages
+
+    return mcap_messages(path)
+
+
+def _rosbag2(path: Path) -> Iterator[RawMessage]:
+    """Messages of all topics of a ROS 2 bag, sqlite3 or MCAP; LogError for what rosbags does not read."""
+    from rosbags.rosbag2 import Reader, ReaderError
+
+    try:
+        with Reader(path) as reader:
+            for connection, time, data in reader.messages():
+                yield RawMessage(connection.topic, connection.msgtype, "cdr", bytes(data), time)
+    except (ReaderError, sqlite3.Error, struct.error, ValueError, LookupError) as error:
+        raise LogError(f"{path}: not a ROS 2 bag that can be read: {error}") from error
 
 
 def _readable_lines(statistics: ReadStatistics) -> Generator[tuple[int, bytes], None, None]:

@@ -25,7 +25,7 @@ _Record = tuple[dict[bytes, bytes], bytes]
 
 
 def messages(path: Path) -> Iterator[RawMessage]:
-    """The messages of all topics; CutShort after the last one of a bag that is cut or damaged."""
+    """The messages of all topics; TruncatedFile after the last one of a bag that is cut or damaged."""
     connections: dict[bytes, tuple[str, str]] = {}
     try:
         for header, data in _in_chunks(path.read_bytes(), path):

@@ -14,8 +14,7 @@ import numpy as np
 
 from slam.files.fields import BadLine, bounded, distances, stamp
 from slam.files.logs.log import Log, scan_time
-from slam.files.logs.read_statistics import ReadStatistics
-from slam.files.logs.stamps import in_order
+from slam.files.logs.read_statistics import ReadStatistics, in_order
 from slam.lidars import URG04LX
 from slam.odometry import wheel_motion
 from slam.pose import FloatArray, Pose2D, stack_poses

@@ -20,7 +20,7 @@ from slam.mapping.map_uncertainty import MapUncertainty
 from slam.mapping.surfel_grid import ALIVE, COLUMNS, FREE, HITS, TAKEN, Grid
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.surfel_mapper_state import SurfelMapperState
-from slam.pose import FloatArray, Pose2D
+from slam.pose import Pose2D
 from slam.saved_slam import SavedSlam
 from slam.scenario.validation_message import error_message
 
@@ -135,11 +135,10 @@ def _grid(saved: SavedGrid) -> Grid:
     head[cells[:, 0] - corner[0], cells[:, 1] - corner[1]] = cells[:, 2]
     counts = np.empty(3, np.int64)
     counts[TAKEN], counts[FREE], counts[ALIVE] = count, saved.free, (table[:, HITS] > 0.0).sum()
-    surfels: FloatArray = np.ascontiguousarray(table[:, :COLUMNS])
     return Grid(
         head=head,
         next=table[:, COLUMNS].astype(np.int32),
-        surfels=surfels,
+        surfels=np.ascontiguousarray(table[:, :COLUMNS]),
         corner=corner,
         cell=saved.cell,
         counts=counts,

@@ -70,17 +70,25 @@ def _problem(surfel: SurfelRow, place: tuple[int, int] | None, cell: float) -> s
     return ""
 
 
-class SavedTile(Section):
-    """The uncertainty of the map in one tile: see slam/mapping/map_uncertainty.py."""
+class _WithCovariance(Section):
+    """A base for what has a covariance."""
 
-    tile: tuple[int, int]
-    entered: PoseRow
     covariance: CovarianceRows
 
     @model_validator(mode="after")
     def _is_a_covariance(self) -> Self:
-        check_covariance(self.covariance)
+        matrix = np.array(self.covariance)
+        scale = max(float(np.abs(matrix).max()), 1e-300)
+        if np.abs(matrix - matrix.T).max() > 1e-6 * scale or np.linalg.eigvalsh(matrix).min() < -1e-6 * scale:
+            raise ValueError("covariance is not symmetric with eigenvalues of 0 and more")
         return self
+
+
+class SavedTile(_WithCovariance):
+    """The uncertainty of the map in one tile: see slam/mapping/map_uncertainty.py."""
+
+    tile: tuple[int, int]
+    entered: PoseRow
 
 
 class SavedDirections(Section):
@@ -92,7 +100,7 @@ class SavedDirections(Section):
     ] = ()
 
 
-class SavedRobot(Section):
+class SavedRobot(_WithCovariance):
     """The robot at the end of the run."""
 
     T_map_base: PoseRow
@@ -100,17 +108,11 @@ class SavedRobot(Section):
     T_map_mapped: PoseRow | None
     T_map_matched: PoseRow | None
     T_map_added: PoseRow | None
-    covariance: CovarianceRows
     growth: Annotated[float, Field(ge=1)]
     """SurfelMapperState.odometry_inflation."""
     misfits: Annotated[int, Field(ge=0)]
     """SurfelMapperState.bad_matches."""
     tile: tuple[int, int] | None
-
-    @model_validator(mode="after")
-    def _is_a_covariance(self) -> Self:
-        check_covariance(self.covariance)
-        return self
 
 
 class MapDocument(Section):
@@ -131,11 +133,3 @@ class MapDocument(Section):
         if self.robot.tile is not None and self.robot.tile not in tiles:
             raise ValueError(f"robot.tile {self.robot.tile} is none of the tiles")
         return self
-
-
-def check_covariance(rows: CovarianceRows) -> None:
-    """Raise ValueError for a matrix that is no covariance."""
-    matrix = np.array(rows)
-    scale = max(float(np.abs(matrix).max()), 1e-300)
-    if np.abs(matrix - matrix.T).max() > 1e-6 * scale or np.linalg.eigvalsh(matrix).min() < -1e-6 * scale:
-        raise ValueError("covariance is not symmetric with eigenvalues of 0 and more")

@@ -58,8 +58,8 @@ class McapWriter:
 
 
 def mcap_messages(path: Path) -> Generator[RawMessage]:
-    """The messages of all topics. OSError where the file cannot be opened; CutShort after the last message of one that
-    is cut or damaged."""
+    """The messages of all topics. OSError where the file cannot be opened; TruncatedFile after the last message of one
+    that is cut or damaged."""
     with path.open("rb") as file:
         try:
             yield from _messages(StreamReader(file, record_size_limit=_LARGEST_RECORD).records)

@@ -1,5 +1,1 @@
-"""``hopslam calibrate``: what the wheels really are, found by driving.
-
-``square`` drives UMBmark's squares, ``wheel_fit`` fits the wheels to them, ``report`` says and draws what came out, and
-``file`` writes it where a scenario finds it.
-"""
+"""``hopslam calibrate``: squares driven, and the wheels fitted to them."""

@@ -7,8 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from slam.console.terminal_table import TerminalTable
-from slam.errors import InputError
-from slam.files.atomic_files import atomic_file, write_atomic
+from slam.files.atomic_files import atomic_file, require_writable, write_atomic
 from slam.pose import FloatArray, Pose2D
 from slam.run.calibration.calibrate import Calibration, wheel_settings
 from slam.run.calibration.wheel_fit import WheelFit, corrected
@@ -17,9 +16,9 @@ from slam.scenario.schema import Scenario
 from slam.scenario.shipped import find_scenario, shipped_scenarios
 
 
-def summary(found: Calibration) -> TerminalTable:
+def summary(calibration: Calibration) -> TerminalTable:
     """The factors, what they make of the wheels, and UMBmark's figure before and after."""
-    fit, errors = found.fit, found.errors
+    fit, errors = calibration.fit, calibration.errors
     factors = (
         ("left wheel, true way per way reported", fit.left, errors.left),
         ("right wheel, the same", fit.right, errors.right),
@@ -28,7 +27,8 @@ def summary(found: Calibration) -> TerminalTable:
     rows = [(name, f"{value:.5f} +- {2.0 * error:.5f}") for name, value, error in factors]
     rows.append(("right wheel to left wheel", f"{fit.right / fit.left:.5f}"))
     for name, wheels in (("before", WheelFit()), ("after", fit)):
-        rows.append((f"misses the end of a square, {name}", f"{100.0 * found.worst_closing_error(wheels):.2f} cm"))
+        error = 100.0 * calibration.worst_closing_error(wheels)
+        rows.append((f"misses the end of a square, {name}", f"{error:.2f} cm"))
     return TerminalTable(("", ""), rows)
 
 
@@ -69,19 +69,17 @@ def extends_value(name: str) -> str:
     return name if name in shipped_scenarios() and not Path(name).is_file() else str(path.resolve())
 
 
-def write_wheels(path: Path, onto: str, scenario: Scenario, backend: str, found: Calibration) -> None:
+def write_wheels(path: Path, extends: str, scenario: Scenario, backend: str, calibration: Calibration) -> None:
     """Write the file; InputError where that is not possible."""
-    squares = f"{len(found.laps)} squares against {found.against}"
+    squares = f"{len(calibration.laps)} squares against {calibration.against}"
     content = {
-        "extends": onto,
+        "extends": extends,
         "description": f"{scenario.name}, its wheels calibrated by {squares}",
-    } | wheel_settings(scenario, backend, found.fit)
-    errors = found.errors
+    } | wheel_settings(scenario, backend, calibration.fit)
+    errors = calibration.errors
     note = (
         f"# Two standard errors of the factors, from square to square: left wheel {2.0 * errors.left:.5f}, right wheel "
         f"{2.0 * errors.right:.5f}, track {2.0 * errors.track:.5f}.\n"
     )
-    try:
+    with require_writable(path, "choose another --out FILE"):
         write_atomic(path, note + yaml.safe_dump(content, sort_keys=False, allow_unicode=True))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --out FILE") from error

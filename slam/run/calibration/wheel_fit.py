@@ -70,8 +70,8 @@ def fit_wheels(legs: Sequence[Leg], track: float) -> WheelFit:
     """
     ways = [wheel_travels(leg.odometry, track) for leg in legs]
     totals = np.array([(-left.sum(), right.sum()) for left, right in ways]).reshape(-1, 2)
-    believed = np.array([_net_turn(leg.odometry) for leg in legs])
-    turned = believed + wrap_angles(np.array([_turn(leg.truth) for leg in legs]) - believed)
+    believed = np.array([wrap_angles(np.diff(leg.odometry[:, 2])).sum() for leg in legs])  # may be over half a turn
+    turned = believed + wrap_angles(np.array([leg.truth[-1, 2] - leg.truth[0, 2] for leg in legs]) - believed)
     if np.linalg.matrix_rank(totals, tol=0.1) < 2:
         raise InputError("the wheels cannot be told from this drive; it needs straight ways and turns")
     per_track = np.linalg.lstsq(totals, turned, rcond=None)[0]  # of each wheel's way, radians a metre
@@ -96,12 +96,3 @@ def displacement(poses: FloatArray) -> FloatArray:
     """x and y of the last pose in the frame of the first."""
     (dx, dy), theta = poses[-1, :2] - poses[0, :2], poses[0, 2]
     return np.array([np.cos(theta) * dx + np.sin(theta) * dy, np.cos(theta) * dy - np.sin(theta) * dx])
-
-
-def _turn(poses: FloatArray) -> float:
-    return float(poses[-1, 2] - poses[0, 2])
-
-
-def _net_turn(poses: FloatArray) -> float:
-    """Turn from the first pose to the last, radians; more than half a turn is counted as such."""
-    return float(wrap_angles(np.diff(poses[:, 2])).sum())

@@ -7,10 +7,11 @@ from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLi
 from rosbags.rosbag2 import Writer
 
 from slam.files.atomic_files import atomic_file, atomic_folder
+from slam.files.logs.read import RUN_LOG
 from slam.files.ros.encoder import Encoder
 from slam.files.ros.mcap_files import McapWriter
 from slam.files.ros.messages import TF_STATIC, ros2_types
-from slam.run.results.run_log import LOG, logged_messages
+from slam.run.results.run_log import logged_messages
 from slam.run.results.run_record import RunRecord
 
 _CHUNK_SIZE: Final = 1 << 20
@@ -28,7 +29,7 @@ def write_mcap(record: RunRecord, out: Path) -> None:
     """Write the topics of ``log.mcap``, message by message."""
     with atomic_file(out) as draft:
         writer = McapWriter(draft, Encoder(), _CHUNK_SIZE)
-        for message in logged_messages(record.folder / LOG):
+        for message in logged_messages(record.folder / RUN_LOG):
             writer.write(message.topic, message.time, message.data)
         writer.close()
 
@@ -37,7 +38,7 @@ def write_rosbag2(record: RunRecord, out: Path) -> None:
     """Write the topics of ``log.mcap``, message by message."""
     connections: dict[str, Connection] = {}
     with atomic_folder(out) as draft, Writer(draft, version=_VERSION) as writer:
-        for message in logged_messages(record.folder / LOG):
+        for message in logged_messages(record.folder / RUN_LOG):
             if message.topic not in connections:
                 profiles = [_LATCHED] if message.topic == TF_STATIC else []
                 connections[message.topic] = writer.add_connection(

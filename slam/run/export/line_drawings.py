@@ -8,7 +8,6 @@ import numpy as np
 
 from slam.files.atomic_files import atomic_file, line_feature, write_atomic
 from slam.named_code import import_optional
-from slam.pose import FloatArray
 from slam.run.results.run_record import RunRecord
 
 _MARGIN: Final = 0.5
@@ -63,25 +62,7 @@ def write_svg(record: RunRecord, out: Path) -> None:
     corners = np.concatenate([walls.reshape(-1, 2), way])
     low, high = corners.min(axis=0) - _MARGIN, corners.max(axis=0) + _MARGIN
     (w, h), scale = high - low, _PIXELS / (high - low).max()
-    write_atomic(
-        out,
-        _PAGE.format(
-            width=w * scale,
-            height=h * scale,
-            left=low[0],
-            top=-high[1],
-            w=w,
-            h=h,
-            walls=_lines(walls),
-            way=_points(way),
-        ),
-    )
-
-
-def _lines(walls: FloatArray) -> str:
-    texts = (f'<line x1="{a:.3f}" y1="{b:.3f}" x2="{c:.3f}" y2="{d:.3f}"/>' for (a, b), (c, d) in walls.tolist())
-    return "\n".join(texts)
-
-
-def _points(way: FloatArray) -> str:
-    return " ".join(f"{x:.3f},{y:.3f}" for x, y in way.tolist())
+    size = {"width": w * scale, "height": h * scale, "left": low[0], "top": -high[1], "w": w, "h": h}
+    lines = (f'<line x1="{a:.3f}" y1="{b:.3f}" x2="{c:.3f}" y2="{d:.3f}"/>' for (a, b), (c, d) in walls.tolist())
+    points = (f"{x:.3f},{y:.3f}" for x, y in way.tolist())
+    write_atomic(out, _PAGE.format(**size, walls="\n".join(lines), way=" ".join(points)))

@@ -4,8 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Final
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
+from slam.pose import FloatArray
 
 _DASHES: Final = ("-", "--", ":", "-.")
 _MARGIN: Final = 0.1
@@ -38,6 +41,12 @@ class Palette:
 
 PAPER = Palette()
 """Dark on white."""
+
+
+def figure_size(extent: FloatArray, least: tuple[float, float], room: tuple[float, float]) -> tuple[float, float]:
+    """Width and height of a figure, inches: the extent, at least ``least``, with room for labels and a legend."""
+    width, height = (np.maximum(extent, least) + room).tolist()
+    return width, height
 
 
 def save_figure(figure: Figure, file: str | Path | IO[Any], **options: Any) -> None:

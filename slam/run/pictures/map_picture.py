@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from slam.files.atomic_files import atomic_file
 from slam.files.tum import read_tum
 from slam.pose import FloatArray, Pose2D
-from slam.run.pictures.figure_style import PAPER, Palette, plain_axes, save_figure
+from slam.run.pictures.figure_style import PAPER, Palette, figure_size, plain_axes, save_figure
 from slam.run.results.run_record import RunRecord
 from slam.scenario.solids import rectangle
 
@@ -112,7 +112,10 @@ def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outline
 def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float = 13.0, bare: bool = False) -> Figure:
     """The picture; at most ``longest`` inches wide. A ``bare`` one has neither title nor legend."""
     low, high = contents.extent
-    figure = Figure(figsize=_size(high - low, longest), layout="constrained")
+    across, up = high - low
+    inches = (high - low) * min(longest / across, 0.7 * longest / up)
+    size = figure_size(inches, (0.5 * longest, 0.18 * longest), (0.6, 0.9))
+    figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
     plain_axes(axes, colours)
     draw_contents(axes, contents, colours)
@@ -138,9 +141,3 @@ def end_error_text(contents: MapContents, truth: FloatArray) -> str:
 def distance_text(metres: float) -> str:
     """A distance for people: 7.1 m, 3.4 cm."""
     return f"{metres:.1f} m" if metres >= 0.995 else f"{100 * metres:.1f} cm"
-
-
-def _size(extent: FloatArray, longest: float) -> tuple[float, float]:
-    """Inches, in proportion to what is shown, with room for labels; neither side too short for the legend."""
-    width, height = extent * min(longest / extent[0], 0.7 * longest / extent[1])
-    return max(float(width), 0.5 * longest) + 0.6, max(float(height), 0.18 * longest) + 0.9

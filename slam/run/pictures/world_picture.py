@@ -15,13 +15,15 @@ from matplotlib.patches import Patch
 from slam.errors import InputError
 from slam.files.atomic_files import atomic_file
 from slam.pose import FloatArray
-from slam.run.pictures.figure_style import PAPER, save_figure
+from slam.run.pictures.figure_style import PAPER, figure_size, save_figure
 from slam.run.pictures.map_picture import ROBOT
 from slam.scenario.schema import Scenario
 from slam.scenario.solids import Prism
 from slam.scenario.world_plan import Person
 
 _FORMATS = (".png", ".svg", ".pdf")
+_LONGEST = 12.0
+"""Inches of the longer side."""
 _LIGHT, _DARK = "0.82", "0.2"
 _ROUTE, _PEOPLE, _START = PAPER.slam, PAPER.odometry, PAPER.accent
 
@@ -43,7 +45,8 @@ def draw_world(path: Path, scenario: Scenario) -> None:
     """
     prisms, height = scenario.world.prisms(), scenario.lidar.height
     low, high = _extent(prisms, scenario)
-    figure = Figure(figsize=_size(high - low), dpi=120, layout="constrained")
+    size = figure_size(_LONGEST * (high - low) / (high - low).max(), (5.0, 1.2), (0.8, 1.0))
+    figure = Figure(figsize=size, dpi=120, layout="constrained")
     axes = figure.add_subplot()
     axes.grid(color="0.93", linewidth=0.6)
     axes.set_axisbelow(True)
@@ -95,9 +98,3 @@ def _extent(prisms: Sequence[Prism], scenario: Scenario) -> tuple[FloatArray, Fl
     moving = [(start.x, start.y), *scenario.route.waypoints, *(w for p in scenario.people for w in p.waypoints)]
     corners = np.concatenate([np.array(moving), *(prism.footprint for prism in prisms)])
     return corners.min(axis=0) - 0.6, corners.max(axis=0) + 0.6
-
-
-def _size(extent: FloatArray) -> tuple[float, float]:
-    """Inches: the longer side 12, the shorter in proportion but never less than 1.2, and room for the labels."""
-    width, height = 12.0 * extent / extent.max()
-    return max(float(width), 5.0) + 0.8, max(float(height), 1.2) + 1.0

@@ -9,7 +9,7 @@ from PIL import Image
 from scipy.spatial import cKDTree
 
 from slam.errors import InputError
-from slam.files.atomic_files import atomic_file
+from slam.files.atomic_files import atomic_file, require_writable
 from slam.pose import FloatArray, Pose2D
 from slam.run.report.map_canvas import MapCanvas
 from slam.run.results.run_record import RunRecord
@@ -56,11 +56,6 @@ class SeenSegments:
         return ends
 
 
-def growing_lines(record: RunRecord) -> SeenWalls | SeenSegments:
-    """Walls of a run with a saved map, segments of another one."""
-    return SeenSegments(record) if record.saved_map is None else SeenWalls(record.walls)
-
-
 def _pieces(walls: FloatArray) -> FloatArray:
     """The walls cut into short pieces, (P, 2, 2)."""
     parts = [np.empty((0, 2, 2))]
@@ -77,19 +72,17 @@ def write_animation(record: RunRecord, path: Path, seconds: float = 8.0, width: 
     frames = list(_frames(record, round(seconds * _RATE), width))
     durations = [round(1000 / _RATE)] * (len(frames) - 1) + [_STILL]
     options = {"quality": 70, "method": 4} if path.suffix == ".webp" else {"optimize": True}
-    try:
-        with atomic_file(path) as draft:
-            frames[0].save(
-                draft, format=_FORMATS[path.suffix], save_all=True, append_images=frames[1:], duration=durations,
-                loop=0, **options,
-            )  # fmt: skip
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --out FILE") from error
+    with require_writable(path, "choose another --out FILE"), atomic_file(path) as draft:
+        frames[0].save(
+            draft, format=_FORMATS[path.suffix], save_all=True, append_images=frames[1:], duration=durations,
+            loop=0, **options,
+        )  # fmt: skip
 
 
 def _frames(record: RunRecord, count: int, width: int) -> Iterator[Image.Image]:
     """``count`` pictures, evenly over the scans of the run, the last scan among them."""
-    canvas, lines, traces = MapCanvas(record, width), growing_lines(record), record.traces
+    canvas, traces = MapCanvas(record, width), record.traces
+    lines = SeenSegments(record) if record.saved_map is None else SeenWalls(record.walls)
     shown = set(np.unique(np.linspace(0, len(traces.stamps) - 1, count).astype(int)).tolist())
     for k, observation in enumerate(record.observations()):
         if k in shown:

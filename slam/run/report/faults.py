@@ -29,7 +29,7 @@ def faults(record: RunRecord, metrics: Mapping[str, Any]) -> list[str]:
 
 def _how_it_ended(record: RunRecord, metrics: Mapping[str, Any]) -> Iterator[str]:
     ending, last = metrics.get("ending"), record.traces.stamps[-1]
-    if not record.complete:
+    if record.metrics is None:
         yield f"The run did not end: it was killed, or is still going. Its last scan is at {last:.1f} s."
     if ending == "collided":
         yield f"The robot hit something at {last:.1f} s."

@@ -26,7 +26,9 @@ def write_figures(records: Sequence[RunRecord], folder: Path) -> int:
         own = folder if len(records) == 1 else folder / f"{number}-{record.name}"
         own.mkdir(parents=True, exist_ok=True)
         for name, figure in run_figures(record):
-            _write(figure, own / name)
+            for kind, metadata in _NAMELESS.items():
+                with atomic_file(own / f"{name}.{kind}") as draft:
+                    save_figure(figure, draft, format=kind, dpi=_DPI, metadata=metadata)
             count += 1
     return count
 
@@ -46,9 +48,3 @@ def run_figures(record: RunRecord) -> Iterator[tuple[str, Figure]]:
         yield "fig16", fig_16(record, scans)
     yield from paper_curves(traces)
     yield "fig21", fig_21(record, scans)
-
-
-def _write(figure: Figure, path: Path) -> None:
-    for kind, metadata in _NAMELESS.items():
-        with atomic_file(path.with_name(f"{path.name}.{kind}")) as draft:
-            save_figure(figure, draft, format=kind, dpi=_DPI, metadata=metadata)

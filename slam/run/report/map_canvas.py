@@ -53,26 +53,19 @@ class MapCanvas:
         traces = self._traces
         image = self._map.copy()
         draw = ImageDraw.Draw(image)
-        self._dots(draw, scan)
-        self._way(draw, traces.odometry[: k + 1], PAPER.odometry, 2)
-        self._way(draw, traces.estimate[: k + 1], PAPER.slam, 2)
-        draw.polygon(self._pixels(Pose2D.from_array(traces.estimate[k]).transform(ROBOT)), fill=PAPER.slam)
-        self._head(draw, k)
-        return image.resize((self._size[0] // _FINE, self._size[1] // _FINE), Image.Resampling.LANCZOS)
-
-    def _dots(self, draw: ImageDraw.ImageDraw, points: FloatArray) -> None:
-        for x, y in self._pixels(points):
+        for x, y in self._pixels(scan):
             draw.ellipse((x - _FINE, y - _FINE, x + _FINE, y + _FINE), fill=PAPER.accent)
-
-    def _way(self, draw: ImageDraw.ImageDraw, poses: FloatArray, colour: str, width: int) -> None:
-        if len(poses) > 1:
-            draw.line(self._pixels(poses[:, :2]), fill=colour, width=_FINE * width, joint="curve")
-
-    def _head(self, draw: ImageDraw.ImageDraw, k: int) -> None:
-        """The time, and what the colours mean."""
-        time = f"{self._traces.stamps[k] - self._traces.stamps[0]:5.1f} s"
+        self._draw_path(draw, traces.odometry[: k + 1], PAPER.odometry)
+        self._draw_path(draw, traces.estimate[: k + 1], PAPER.slam)
+        draw.polygon(self._pixels(Pose2D.from_array(traces.estimate[k]).transform(ROBOT)), fill=PAPER.slam)
+        time = f"{traces.stamps[k] - traces.stamps[0]:5.1f} s"
         for place, text, colour in self._names:
             draw.text(place, text or time, fill=colour, font=self._font)
+        return image.resize((self._size[0] // _FINE, self._size[1] // _FINE), Image.Resampling.LANCZOS)
+
+    def _draw_path(self, draw: ImageDraw.ImageDraw, poses: FloatArray, colour: str) -> None:
+        if len(poses) > 1:
+            draw.line(self._pixels(poses[:, :2]), fill=colour, width=2 * _FINE, joint="curve")
 
     def _placed(self, across: int, letters: int) -> tuple[list[tuple[tuple[int, int], str, str]], int]:
         """Place the time (an empty text) and the names in as many rows as they need; also return the rows' height."""

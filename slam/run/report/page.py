@@ -49,12 +49,11 @@ def _overlays(records: Sequence[RunRecord], names: Sequence[str]) -> list[tuple[
     """The curves of all runs on the same axes."""
     runs = [(f"{k}: {name}", record.traces) for k, (record, name) in enumerate(zip(records, names, strict=True), 1)]
     figures = {
-        "distance": distance_figure(runs, THEMED),
-        "iterations": iterations_figure(runs, THEMED),
-        "timing": timing_figure(runs, THEMED),
+        "distance": (distance_figure(runs, THEMED), CAPTIONS["distance"]),
+        "iterations": (iterations_figure(runs, THEMED), CAPTIONS["iterations"]),
+        "timing": (timing_figure(runs, THEMED), CAPTIONS["timing"]),
     }
-    captioned = {name: (figure, CAPTIONS[name]) for name, figure in figures.items()}
-    return inline_figures(captioned, "all", " of all runs")
+    return inline_figures(figures, "all", " of all runs")
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from slam.pose import FloatArray, Pose2D, stack_poses
-from slam.run.pictures.figure_style import PAPER
+from slam.run.pictures.figure_style import PAPER, figure_size
 from slam.run.results.run_record import RunRecord
 
 _PINK, _START, _END = "#e377c2", PAPER.slam, PAPER.odometry
@@ -64,7 +64,9 @@ def fig_16(record: RunRecord, scans: ScanPoints) -> Figure:
     """The map at the end, every segment that made it, and where the sensor was and looked at every step."""
     poses = stack_poses(Pose2D.from_array(row) @ scans.T_base_laser for row in record.traces.estimate[scans.scans])
     ends = record.segments[1]
-    figure = Figure(figsize=_upright_size(ends, poses), layout="constrained")
+    extent = np.ptp(np.concatenate([ends.reshape(-1, 2), poses[:, :2]]), axis=0)
+    size = figure_size(8.0 * extent / extent.max(), (3.0, 2.5), (0.6, 0.6))
+    figure = Figure(figsize=size, layout="constrained")
     axes = figure.add_subplot()
     _points(axes, scans.placed(record.traces.estimate))
     _segments(axes, ends, 0.5)
@@ -122,9 +124,3 @@ def _thinned(points: FloatArray) -> FloatArray:
 def _upright(points: FloatArray) -> FloatArray:
     """Points (..., 2) of the sensor's frame with the sensor looking up the page."""
     return np.stack([-points[..., 1], points[..., 0]], axis=-1)
-
-
-def _upright_size(ends: FloatArray, poses: FloatArray) -> tuple[float, float]:
-    extent = np.ptp(np.concatenate([ends.reshape(-1, 2), poses[:, :2]]), axis=0)
-    width, height = 8.0 * extent / extent.max()
-    return max(float(width), 3.0) + 0.6, max(float(height), 2.5) + 0.6

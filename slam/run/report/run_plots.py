@@ -35,8 +35,9 @@ def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
     rows = figure.subplots(3, 1, sharex=True)
     for axes, column, (name, variance, scale, unit) in zip(rows, errors.T, _ROWS, strict=True):
         plain_axes(axes, colours)
-        if known:
-            _band(axes, traces, variance, scale, colours)
+        if known and has_variance(traces, variance):
+            bound = SIGMAS * scale * np.sqrt(traces.steps[variance])
+            axes.fill_between(traces.stamps, -bound, bound, color=colours.slam, alpha=0.18, linewidth=0.0)
         axes.plot(traces.stamps, scale * column, color=colours.slam, linewidth=1.1)
         axes.set_ylabel(f"{name} {'error' if known else 'correction'} [{unit}]")
     axes.set_xlabel("time [s]")
@@ -56,13 +57,6 @@ def _plain_numbers(axis: Axis) -> None:
     """0.01 in the place of a power of ten, on an axis of logarithms."""
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_locator(NullLocator())
-
-
-def _band(axes: Axes, traces: Traces, variance: str, scale: float, colours: Palette) -> None:
-    if not has_variance(traces, variance):
-        return
-    bound = SIGMAS * scale * np.sqrt(traces.steps[variance])
-    axes.fill_between(traces.stamps, -bound, bound, color=colours.slam, alpha=0.18, linewidth=0.0)
 
 
 def has_variance(traces: Traces, column: str) -> bool:

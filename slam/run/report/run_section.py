@@ -13,17 +13,10 @@ from markupsafe import Markup
 
 from slam.config import SlamConfig
 from slam.run.pictures.map_picture import contents_of, end_error_text, map_figure
+from slam.run.report import run_plots
 from slam.run.report.faults import faults
 from slam.run.report.inline_svg import THEMED, inline_figures
-from slam.run.report.run_plots import (
-    CAPTIONS,
-    SIGMAS,
-    distance_figure,
-    error_figure,
-    has_variance,
-    iterations_figure,
-    timing_figure,
-)
+from slam.run.report.run_plots import CAPTIONS, SIGMAS
 from slam.run.results.metrics import measure
 from slam.run.results.run_record import RunRecord
 from slam.scenario.schema import Scenario
@@ -71,24 +64,18 @@ class RunSection:
 
     name: str
     """Unique on the page."""
-    description: str
-    folder: str
+    record: RunRecord
     date: str
     version: str
     ending: str
     metrics: Mapping[str, Any]
     faults: list[str]
-    log_report: str
-    outlined: bool
-    """True where the true walls are known ..."""
-    truth_known: bool
-    """... and the true way."""
     plots: list[tuple[Markup, str]]
     """Each with its caption; the map first."""
     timing: list[tuple[str, list[str]]]
     """Milliseconds at the PERCENTILES."""
     changes: list[Change]
-    config: str
+    config_text: str
     command: str
 
 
@@ -97,20 +84,16 @@ def run_section(record: RunRecord, key: str, name: str) -> RunSection:
     metrics = measure(record.folder) if record.metrics is None else record.metrics
     return RunSection(
         name=name,
-        description=record.config.description,
-        folder=str(record.folder),
+        record=record,
         date=_date(record, metrics),
         version=metrics.get("version", version("hopslam")),
         ending=metrics.get("ending", "cut off"),
         metrics=metrics,
         faults=faults(record, metrics),
-        log_report=str(metrics.get("log_report", "")),
-        outlined=bool(record.outlines),
-        truth_known=record.traces.truth is not None,
         plots=_plots(record, key),
         timing=_timing(record),
         changes=changes(record.config),
-        config=(record.folder / "config.yaml").read_text(encoding="utf-8"),
+        config_text=(record.folder / "config.yaml").read_text(encoding="utf-8"),
         command=command(record, metrics),
     )
 
@@ -126,7 +109,7 @@ def command(record: RunRecord, metrics: Mapping[str, Any]) -> str:
 
 
 def _date(record: RunRecord, metrics: Mapping[str, Any]) -> str:
-    """When the run began; of one that was cut off, when its settings were written."""
+    """Date on which the run began; of one that was cut off, that of its settings."""
     if "began" in metrics:
         return datetime.fromisoformat(metrics["began"]).strftime("%Y-%m-%d %H:%M")
     written = os.stat(record.folder / "config.yaml").st_mtime  # noqa: PTH116
@@ -140,13 +123,13 @@ def _plots(record: RunRecord, key: str) -> list[tuple[Markup, str]]:
     contents = contents_of(record)
     ends = "" if contents.truth is None else f" {end_error_text(contents, contents.truth)}."
     claimed = f" The band is ±{SIGMAS:g} standard deviations, as the estimate claims them."
-    band = claimed if known and has_variance(traces, "cov_xx") else ""
+    band = claimed if known and run_plots.has_variance(traces, "cov_xx") else ""
     figures = {
         "map": (map_figure(contents, THEMED, 8.4, bare=True), f"From above, metres.{ends}"),
-        "errors": (error_figure(traces, THEMED), f"{against}, scan by scan.{band}"),
-        "distance": (distance_figure([("", traces)], THEMED), CAPTIONS["distance"]),
-        "iterations": (iterations_figure(alone, THEMED), CAPTIONS["iterations"]),
-        "timing": (timing_figure(alone, THEMED), CAPTIONS["timing"]),
+        "errors": (run_plots.error_figure(traces, THEMED), f"{against}, scan by scan.{band}"),
+        "distance": (run_plots.distance_figure([("", traces)], THEMED), CAPTIONS["distance"]),
+        "iterations": (run_plots.iterations_figure(alone, THEMED), CAPTIONS["iterations"]),
+        "timing": (run_plots.timing_figure(alone, THEMED), CAPTIONS["timing"]),
     }
     return inline_figures(figures, key)
 

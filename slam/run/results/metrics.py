@@ -23,14 +23,11 @@ def measure(folder: Path) -> dict[str, Any]:
         return {"scans": 0}
     stamps, truth = traces.stamps, traces.truth
     metrics: dict[str, Any] = {"scans": len(stamps), "duration_s": round(float(stamps[-1] - stamps[0]), 6)}
-    metrics["path_m"] = _path_length(traces.estimate if truth is None else truth)
+    steps = np.diff((traces.estimate if truth is None else truth)[:, :2], axis=0)
+    metrics["path_m"] = round(float(np.hypot(*steps.T).sum()), 4)
     if truth is not None:
         metrics |= _errors(traces.estimate, truth, "") | _errors(traces.odometry, truth, "odometry_")
     return metrics | _work(traces.steps)
-
-
-def _path_length(poses: FloatArray) -> float:
-    return round(float(np.hypot(*np.diff(poses[:, :2], axis=0).T).sum()), 4)
 
 
 def _errors(poses: FloatArray, truth: FloatArray, prefix: str) -> dict[str, float]:

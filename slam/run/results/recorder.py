@@ -5,6 +5,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from slam.closing import Closing
 from slam.files.atomic_files import GrowingGeoJson, GrowingText, line_feature
 from slam.files.tum import format_tum
 from slam.pose import FloatArray, Pose2D
@@ -17,7 +18,7 @@ STEP_COLUMNS: Final = (
 _UPPER: Final = np.triu_indices(3)
 
 
-class Recorder:
+class Recorder(Closing):
     """A watcher that keeps ``trajectory.tum``, ``odometry.tum``, ``groundtruth.tum``, ``steps.csv``, ``lines.geojson``.
 
     Poses are ``T_map_base``; odometry starts at the robot's first estimate.

@@ -5,7 +5,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from slam.closing import Closing
 from slam.errors import InputError
+from slam.files.logs.read import RUN_LOG
 from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_scan, decode_transforms
 from slam.files.ros.encoder import Encoder, nanoseconds
 from slam.files.ros.mcap_files import McapWriter, mcap_messages
@@ -16,18 +18,17 @@ from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.step import Step
 
-LOG: Final = "log.mcap"
 _SCANS_A_CHUNK: Final = 8
 """At 10 Hz less than a second of a run is lost when it is killed."""
 _BYTES_BESIDE: Final = 1300
 """Size of a scan's other messages."""
 
 
-class RunLog:
+class RunLog(Closing):
     """A watcher that appends every step to ``log.mcap``; of a step, the scan comes last."""
 
     def __init__(self, folder: Path, T_base_laser: Pose2D) -> None:
-        self._path, self._T_base_laser = folder / LOG, T_base_laser
+        self._path, self._T_base_laser = folder / RUN_LOG, T_base_laser
         self._encoder = Encoder()
         self._writer: McapWriter | None = None
 

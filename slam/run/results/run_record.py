@@ -10,11 +10,12 @@ from typing import Any, Self
 import numpy as np
 
 from slam.errors import InputError
+from slam.files.logs.read import RUN_LOG
 from slam.files.maps.file import read_map
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
-from slam.run.results.run_log import LOG, logged_mount, logged_observations, logged_start
+from slam.run.results.run_log import logged_mount, logged_observations, logged_start
 from slam.run.results.traces import Traces
 from slam.saved_slam import SavedSlam
 from slam.scenario.file import read_scenario
@@ -50,11 +51,6 @@ class RunRecord:
         return self.folder.resolve().name
 
     @property
-    def complete(self) -> bool:
-        """True where the run came to its end, and was measured."""
-        return self.metrics is not None
-
-    @property
     def outlines(self) -> list[FloatArray]:
         """The true walls that the lidar could see, (K, 2) each, metres, map frame; none of a replay."""
         return list(self.config.world.outlines(self.config.lidar.height))
@@ -62,22 +58,26 @@ class RunRecord:
     @cached_property
     def T_base_laser(self) -> Pose2D:
         """The mount of the lidar; InputError where the log does not say."""
-        return logged_mount(self.folder / LOG)
+        return logged_mount(self.folder / RUN_LOG)
 
     @property
     def start(self) -> Pose2D:
         """``T_map_base`` at the first scan, in all the digits of the log."""
-        return logged_start(self.folder / LOG)
+        return logged_start(self.folder / RUN_LOG)
 
     def observations(self) -> Iterator[Observation]:
         """Observations of the robot, scan by scan, in the order of ``traces``; InputError without a log."""
-        return logged_observations(self.folder / LOG)
+        return logged_observations(self.folder / RUN_LOG)
 
     @cached_property
     def segments(self) -> tuple[IntArray, FloatArray]:
         """Segments of the mapped scans: the number of the scan of each, (M,), and its start and end, (M, 2, 2), metres,
         map frame."""
-        features = self._features()
+        path = self.folder / "lines.geojson"
+        try:
+            features = json.loads(path.read_bytes())["features"]
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise InputError(f"{path}: cannot be read: {error}; give the folder of a run") from error
         scans = np.array([feature["properties"]["scan"] for feature in features], np.int64)
         return scans, np.array([f["geometry"]["coordinates"] for f in features], np.float64).reshape(-1, 2, 2)
 
@@ -91,14 +91,6 @@ class RunRecord:
     def walls(self) -> FloatArray:
         """The map of lines: start and end of each, (M, 2, 2), metres, map frame. Without a saved map, every segment."""
         return self.segments[1] if self.saved_map is None else self.saved_map.mapper.map.ends
-
-    def _features(self) -> list[dict[str, Any]]:
-        path = self.folder / "lines.geojson"
-        try:
-            features: list[dict[str, Any]] = json.loads(path.read_bytes())["features"]
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise InputError(f"{path}: cannot be read: {error}; give the folder of a run") from error
-        return features
 
 
 def _fault(folder: Path) -> str:

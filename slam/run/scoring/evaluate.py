@@ -9,8 +9,8 @@ from slam.errors import InputError
 from slam.files.tum import read_tum
 from slam.pose import FloatArray
 from slam.run.results.run_record import RunRecord
-from slam.run.scoring.pose_errors import PoseErrors, absolute_errors, errors_by_frames, errors_by_path, poses_at
-from slam.run.scoring.relations import read_relations, relation_errors
+from slam.run.scoring import pose_errors
+from slam.run.scoring.pose_errors import PoseErrors
 
 Unit = Literal["m", "frames"]
 
@@ -58,26 +58,23 @@ def against_reference(
     estimate: Trajectory, reference: Trajectory, delta: Delta, align: bool, gap: float
 ) -> tuple[Score, Score]:
     """ATE and RPE at the stamps of the reference that the estimate covers; InputError where these are fewer than 3."""
-    at = poses_at(reference.stamps, *estimate, gap)
+    at = pose_errors.poses_at(reference.stamps, *estimate, gap)
     poses, truth = at.poses[at.known], reference.poses[at.known]
     if len(poses) < 3:
         raise InputError(f"the two trajectories share {len(poses)} stamps; need 3, on one clock, within {gap:g} s")
-    relative = (
-        errors_by_path(poses, truth, delta.size)
-        if delta.unit == "m"
-        else errors_by_frames(poses, truth, round(delta.size))
-    )
-    name = f"RPE over {delta.size:g} {delta.unit}"
-    return (
-        Score("ATE, aligned" if align else "ATE", absolute_errors(poses, truth, align), len(reference.stamps)),
-        Score(name, relative, len(relative.metres)),
-    )
+    if delta.unit == "m":
+        relative = pose_errors.errors_by_path(poses, truth, delta.size)
+    else:
+        relative = pose_errors.errors_by_frames(poses, truth, round(delta.size))
+    absolute = pose_errors.absolute_errors(poses, truth, align)
+    ate = Score("ATE, aligned" if align else "ATE", absolute, len(reference.stamps))
+    return ate, Score(f"RPE over {delta.size:g} {delta.unit}", relative, len(relative.metres))
 
 
 def against_relations(estimate: Trajectory, path: Path, gap: float) -> Score:
     """The metric of Kuemmerle et al.; InputError where the estimate covers no relation."""
-    relations = read_relations(path)
-    errors = relation_errors(relations, *estimate, gap)
+    relations = pose_errors.read_relations(path)
+    errors = pose_errors.relation_errors(relations, *estimate, gap)
     if not len(errors.metres):
         raise InputError(f"{path}: none of its {len(relations)} relations lies in the time of the trajectory")
     return Score("relations", errors, len(relations))

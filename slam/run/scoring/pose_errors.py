@@ -1,17 +1,24 @@
-"""Errors of a trajectory against a reference: absolute and relative (Sturm et al., IROS 2012).
+"""Errors of a trajectory: absolute and relative, against a reference (Sturm et al., IROS 2012), and against relations
+known by hand (Kuemmerle et al., Autonomous Robots 27, 2009).
 
 Poses are rows x, y, theta (N, 3), metres and radians."""
 
+from contextlib import closing
+from pathlib import Path
 from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from slam.errors import LogError
+from slam.files.fields import table_row
+from slam.files.text_lines import read_lines
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, path_lengths, relative_poses
 
 MAX_GAP: Final = 10.0
 """Seconds to the nearest pose on both sides, at most, for a pose between two scans."""
+_RELATION: Final = "t1 t2 x y z roll pitch yaw"
 
 
 class InterpolatedPoses(NamedTuple):
@@ -81,6 +88,25 @@ def errors_by_frames(poses: FloatArray, truth: FloatArray, frames: int) -> PoseE
 def relative_error(poses: FloatArray, truth: FloatArray, length: float = 10.0) -> float:
     """RPE: root mean square of the translation error over all pieces of this length of the true path, metres."""
     return rmse(errors_by_path(poses, truth, length).metres)
+
+
+def read_relations(path: Path) -> FloatArray:
+    """Rows t1, t2, x, y, yaw, seconds, metres and radians, of a file of lines ``t1 t2 x y z roll pitch yaw``, plain or
+    gzip. LogError, naming the line, for another one."""
+    with closing(read_lines(path)) as lines:
+        rows = [
+            table_row(words, _RELATION, f"{path}: line {number}") for number, line in lines if (words := line.split())
+        ]
+    if not rows:
+        raise LogError(f"{path}: no relation in this file; need lines of {_RELATION}")
+    return np.array(rows)[:, [0, 1, 2, 3, 7]]
+
+
+def relation_errors(relations: FloatArray, stamps: FloatArray, poses: FloatArray, gap: float = MAX_GAP) -> PoseErrors:
+    """Errors of every relation whose two times the trajectory covers."""
+    first, second = (poses_at(relations[:, column], stamps, poses, gap) for column in (0, 1))
+    errors = relative_poses(relations[:, 2:], relative_poses(first.poses, second.poses))[first.known & second.known]
+    return _sizes(errors)
 
 
 def _motion_errors(poses: FloatArray, truth: FloatArray, first: IntArray, last: IntArray) -> PoseErrors:

@@ -1,1 +1,1 @@
-"""A run as the rerun viewer shows it, live or recorded. Only what comes after broadcast.py imports rerun."""
+"""A run as the rerun viewer shows it, live or recorded; only broadcast.py and what it imports import rerun."""

@@ -80,7 +80,7 @@ class Batch(NamedTuple):
     map: MapSnapshot | None
 
     def chunks(self, plots: Sequence[str]) -> Iterator[Chunk]:
-        """The batch as rerun takes it."""
+        """Chunks of the batch, as rerun takes them."""
         if self.frames:
             yield from frame_chunks(self.frames)
         if self.trail:
@@ -136,12 +136,10 @@ class Batcher:
         trail: list[Frame] = []
         if last or now - self._trail_sent_at >= self._pace.trail or len(self._trail) >= _MOST:
             trail, self._trail, self._trail_sent_at = self._trail, [], now
-        seen = (
-            self._map_updates.due(self._last, last)
-            if self._map_updates is not None and self._last is not None
-            else None
-        )
-        batch = Batch(self._frames, trail, self._before, self._events, seen)
+        snapshot = None
+        if self._map_updates is not None and self._last is not None:
+            snapshot = self._map_updates.due(self._last, last)
+        batch = Batch(self._frames, trail, self._before, self._events, snapshot)
         self._before = trail[-1] if trail else self._before
         self._frames, self._events = [], []
         self._submit(lambda: list(batch.chunks(self._plots)))

@@ -1,19 +1,129 @@
-"""Frames to all files and viewers of one run."""
+"""Frames to all .rrd files and viewers of one run; viewers, over gRPC, may be slow, come late, and go."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Self
+from queue import Empty, Full, Queue
+from threading import Thread
+from time import monotonic
+from typing import Final
 
 import numpy as np
+import rerun as rr
 
+from slam.closing import Closing
 from slam.run.viewer.batcher import FILE_PACE, LIVE_PACE, Batcher, Pace
-from slam.run.viewer.blueprint import UNKNOWN, extent_of
+from slam.run.viewer.blueprint import UNKNOWN, Extent, blueprint, extent_of
 from slam.run.viewer.chunks import Chunk
+from slam.run.viewer.rerun_program import is_listening
 from slam.run.viewer.scene import Event, Frame, Scene
-from slam.run.viewer.sinks import RecordingSink, ViewerSink
+from slam.run.viewer.static_entities import static_entities
+
+_QUEUE: Final = 64
+"""Batches that may wait for a viewer; more are dropped."""
+_PATIENCE: Final = 2.0
+"""Seconds for a viewer to take one batch ..."""
+_RETRY: Final = 1.0
+"""... to look again for one that is not there ..."""
+_FAREWELL: Final = 4.0
+"""... and, at the end, to take what still waits."""
 
 
-class Broadcast:
+class RecordingSink:
+    """Files, whole when they are closed; one that was cut off can be read up to the last batch."""
+
+    def __init__(self, paths: Sequence[Path], scene: Scene) -> None:
+        self._stream, self._plots = _stream(list(map(rr.FileSink, paths)), scene), scene.plots
+
+    def send(self, chunks: Sequence[Chunk]) -> None:
+        """Write a batch."""
+        _send(self._stream, chunks)
+
+    def set_view(self, extent: Extent) -> None:
+        """Let whoever opens the file see this."""
+        self._stream.send_blueprint(blueprint(extent, self._plots))
+
+    def close(self) -> None:
+        """Write what waits, and the footer."""
+        self._stream.flush()
+        self._stream.disconnect()
+
+
+class ViewerSink:
+    """A viewer at a gRPC address. Sending never waits: a thread of its own does.
+
+    rerun blocks whoever logs when a viewer that does not read has let its buffers fill, and for five seconds when there
+    is none at all; so this looks for one first, and gives it one batch at a time.
+    """
+
+    def __init__(self, url: str, scene: Scene, say: Callable[[str], None]) -> None:
+        self._url, self._scene, self._say = url, scene, say
+        self._batches: Queue[Sequence[Chunk] | None] = Queue(_QUEUE)
+        self._stream: rr.RecordingStream | None = None
+        self._missed = False
+        self._look_at = 0.0
+        self._thread = Thread(target=self._pump, name=f"viewer {url}", daemon=True)
+        self._thread.start()
+
+    def send(self, chunks: Sequence[Chunk]) -> None:
+        """Queue a batch; the oldest is dropped where too many wait."""
+        while True:
+            try:
+                return self._batches.put_nowait(chunks)
+            except Full:
+                with suppress(Empty):
+                    self._batches.get_nowait()
+
+    def close(self) -> None:
+        """Give the viewer a moment to take what still waits."""
+        with suppress(Full):
+            self._batches.put(None, timeout=_FAREWELL)
+        self._thread.join(_FAREWELL)
+
+    def _pump(self) -> None:
+        while (chunks := self._batches.get()) is not None:
+            if self._stream is None:
+                self._connect()
+            if self._stream is not None:
+                self._deliver(self._stream, chunks)
+        if self._stream is not None:
+            self._stream.disconnect()
+
+    def _connect(self) -> None:
+        if monotonic() < self._look_at:
+            return
+        self._look_at = monotonic() + _RETRY
+        if is_listening(self._url):
+            self._stream = _stream([rr.GrpcSink(self._url)], self._scene)
+        elif not self._missed:
+            self._missed = True
+            self._say(f"no viewer at {self._url} yet; start one there with: rerun. The run goes on")
+
+    def _deliver(self, stream: rr.RecordingStream, chunks: Sequence[Chunk]) -> None:
+        try:
+            _send(stream, chunks)
+            stream.flush(timeout_sec=_PATIENCE)
+        except RuntimeError:
+            self._stream, self._missed = None, True
+            stream.disconnect()
+            self._say(f"the viewer at {self._url} does not answer any more; the run goes on")
+
+
+def _stream(sinks: Sequence[rr.FileSink | rr.GrpcSink], scene: Scene) -> rr.RecordingStream:
+    """A recording with all that stands still in it."""
+    stream = rr.RecordingStream("hopslam", send_properties=False)
+    stream.set_sinks(*sinks, default_blueprint=blueprint(extent_of(scene), scene.plots))
+    for entity, archetype in static_entities(scene):
+        stream.log(entity, archetype, static=True)
+    return stream
+
+
+def _send(stream: rr.RecordingStream, chunks: Sequence[Chunk]) -> None:
+    for chunk in chunks:
+        stream.send_columns(chunk.entity, chunk.indexes, chunk.columns)
+
+
+class Broadcast(Closing):
     """Files get many scans at once, which costs least; viewers get each scan as it comes. Use it as a context manager.
 
     ``say`` tells the user, in one line, of viewers that are not there.
@@ -51,13 +161,20 @@ class Broadcast:
         self._sinks += sinks
         self._batchers.append(Batcher([sink.send for sink in sinks], pace, scene))
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Send all that was gathered, and end the recordings."""
         for batcher in self._batchers:
             batcher.close()
         if self._file is not None and self._unknown and np.isfinite(self._high - self._low).all():
             self._file.set_view((self._low, self._high))
         for sink in self._sinks:
             sink.close()
+
+
+def send_file(path: Path, url: str) -> None:
+    """Send a recording to a viewer, which must be there."""
+    stream = rr.RecordingStream("hopslam", send_properties=False)
+    stream.set_sinks(rr.GrpcSink(url))
+    stream.log_file_from_path(path)
+    stream.flush()
+    stream.disconnect()

@@ -3,18 +3,24 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from math import atan2, cos, hypot, sin
+from typing import Any, Final
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
 from slam.pose import FloatArray, Pose2D, stack_poses
-from slam.run.viewer.covariance_shapes import ellipses, unconstrained_arrows, yaw_quaternions
 from slam.run.viewer.palette import END_MARK, START_MARK
 from slam.run.viewer.scene import PLOTS, Event, Frame
 
 Float32Array = NDArray[np.float32]
+_RADIUS_95: Final = 2.4477
+"""Radius of the circle that holds 95 % of a normal distribution of unit variance in the plane: sqrt(-2 ln 0.05)."""
+_ARROW: Final = 1.2
+"""Metres to each side."""
+_LEAST: Final = 0.05
+"""Length in the plane of an unconstrained direction: below it, the direction is a heading."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,13 +34,15 @@ class Chunk:
 
 def frame_chunks(frames: Sequence[Frame]) -> Iterator[Chunk]:
     """Everything that is drawn of these scans but their strokes."""
-    when = times_of(frames)
+    when = _times_of(frames)
     counts = [len(frame.points) for frame in frames]
     positions = at_height(_rounded(np.concatenate([frame.points for frame in frames])), 0.0)
     colours = np.concatenate([frame.point_colours for frame in frames])
     yield Chunk("map/scan", when, rr.Points3D.columns(positions=positions, colors=colours).partition(counts))
     yield Chunk("map/segments", when, _segments(frames))
-    yield Chunk("map/robot", when, [*_transforms(frames), *ellipses(frames), *unconstrained_arrows(frames)])
+    poses = stack_poses(frame.robot for frame in frames)
+    places = rr.Transform3D.columns(translation=at_height(poses[:, :2], 0.06), quaternion=_yaw_quaternions(poses[:, 2]))
+    yield Chunk("map/robot", when, [*places, *_ellipses(frames), *_unconstrained_arrows(frames)])
 
 
 def _rounded(points: FloatArray) -> FloatArray:
@@ -51,6 +59,39 @@ def _segments(frames: Sequence[Frame]) -> list[Any]:
     marks = np.tile(np.array([START_MARK, END_MARK], np.uint32), len(ends))
     points = rr.Points3D.columns(positions=ends.reshape(-1, 3), colors=marks).partition([2 * count for count in counts])
     return [*lines, *points]
+
+
+def _ellipses(frames: Sequence[Frame]) -> Any:
+    """Columns of a flat ellipsoid a scan, in the robot's frame; none where there is no covariance."""
+    known = [(frame.robot.theta, frame.covariance) for frame in frames if frame.covariance is not None]
+    counts = [int(frame.covariance is not None) for frame in frames]
+    variances, axes = np.linalg.eigh(np.array([C[:2, :2] for _, C in known]).reshape(-1, 2, 2))
+    sizes = np.full((len(known), 3), 1e-3, np.float32)
+    sizes[:, :2] = _RADIUS_95 * np.sqrt(np.maximum(variances, 0.0))
+    turns = _yaw_quaternions(np.arctan2(axes[:, 1, 0], axes[:, 0, 0]) - np.array([theta for theta, _ in known]))
+    return rr.Ellipsoids3D.columns(half_sizes=sizes, quaternions=turns).partition(counts)
+
+
+def _unconstrained_arrows(frames: Sequence[Frame]) -> Any:
+    """Columns of arrows, in the robot's frame, to both sides along each direction in which odometry alone stands."""
+    vectors: list[tuple[float, float, float]] = []
+    counts = []
+    for frame in frames:
+        before = len(vectors)
+        for x, y, _ in frame.unconstrained.tolist() if frame.unconstrained is not None else ():
+            if hypot(x, y) > _LEAST:
+                way = atan2(y, x) - frame.robot.theta
+                c, s = _ARROW * cos(way), _ARROW * sin(way)
+                vectors += [(c, s, 0.0), (-c, -s, 0.0)]
+        counts.append(len(vectors) - before)
+    return rr.Arrows3D.columns(vectors=np.array(vectors, np.float32).reshape(-1, 3)).partition(counts)
+
+
+def _yaw_quaternions(angles: FloatArray) -> Float32Array:
+    """Quaternions (N, 4), x y z w, of turns about the upright axis."""
+    turns = np.zeros((len(angles), 4), np.float32)
+    turns[:, 2], turns[:, 3] = np.sin(0.5 * angles), np.cos(0.5 * angles)
+    return turns
 
 
 def stroke_chunks(before: Frame | None, frames: Sequence[Frame]) -> Iterator[Chunk]:
@@ -70,7 +111,7 @@ def stroke_chunks(before: Frame | None, frames: Sequence[Frame]) -> Iterator[Chu
 
 def plot_chunks(frames: Sequence[Frame], names: Sequence[str]) -> Iterator[Chunk]:
     """The points of these curves at these scans."""
-    when = times_of(frames)
+    when = _times_of(frames)
     for name in names:
         values = np.array([PLOTS[name].values(frame) for frame in frames], np.float64)
         columns = rr.Scalars.columns(scalars=values.ravel()).partition([values.shape[1]] * len(frames))
@@ -98,15 +139,10 @@ def at_height(points: FloatArray, height: float) -> Float32Array:
     return lifted
 
 
-def times_of(frames: Sequence[Frame]) -> tuple[rr.TimeColumn, ...]:
+def _times_of(frames: Sequence[Frame]) -> tuple[rr.TimeColumn, ...]:
     """Times of these scans on both timelines."""
     return _times([frame.index for frame in frames], [frame.stamp for frame in frames])
 
 
 def _times(scans: Sequence[int], stamps: Sequence[float]) -> tuple[rr.TimeColumn, ...]:
     return rr.TimeColumn("scan", sequence=scans), rr.TimeColumn("time", duration=np.asarray(stamps, np.float64))
-
-
-def _transforms(frames: Sequence[Frame]) -> Any:
-    poses = stack_poses(frame.robot for frame in frames)
-    return rr.Transform3D.columns(translation=at_height(poses[:, :2], 0.06), quaternion=yaw_quaternions(poses[:, 2]))

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from slam.deskew import deskewed
-from slam.errors import InputError
-from slam.files.atomic_files import atomic_file
+from slam.files.atomic_files import atomic_file, require_writable
 from slam.pose import FloatArray, Pose2D
 from slam.run.results.run_record import RunRecord
 from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
@@ -37,14 +36,11 @@ def make_recording(record: RunRecord, path: Path, track: Track) -> None:
     """Write a run, as its folder has it, to an .rrd file; InputError where that cannot be written."""
     from slam.run.viewer.broadcast import Broadcast
 
-    try:
-        with atomic_file(path) as draft:
-            draft.touch()
-            with Broadcast([draft], [], scene_of(record), print) as broadcast:
-                for _ in track(show_finished(record, broadcast), len(record.traces.stamps)):
-                    pass
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}; give --rerun FILE.rrd elsewhere") from error
+    with require_writable(path, "give --rerun FILE.rrd elsewhere"), atomic_file(path) as draft:
+        draft.touch()
+        with Broadcast([draft], [], scene_of(record), print) as broadcast:
+            for _ in track(show_finished(record, broadcast), len(record.traces.stamps)):
+                pass
 
 
 def scene_of(record: RunRecord) -> Scene:

@@ -1,6 +1,6 @@
 """Entities that never change: the true walls, the planned route, the outline of the robot, colours and sizes."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -25,7 +25,10 @@ def static_entities(scene: Scene) -> Iterator[tuple[str, rr.AsComponents]]:
         yield "map/route/waypoints", rr.Points3D(way, colors=palette.ROUTE, radii=rr.Radius.ui_points(3.0))
     yield from _robot()
     yield from _looks()
-    yield from _plot_styles(scene.plots)
+    for name in scene.plots:
+        curves = PLOTS[name].curves
+        colours = palette.SERIES[: len(curves)]
+        yield f"plots/{name}", rr.SeriesLines(names=curves, colors=colours, widths=[1.5] * len(curves))
 
 
 def _robot() -> Iterator[tuple[str, rr.AsComponents]]:
@@ -49,16 +52,6 @@ def _looks() -> Iterator[tuple[str, rr.AsComponents]]:
     trajectories = (("slam", palette.SLAM, 1.8), ("odometry", palette.ODOMETRY, 1.2), ("truth", palette.TRUTH, 0.6))
     for name, colour, width in trajectories:
         yield f"map/trajectory/{name}", rr.LineStrips3D.from_fields(colors=colour, radii=points(width))
-    yield (
-        "map/robot",
-        rr.Ellipsoids3D.from_fields(colors=palette.UNSURE, line_radii=points(1.0), fill_mode="MajorWireframe"),
-    )
+    ellipses = rr.Ellipsoids3D.from_fields(colors=palette.UNSURE, line_radii=points(1.0), fill_mode="MajorWireframe")
+    yield "map/robot", ellipses
     yield "map/robot", rr.Arrows3D.from_fields(colors=palette.UNSURE, radii=points(1.5))
-
-
-def _plot_styles(names: Sequence[str]) -> Iterator[tuple[str, rr.SeriesLines]]:
-    """Names and colours of the curves, by entity."""
-    for name in names:
-        curves = PLOTS[name].curves
-        looks = palette.SERIES[: len(curves)]
-        yield f"plots/{name}", rr.SeriesLines(names=curves, colors=looks, widths=[1.5] * len(curves))

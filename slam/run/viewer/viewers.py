@@ -1,4 +1,4 @@
-"""All viewers of one run; without any, nothing of rerun is even imported."""
+"""``--rerun``: where a run is shown, and all viewers of it; without any, nothing of rerun is even imported."""
 
 from __future__ import annotations
 
@@ -6,30 +6,94 @@ import os
 import subprocess
 from collections.abc import Iterable
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from shutil import copyfile
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final, Literal
+from urllib.parse import urlsplit
 
+from slam.closing import Closing
 from slam.console.terminal import Terminal
 from slam.errors import InputError
-from slam.run.viewer.rerun_program import is_listening
-from slam.run.viewer.targets import GRPC_PORT, Target, parse_targets
+from slam.run.viewer import rerun_program
+from slam.scenario.settings import one_or_several
 
 if TYPE_CHECKING:
     from slam.run.viewer.broadcast import Broadcast
     from slam.run.viewer.scene import Scene
 
+GRPC_PORT: Final = 9876
+WEB_PORT: Final = 9090
+FORMS: Final = "FILE.rrd, spawn, connect[=URL] or serve[=PORT]"
 NO_DISPLAY: Final = (
     "--rerun spawn: there is no screen here; use --rerun serve and a browser, --rerun connect=HOST to a viewer "
     "elsewhere, or --rerun FILE.rrd"
 )
-
 _QUIET: Final = "warn,re_grpc_client=off,re_sdk::recording_stream=off"
 """Log levels of rerun: this program itself says, in one line, that a viewer has gone."""
 
 
-class Viewers:
-    """Everything that ``--rerun`` asks for. Leaving the block ends the servers; a viewer's window stays."""
+@dataclass(frozen=True, slots=True)
+class Target:
+    """One place to show a run at."""
+
+    kind: Literal["file", "spawn", "connect", "serve"]
+    path: Path = Path()
+    """Path of a file."""
+    url: str = f"rerun+http://127.0.0.1:{GRPC_PORT}/proxy"
+    """Address of a viewer to connect to."""
+    port: int = WEB_PORT
+    """Port of the web page that is served; the data is served at the port after it."""
+
+
+def parse_targets(given: str | Iterable[str]) -> list[Target]:
+    """Parse all options, each target once; InputError for another form, or a file that cannot be written."""
+    return list(dict.fromkeys(map(parse_target, one_or_several(given))))
+
+
+def parse_target(text: str) -> Target:
+    """Parse one option; InputError for what is none of the forms, or a file that cannot be written."""
+    kind, _, value = text.partition("=")
+    if text == "spawn":
+        return Target("spawn")
+    if kind == "connect":
+        return Target("connect", url=_url(value, text)) if value else Target("connect")
+    if kind == "serve":
+        return Target("serve", port=_port(value, text)) if value else Target("serve")
+    return Target("file", path=_file(Path(text)))
+
+
+def _url(value: str, text: str) -> str:
+    """An address as rerun writes it; of HOST or HOST:PORT too."""
+    address = urlsplit(value if "://" in value else f"rerun+http://{value}")
+    try:
+        host, port = address.hostname, address.port or GRPC_PORT
+    except ValueError as error:
+        raise InputError(f"--rerun {text}: {error}; give HOST:PORT") from error
+    if not host or address.scheme not in ("rerun", "rerun+http", "rerun+https"):
+        raise InputError(f"--rerun {text}: no address of a viewer; give HOST:PORT, or rerun+http://HOST:PORT/proxy")
+    host = f"[{host}]" if ":" in host else host
+    return f"{address.scheme}://{host}:{port}{address.path if address.path.strip('/') else '/proxy'}"
+
+
+def _port(value: str, text: str) -> int:
+    if not value.isdecimal() or not 1024 <= int(value) <= 65534:
+        raise InputError(f"--rerun {text}: no port of a web page; give serve=PORT, from 1024 to 65534")
+    return int(value)
+
+
+def _file(path: Path) -> Path:
+    if path.suffix != ".rrd":
+        raise InputError(f"--rerun {path}: give {FORMS}; a recording needs a name that ends in .rrd")
+    try:
+        path.open("ab").close()
+    except OSError as error:
+        raise InputError(f"--rerun {path}: cannot be written: {error.strerror}; choose another FILE.rrd") from error
+    return path.resolve()
+
+
+class Viewers(Closing):
+    """Everything that ``--rerun`` asks for. Closing ends the servers; a viewer's window stays."""
 
     def __init__(self, targets: str | Iterable[str] = (), console: Terminal | None = None) -> None:
         self._targets = parse_targets(targets)
@@ -53,9 +117,11 @@ class Viewers:
         """Show a recording that is whole."""
         for target in self._targets:
             if target.kind == "file":
-                self._copied(recording, target.path)
+                if target.path != recording.resolve():
+                    copyfile(recording, target.path)
+                self.say(f"recording in {target.path}")
             elif target.kind == "connect":
-                self._sent(recording, target.url)
+                self._send_file(recording, target.url)
             elif target.kind == "spawn":
                 self._spawned(recording)
             else:
@@ -81,41 +147,30 @@ class Viewers:
         return self._served(target.port) if target.kind == "serve" else target.url
 
     def _spawned(self, *files: Path) -> str | None:
-        from slam.run.viewer.rerun_program import data_address, has_display, spawn_viewer
-
-        url = data_address(GRPC_PORT)
-        if not files and is_listening(url):
+        url = rerun_program.data_address(GRPC_PORT)
+        if not files and rerun_program.is_listening(url):
             return url
-        if not has_display():
+        if not rerun_program.has_display():
             self.say(NO_DISPLAY)
             return None
-        spawn_viewer("auto" if files else str(GRPC_PORT), *files)
+        rerun_program.spawn_viewer("auto" if files else str(GRPC_PORT), *files)
         return url
 
     def _served(self, port: int, *files: Path) -> str:
-        from slam.run.viewer.rerun_program import data_address, page_address, serve_page
+        self._servers.append((rerun_program.page_address(port), rerun_program.serve_page(port, *files)))
+        self.say(f"viewer: {rerun_program.page_address(port)}")
+        return rerun_program.data_address(port + 1)
 
-        self._servers.append((page_address(port), serve_page(port, *files)))
-        self.say(f"viewer: {page_address(port)}")
-        return data_address(port + 1)
+    def _send_file(self, recording: Path, url: str) -> None:
+        from slam.run.viewer.broadcast import send_file
 
-    def _copied(self, recording: Path, path: Path) -> None:
-        if path != recording.resolve():
-            copyfile(recording, path)
-        self.say(f"recording in {path}")
-
-    def _sent(self, recording: Path, url: str) -> None:
-        from slam.run.viewer.sinks import send_file
-
-        if not is_listening(url):
+        if not rerun_program.is_listening(url):
             raise InputError(f"--rerun connect: no viewer at {url}; start one there with: rerun")
         send_file(recording, url)
         self.say(f"sent to {url}")
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *raised: object) -> None:
+    def close(self) -> None:
+        """End the servers."""
         for _, server in self._servers:
             server.terminate()
             server.wait()

@@ -7,7 +7,7 @@ from typing import Final
 from hardware.arcos.encoder_packet import WheelTravel, travel_wrap
 from hardware.arcos.model import ArcosUnits
 from hardware.arcos.sip import Sip
-from hardware.odometry_track import OdometryTrack
+from hardware.odometry_history import OdometryHistory
 from slam.odometry import Twist2D
 from slam.pose import Pose2D, wrap_angle
 
@@ -68,10 +68,10 @@ class PositionOdometry:
     left out. One that was believed all the same is undone by the next report, which fits the one before.
     """
 
-    def __init__(self, units: ArcosUnits, scales: WheelScales, track: OdometryTrack) -> None:
+    def __init__(self, units: ArcosUnits, scales: WheelScales, history: OdometryHistory) -> None:
         self._units = units
         self._scales = scales
-        self._track = track
+        self._history = history
         self._believed: tuple[_Reading, ...] = ()
         """The last two, the newer one first."""
         self._first_refused: float | None = None
@@ -80,7 +80,7 @@ class PositionOdometry:
         """Take a report, and return False where it is impossible."""
         reading = _Reading(stamp, sip, sip_twist(sip, self._units))
         if not self._believed:
-            self._accept(reading, self._track.last[1] if self._track.last else Pose2D())
+            self._accept(reading, self._history.last[1] if self._history.last else Pose2D())
             return True
         for before in self._believed:
             step = self._step(before.sip, sip)
@@ -95,7 +95,7 @@ class PositionOdometry:
     def _accept(self, reading: _Reading, pose: Pose2D) -> None:
         reading = replace(reading, pose=pose)
         self._believed, self._first_refused = (reading, *self._believed[:1]), None
-        self._track.add(reading.stamp, pose, self._scales.corrected(reading.twist))
+        self._history.add(reading.stamp, pose, self._scales.corrected(reading.twist))
 
     def _step(self, before: Sip, after: Sip) -> Pose2D:
         wrap = self._units.wrap
@@ -126,19 +126,19 @@ def _plausible(step: Pose2D, before: _Reading, after: _Reading) -> bool:
 class EncoderOdometry:
     """Integrates the wheels' ticks, which come with each SIP and are finer than its position."""
 
-    def __init__(self, ticks_per_metre: float, scales: WheelScales, track: OdometryTrack) -> None:
+    def __init__(self, ticks_per_metre: float, scales: WheelScales, history: OdometryHistory) -> None:
         self._wrap = travel_wrap(ticks_per_metre)
         self._scales = scales
-        self._track = track
+        self._history = history
         self._last: WheelTravel | None = None
 
     def add(self, stamp: float, travel: WheelTravel, twist: Twist2D) -> None:
         """Take a reading, and the speed in the SIP before it."""
-        pose = self._track.last[1] if self._track.last else Pose2D()
+        pose = self._history.last[1] if self._history.last else Pose2D()
         if self._last is not None:
             left = unwrapped_step(self._last.left, travel.left, self._wrap)
             right = unwrapped_step(self._last.right, travel.right, self._wrap)
             rolled = Twist2D.from_wheels(left, right, 2.0 * self._scales.half_track)
             pose = pose @ self._scales.corrected(rolled).motion(1.0)
         self._last = travel
-        self._track.add(stamp, pose, self._scales.corrected(twist))
+        self._history.add(stamp, pose, self._scales.corrected(twist))

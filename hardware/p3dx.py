@@ -15,9 +15,9 @@ from hardware.arcos.model import SONAR_REACH
 from hardware.arcos.sip import Sip, is_sip
 from hardware.arcos_session import ArcosLine, ReceivedPacket, disconnect_robot
 from hardware.base_odometry import EncoderOdometry, PositionOdometry, WheelScales, sip_twist
-from hardware.odometry_track import OdometryTrack
+from hardware.odometry_history import OdometryHistory
 from hardware.p3dx_setup import OpenedP3dx, open_p3dx
-from hardware.serial_port import PortLost, attempts
+from hardware.serial_port import PortLost, backoff
 from hardware.speed_commands import BaseSpeeds, SpeedCommands, WheelSpeeds
 from slam.errors import RobotError
 from slam.odometry import Odometry, Twist2D
@@ -44,7 +44,7 @@ class P3dx:
         self._limits = limits
         self._lock = threading.RLock()
         self._closing = threading.Event()
-        self._track = OdometryTrack()
+        self._history = OdometryHistory()
         self._settings = ArcosConfig()
         self.sip = Sip()
         self._echoes: dict[int, float] = {}
@@ -101,9 +101,9 @@ class P3dx:
         then. Times are those of ``time.monotonic``."""
         while True:
             with self._lock:
-                if self._track.covers(first) and self._track.covers(last):
-                    return self._track.between(first, last)
-                known = self._track.last
+                if self._history.covers(first) and self._history.covers(last):
+                    return self._history.between(first, last)
+                known = self._history.last
             if known is None or known[0] > last or time.monotonic() >= until:
                 return None
             time.sleep(_ODOMETRY_WAIT)
@@ -135,9 +135,9 @@ class P3dx:
             self._was_armed = False
             self._speeds = _SPEEDS[config.drive_by](self._limits, half_track)
             self._units, self._settings = opened.units, opened.settings
-            self._position = PositionOdometry(opened.units, scales, OdometryTrack() if by_encoders else self._track)
+            self._position = PositionOdometry(opened.units, scales, OdometryHistory() if by_encoders else self._history)
             ticks = opened.settings.ticks_per_metre
-            self._encoders = EncoderOdometry(ticks, scales, self._track) if by_encoders else None
+            self._encoders = EncoderOdometry(ticks, scales, self._history) if by_encoders else None
         return opened.line
 
     def _catch_up(self, opened: OpenedP3dx) -> None:
@@ -175,7 +175,7 @@ class P3dx:
         self.trouble = reason
         _LOG.warning("%s; the robot's own watchdog stops it", reason)
         self._line.port.close()
-        for _ in attempts(self._closing):
+        for _ in backoff(self._closing):
             try:
                 line = self._connect()
             except RobotError as error:

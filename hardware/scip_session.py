@@ -31,7 +31,7 @@ _FILL: Final = 0.9
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class RawAnswer:
     """The lines of an answer, and the times when its first and last bytes were read, seconds of ``time.monotonic``."""
 
     lines: Lines
@@ -52,7 +52,7 @@ class ScipLine:
         """Write one command."""
         self.port.write(command.encode("ascii") + b"\n")
 
-    def receive(self, timeout: float) -> list[Frame]:
+    def receive(self, timeout: float) -> list[RawAnswer]:
         """Return the answers that are whole now; none when nothing comes within ``timeout`` seconds."""
         pending = self._decoder.pending
         data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
@@ -63,7 +63,7 @@ class ScipLine:
             self._began = now
         frames = []
         for lines in self._decoder.feed(data):
-            frames.append(Frame(lines, self._began, now))
+            frames.append(RawAnswer(lines, self._began, now))
             self._began = now
         return frames
 

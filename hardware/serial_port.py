@@ -94,7 +94,7 @@ class SerialPort:
             raise PortLost(f"{self.url}: {_reason(error)}") from error
 
 
-def attempts(closing: threading.Event) -> Iterator[None]:
+def backoff(closing: threading.Event) -> Iterator[None]:
     """Yield for one attempt after each pause, ever longer pauses from 0.1 s to 2 s, until ``closing`` is set."""
     pause = _FIRST_PAUSE
     while not closing.wait(pause):

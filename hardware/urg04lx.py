@@ -15,8 +15,8 @@ from hardware.scip.reply import Reply, find_reply
 from hardware.scip.scan_data import ScanData
 from hardware.scip.status import is_ok, status_meaning
 from hardware.scip.time_stamp import SensorClock
-from hardware.scip_session import Frame, ScipLine, choose_request, connect_lidar, identify, stop_scans
-from hardware.serial_port import SerialPort, attempts
+from hardware.scip_session import RawAnswer, ScipLine, choose_request, connect_lidar, identify, stop_scans
+from hardware.serial_port import SerialPort, backoff
 from slam.errors import RobotError
 from slam.scan import LaserScan
 from slam.scenario.hardware_config import HardwareConfig
@@ -98,7 +98,7 @@ class Urg04lx:
             if time.monotonic() - last_scan_at > _SILENCE:
                 raise RobotError(f"{self._config.lidar_port}: the lidar sends no scans any more")
 
-    def _take(self, frame: Frame) -> bool:
+    def _take(self, frame: RawAnswer) -> bool:
         """Take the scans in a frame; False where it held none."""
         found = [data for data in partial_scans(frame.lines, self._parameters.range_max) if self._is_ours(data)]
         taken = [self._take_scan(data, frame) for data in found]
@@ -109,7 +109,7 @@ class Urg04lx:
     def _is_ours(self, data: ScanData) -> bool:
         return replace(data.request, scans=0) == self._request
 
-    def _take_scan(self, data: ScanData, frame: Frame) -> bool:
+    def _take_scan(self, data: ScanData, frame: RawAnswer) -> bool:
         # Of an answer that stood behind the remains of another nobody knows when it began to come.
         whole = frame.lines[0] == data.request.encode().encode()
         if data.time is None or not (whole or self._clock.running):
@@ -146,7 +146,7 @@ class Urg04lx:
         self.trouble = reason
         _LOG.warning("%s", reason)
         self._line.port.close()
-        for _ in attempts(self._closing):
+        for _ in backoff(self._closing):
             try:
                 self._line = self._connect()
             except RobotError as error:

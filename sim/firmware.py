@@ -38,7 +38,7 @@ class StallGuard:
         if not self.engaged:
             self._cut_for -= 1
             return
-        in_vain = pushing_in_vain(speeds, torques, limit)
+        in_vain = is_stalling(speeds, torques, limit)
         self._in_vain, self._in_order = (self._in_vain + 1, 0) if in_vain else (0, self._in_order + 1)
         if self._in_vain >= self._patience:
             self.stalled, self._in_vain, self._cut_for = True, 0, self._rest
@@ -46,7 +46,7 @@ class StallGuard:
             self.stalled = False
 
 
-def pushing_in_vain(speeds: Sequence[float], torques: Sequence[float], limit: float) -> bool:
+def is_stalling(speeds: Sequence[float], torques: Sequence[float], limit: float) -> bool:
     """Tell whether a motor strains at its limit and a wheel stands, while no wheel turns with ease.
 
     A wheel that turns with ease swings the robot around what it has met.

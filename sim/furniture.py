@@ -36,10 +36,10 @@ class Furniture:
         self._bodies = [add_movable(world, thing) for thing in movables]
         self._find = [world.bullet.prepared(pybullet.getBasePositionAndOrientation, body) for body in self._bodies]
 
-    def send_away(self) -> None:
+    def park_far_away(self) -> None:
         """Move all pieces far from everything and from each other: see ``P3dx.send_away``."""
         for number, body in enumerate(self._bodies):
-            self._world.send_away(body, number + 1)
+            self._world.park_far_away(body, number + 1)
 
     @property
     def places(self) -> FloatArray:

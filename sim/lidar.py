@@ -6,7 +6,7 @@ import numpy as np
 
 from sim.lidar_noise import measure
 from sim.ray_casters import CASTERS, Caster
-from sim.rays import MovingOutlines, Sweep, rays_of, stop_at_legs
+from sim.rays import MovingOutlines, ScanMotion, rays_of, stop_at_legs
 from sim.world import World
 from slam.pose import FloatArray, unit_vectors
 from slam.scan import LaserScan
@@ -39,7 +39,7 @@ class SimulatedLidar:
         self._reach = reach
         self.caster: Caster = CASTERS[config.caster](world, config.height, reach)
 
-    def scan(self, sweep: Sweep, stamp: float, rng: np.random.Generator) -> LaserScan:
+    def scan(self, motion: ScanMotion, stamp: float, rng: np.random.Generator) -> LaserScan:
         """Take one scan; its first beam fires at ``stamp``, and the noise comes from ``rng``."""
         lidar = self._lidar
         return LaserScan(
@@ -48,30 +48,30 @@ class SimulatedLidar:
             angle_increment=lidar.angle_increment,
             range_min=lidar.range_min,
             range_max=lidar.range_max,
-            ranges=measure(self.true_ranges(sweep), stamp, self._config, rng),
+            ranges=measure(self.true_ranges(motion), stamp, self._config, rng),
             time_increment=self._config.time_increment,
             scan_time=lidar.scan_time,
         )
 
     def measure_beams(
-        self, bearings: FloatArray, sweep: Sweep, increment: float, time: float, rng: np.random.Generator
+        self, bearings: FloatArray, motion: ScanMotion, increment: float, time: float, rng: np.random.Generator
     ) -> FloatArray:
         """Take single beams at ``bearings`` (N,) of the lidar's own frame, ``increment`` seconds apart, with noise.
 
-        ``sweep`` is what moved meanwhile, and ``time`` seconds have passed.
+        ``motion`` is what moved meanwhile, and ``time`` seconds have passed.
         """
-        ranges = self._cast(sweep, unit_vectors(self._config.mount.theta + bearings), increment)
+        ranges = self._cast(motion, unit_vectors(self._config.mount.theta + bearings), increment)
         return measure(ranges, time, self._config, rng)
 
-    def true_ranges(self, sweep: Sweep) -> FloatArray:
+    def true_ranges(self, motion: ScanMotion) -> FloatArray:
         """Distance along each beam to what stands there, metres, shape (beams,); inf where nothing is in reach."""
-        return self._cast(sweep, self._beams, self._config.time_increment)
+        return self._cast(motion, self._beams, self._config.time_increment)
 
-    def _cast(self, sweep: Sweep, beams: FloatArray, increment: float) -> FloatArray:
-        origins, directions = rays_of(sweep.path, sweep.step, self._mount, beams, increment)
+    def _cast(self, motion: ScanMotion, beams: FloatArray, increment: float) -> FloatArray:
+        origins, directions = rays_of(motion.path, motion.step, self._mount, beams, increment)
         ranges = self.caster.cast(origins, directions)
-        self._outlines.stop(origins, directions, ranges, sweep.things, increment / sweep.step)
+        self._outlines.stop(origins, directions, ranges, motion.things, increment / motion.step)
         if len(self._leg_radii):
-            stop_at_legs(origins, directions, ranges, sweep.legs, self._leg_radii, increment / sweep.step)
+            stop_at_legs(origins, directions, ranges, motion.legs, self._leg_radii, increment / motion.step)
         ranges[ranges > self._reach] = np.inf
         return ranges

@@ -56,10 +56,10 @@ class P3dx:
             world.bullet.call(pybullet.changeDynamics, self._body, wheel, lateralFriction=config.traction.friction)
         self.restart()
 
-    def send_away(self) -> None:
+    def park_far_away(self) -> None:
         """Move far from everything: the engine then forgets what the robot was near, which ``World.restore`` does not
         undo, and in whose order contacts are solved."""
-        self._world.send_away(self._body, 0)
+        self._world.park_far_away(self._body, 0)
         self._world.bullet.call(pybullet.performCollisionDetection)
 
     def restart(self) -> None:

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from sim.rays import Sweep
+from sim.rays import ScanMotion
 from sim.robot_in_world import RobotInWorld
 from slam.errors import ScenarioError
 from slam.odometry import Twist2D
@@ -85,10 +85,10 @@ class SimPlant(RobotInWorld):
         """The front ring, metres from left to right, inf without an echo; () where the scenario has none."""
         return self._read_sonar(self._base.pose)
 
-    def _sweep(self, path: Sequence[Pose2D], seconds: float) -> Sweep:
+    def _sweep(self, path: Sequence[Pose2D], seconds: float) -> ScanMotion:
         """Sweep from one place of the base to another, with all else where it is now."""
         people, things = np.array([self._people.legs] * 2), np.array([self._furniture.places] * 2)
-        return Sweep(stack_poses(path), people, seconds, things)
+        return ScanMotion(stack_poses(path), people, seconds, things)
 
     def _place(self, ahead: float = 0.0) -> Pose2D:
         """Predict the pose of the base so many seconds ahead, at its present speed."""

@@ -14,7 +14,7 @@ from slam.scenario.solids import outlines_at
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Sweep:
+class ScanMotion:
     """Motion of everything while the beams fired, the first of them at time 0 and with row 0."""
 
     path: FloatArray

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sim.rays import Sweep
+from sim.rays import ScanMotion
 from sim.robot_in_world import RobotInWorld
 from slam.closing import Closing
 from slam.errors import RobotError
@@ -33,8 +33,8 @@ class SimRobot(RobotInWorld, Closing):
     def restart(self, seed: int) -> None:
         """Back to the start of the same scenario with another seed: all is as in a new SimRobot, but made faster."""
         self._require_open()
-        self._furniture.send_away()
-        self._base.send_away()
+        self._furniture.park_far_away()
+        self._base.park_far_away()
         self._world.restore()
         self._base.restart()
         self._people.restart()
@@ -59,10 +59,10 @@ class SimRobot(RobotInWorld, Closing):
         stamp, T_map_base, T_odom_base = self._world.time, self._base.pose, self._wheels.pose
         twist = self._wheels.mean_twist(stamp)
         sonar = self._read_sonar(T_map_base)
-        sweep = self._sweep()
+        motion = self._sweep()
         if clock.controls_per_sweep:
             twist = self._wheels.mean_twist(self._world.time)
-        scan = self._lidar.scan(sweep, stamp, self._lidar_rng)
+        scan = self._lidar.scan(motion, stamp, self._lidar_rng)
         collided, bumpers = self._bumpers.read()
         odometry = Odometry(stamp, T_odom_base, twist)
         people = tuple((x, y) for x, y in self._people.positions.tolist())
@@ -73,7 +73,7 @@ class SimRobot(RobotInWorld, Closing):
         self._require_open()
         return self._base.command(command)
 
-    def _sweep(self) -> Sweep:
+    def _sweep(self) -> ScanMotion:
         """Let the time of the beams pass; what moved meanwhile, one row for each control step.
 
         Between two rows the beams' poses are interpolated: at the default limits and rate that straightens the way by
@@ -85,7 +85,7 @@ class SimRobot(RobotInWorld, Closing):
             path.append(self._base.place)
             legs.append(self._people.legs)
             things.append(self._furniture.places)
-        return Sweep(np.array(path), np.array(legs), self._clock.control_period, np.array(things))
+        return ScanMotion(np.array(path), np.array(legs), self._clock.control_period, np.array(things))
 
     def _control_step(self) -> None:
         self._base.control()

@@ -106,7 +106,7 @@ class World(Closing):
         """Move the middle of a body there, at once."""
         self.bullet.call(pybullet.resetBasePositionAndOrientation, body, (x, y, z), (0.0, 0.0, 0.0, 1.0))
 
-    def send_away(self, body: int, number: int) -> None:
+    def park_far_away(self, body: int, number: int) -> None:
         """Move a body so far away that nothing is near it, nor another body with another number."""
         x, y, z = FAR_AWAY
         self.move(body, x + number * x, y, z)

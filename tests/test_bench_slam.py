@@ -10,7 +10,7 @@ from evo.core import metrics
 from evo.core.trajectory import PosePath3D
 
 from slam.bench.log_runs import odometry_with_doubled_noise, run_log
-from slam.bench.map_shape import crispness, loop_gap, off_axes
+from slam.bench.map_shape import angles_off_main_axes, crispness, loop_gap
 from slam.bench.sim_report import hour_tables, sim_tables, unconstrained_tables
 from slam.bench.sim_runs import run_scenario
 from slam.bench.slam_report import slam_tables
@@ -105,7 +105,7 @@ def test_the_tables_of_the_simulator() -> None:
 def test_walls_are_off_the_axes_of_their_building() -> None:
     """Two walls at a right angle, and one turned by 0.02 rad, which takes the axes along by its share."""
     walls = np.array([[[0, 0], [4, 0]], [[0, 0], [0, 4]], [[0, 5], [4 * np.cos(0.02), 5 + 4 * np.sin(0.02)]]])
-    angles, lengths = off_axes(walls)
+    angles, lengths = angles_off_main_axes(walls)
     np.testing.assert_allclose(angles, [-0.02 / 3, -0.02 / 3, 0.04 / 3], atol=1e-5)
     np.testing.assert_allclose(lengths, 4.0)
 

@@ -3,7 +3,7 @@
 import csv
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from slam.files.logs import read_log
 from slam.files.tum import read_tum
 from slam.pose import FloatArray
 from slam.run.experiment_setup import replay_experiment, scenario_experiment
-from slam.run.export.formats import export
+from slam.run.export.formats import FORMATS, Format, export
 from slam.run.export.ros_map import count_rays
 from slam.run.results.run_record import RunRecord
 from slam.scenario.file import load_scenario
@@ -30,6 +30,10 @@ def record(tmp_path_factory: pytest.TempPathFactory) -> RunRecord:
     """Eight seconds in the corridor, driving and turning."""
     out = tmp_path_factory.mktemp("run") / "run"
     return RunRecord.open(scenario_experiment(load_scenario("corridor", SETTINGS)).run(out).folder)
+
+
+def test_every_format_that_is_offered_is_written_and_no_other() -> None:
+    assert set(FORMATS) == set(get_args(Format))
 
 
 @pytest.mark.filterwarnings("ignore")  # evo's imports

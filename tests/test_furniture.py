@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sim.bench.blocked import FORWARD, drive, scene, wall
+from sim.bench.stall_drives import FORWARD, drive, scene, wall
 from sim.furniture import friction_arm
 from sim.plan_grid import cast_in_plan, plan_grid
 from sim.plant import SimPlant

@@ -26,7 +26,7 @@ from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.ports import PtyPort, TcpPort
 from hardware.emulator.serial_line import LineNoise
-from hardware.odometry_track import OdometryTrack
+from hardware.odometry_history import OdometryHistory
 from hardware.robot import HardwareRobot
 from hardware.scip.time_stamp import SensorClock
 from hardware.serial_port import PortLost, SerialPort
@@ -265,7 +265,7 @@ def test_the_clock_of_a_sensor_is_followed_through_drift_delay_and_wrap(drift: f
 
 
 def test_a_track_interpolates_and_carries_on() -> None:
-    track, twist = OdometryTrack(), Twist2D(0.5, 0.2)
+    track, twist = OdometryHistory(), Twist2D(0.5, 0.2)
     for k in range(200):
         track.add(0.1 * k, twist.motion(0.1 * k), twist)
     for stamp in (18.0, 18.03, 19.99):
@@ -279,7 +279,7 @@ def test_a_track_interpolates_and_carries_on() -> None:
 
 
 def test_a_step_that_cannot_be_is_left_out() -> None:
-    track = OdometryTrack()
+    track = OdometryHistory()
     odometry = PositionOdometry(P3DX_SH, WheelScales(P3DX_SH.half_track), track)
     places = [0.0, 0.03, 0.30, 0.09, 0.12]
     taken = [odometry.add(0.1 * k, Sip(x=x, left=0.3, right=0.3)) for k, x in enumerate(places)]

@@ -6,7 +6,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from sim.bench.blocked import CASES, drive, scene, sill, sill_outcome, wall
+from sim.bench.stall_drives import CASES, drive, scene, sill, sill_outcome, wall
 from sim.firmware import RECOVERY_TIME, STALL_TIME, StallGuard
 from sim.p3dx import MOTOR_TORQUE, asset
 from sim.plant import SimPlant

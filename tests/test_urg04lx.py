@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sim.lidar import SimulatedLidar
 from sim.lidar_noise import measure, quantised
-from sim.rays import Sweep
+from sim.rays import ScanMotion
 from sim.world import World
 from slam.lidars import LIDARS, TABLE1, URG04LX
 from slam.pose import Pose2D
@@ -27,9 +27,9 @@ def rng(seed: int = 0) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-def still(T_map_base: Pose2D) -> Sweep:
+def still(T_map_base: Pose2D) -> ScanMotion:
     """All beams from one place, with nobody around."""
-    return Sweep(np.array([[T_map_base.x, T_map_base.y, T_map_base.theta]]), np.empty((1, 0, 2)), 0.1)
+    return ScanMotion(np.array([[T_map_base.x, T_map_base.y, T_map_base.theta]]), np.empty((1, 0, 2)), 0.1)
 
 
 def room_ranges(T_map_laser: Pose2D, angles: np.ndarray) -> np.ndarray:

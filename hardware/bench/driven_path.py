@@ -88,7 +88,7 @@ class PathDifference:
     def between(cls, one: FloatArray, other: FloatArray) -> Self:
         """Compare two paths of poses x, y, theta, (N, 3) and (M, 3), with as many legs."""
         legs = list(zip(_legs(one), _legs(other), strict=True))
-        apart, turned = map(np.concatenate, zip(*(_abreast(a, b) for a, b in legs), strict=True))
+        apart, turned = map(np.concatenate, zip(*(_nearest_offsets(a, b) for a, b in legs), strict=True))
         ends = max(float(np.hypot(*(a[-1] - b[-1])[:2])) for a, b in legs)
         rms = float(np.sqrt(np.mean(apart**2)))
         return cls(len(apart) * _STEP, float(apart.max()), rms, float(np.abs(turned).max()), ends)
@@ -111,7 +111,7 @@ def _resampled(poses: FloatArray) -> FloatArray:
     return np.column_stack([np.interp(at, driven, column) for column in columns])
 
 
-def _abreast(one: FloatArray, other: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _nearest_offsets(one: FloatArray, other: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return metres and radians from each place of one leg to the nearest of the other, unless that is an end of it.
 
     Radians are 0 near the ends.

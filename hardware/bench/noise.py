@@ -14,7 +14,7 @@ from hardware.arcos.model import P3DX_SH
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import Sip, is_sip
 from hardware.base_odometry import PositionOdometry, WheelScales
-from hardware.odometry_track import OdometryTrack
+from hardware.odometry_history import OdometryHistory
 from hardware.scip.commands import ScanRequest
 from hardware.scip.frames import FrameDecoder
 from hardware.scip.partial_scans import partial_scans
@@ -45,7 +45,7 @@ class ByteDamage:
 
 
 @dataclass(slots=True)
-class Score:
+class ReceptionCounts:
     """Counts of messages."""
 
     sent: int = 0
@@ -59,68 +59,68 @@ class Score:
     """Share of all ranges of scans that were received rightly."""
 
 
-def receive_sips(count: int, damage: ByteDamage, seed: int = 0) -> Score:
+def receive_sips(count: int, damage: ByteDamage, seed: int = 0) -> ReceptionCounts:
     """Receive reports of a robot that drives a circle, as the driver does; a pose that is 5 mm off is wrong."""
-    score, decoder, track, rng = Score(), PacketDecoder(), OdometryTrack(), np.random.default_rng(seed)
-    odometry = PositionOdometry(P3DX_SH, WheelScales(P3DX_SH.half_track), track)
+    counts, decoder, history, rng = ReceptionCounts(), PacketDecoder(), OdometryHistory(), np.random.default_rng(seed)
+    odometry = PositionOdometry(P3DX_SH, WheelScales(P3DX_SH.half_track), history)
     odometry.add(-0.1, Sip(left=0.25, right=0.35))
     for k, (x, y, heading) in zip(range(count), _circle(), strict=False):
         sip = Sip(moving=True, x=x, y=y, theta=heading, left=0.25, right=0.35, fine_battery=12.6)
-        arrived, unharmed = _sent(score, encode_packet(sip.encode(P3DX_SH)), damage, rng)
+        arrived, unharmed = _sent(counts, encode_packet(sip.encode(P3DX_SH)), damage, rng)
         right = 0
         for data in [*decoder.feed(arrived), *decoder.flush()]:
             with suppress(DecodeError):
                 if is_sip(data) and odometry.add(0.1 * k, Sip.decode(data, P3DX_SH)):
-                    assert track.last is not None
-                    off = hypot(track.last[1].x - x, track.last[1].y - y)
-                    right, score.wrong = right + (off < 0.005), score.wrong + (off >= 0.005)
-        score.received += unharmed and right > 0
-    return score
+                    assert history.last is not None
+                    off = hypot(history.last[1].x - x, history.last[1].y - y)
+                    right, counts.wrong = right + (off < 0.005), counts.wrong + (off >= 0.005)
+        counts.received += unharmed and right > 0
+    return counts
 
 
-def receive_commands(count: int, damage: ByteDamage, seed: int = 0) -> Score:
+def receive_commands(count: int, damage: ByteDamage, seed: int = 0) -> ReceptionCounts:
     """Receive velocities, as the robot does."""
-    score, decoder, rng = Score(), PacketDecoder(), np.random.default_rng(seed)
+    counts, decoder, rng = ReceptionCounts(), PacketDecoder(), np.random.default_rng(seed)
     for _ in range(count):
         command = Command(CommandId.VEL, int(rng.integers(-1200, 1200)))
-        arrived, unharmed = _sent(score, encode_packet(command.encode()), damage, rng)
+        arrived, unharmed = _sent(counts, encode_packet(command.encode()), damage, rng)
         decoded = []
         for data in [*decoder.feed(arrived), *decoder.flush()]:
             with suppress(DecodeError):
                 decoded.append(Command.decode(data))
-        score.received += unharmed and command in decoded
-        score.wrong += sum(other != command and other.id == CommandId.VEL for other in decoded)
-    return score
+        counts.received += unharmed and command in decoded
+        counts.wrong += sum(other != command and other.id == CommandId.VEL for other in decoded)
+    return counts
 
 
-def receive_scans(count: int, damage: ByteDamage, seed: int = 0) -> Score:
+def receive_scans(count: int, damage: ByteDamage, seed: int = 0) -> ReceptionCounts:
     """Receive full scans with ranges of their own, as the driver does."""
-    score, decoder, rng = Score(), FrameDecoder(), np.random.default_rng(seed)
+    counts, decoder, rng = ReceptionCounts(), FrameDecoder(), np.random.default_rng(seed)
     for k in range(count):
         ranges = np.round(rng.uniform(0.02, _REACH, _REQUEST.values), 3)
-        arrived, unharmed = _sent(score, encode_scan(ScanData(_REQUEST, ranges, k / 10.0), "99").encode(), damage, rng)
+        arrived, unharmed = _sent(counts, encode_scan(ScanData(_REQUEST, ranges, k / 10.0), "99").encode(), damage, rng)
         frames = decoder.feed(arrived)
         decoder.flush()
         for scan in [scan for lines in frames for scan in partial_scans(lines, _REACH) if scan.request == _REQUEST]:
             right = (scan.ranges == ranges) & (scan.time == k / 10.0)
-            score.received += unharmed and bool(right.all())
-            score.wrong += int(np.count_nonzero(~right & ~np.isnan(scan.ranges)))
-            score.beams += float(np.mean(right)) / count
-    return score
+            counts.received += unharmed and bool(right.all())
+            counts.wrong += int(np.count_nonzero(~right & ~np.isnan(scan.ranges)))
+            counts.beams += float(np.mean(right)) / count
+    return counts
 
 
-RECEIVERS: Final[dict[str, Callable[[int, ByteDamage], Score]]] = {
+RECEIVERS: Final[dict[str, Callable[[int, ByteDamage], ReceptionCounts]]] = {
     "reports of the robot": receive_sips,
     "commands to the robot": receive_commands,
     "scans": receive_scans,
 }
 
 
-def _sent(score: Score, wire: bytes, damage: ByteDamage, rng: np.random.Generator) -> tuple[bytes, bool]:
+def _sent(counts: ReceptionCounts, wire: bytes, damage: ByteDamage, rng: np.random.Generator) -> tuple[bytes, bool]:
     """Return the bytes that arrive of a message, after which the line falls silent, and True where none was hit."""
     arrived = damage.apply(wire, rng)
-    score.sent += 1
-    score.unharmed += arrived == wire
+    counts.sent += 1
+    counts.unharmed += arrived == wire
     return arrived, arrived == wire
 
 

@@ -11,7 +11,7 @@ from hardware.bench.driven_path import DrivenPath, PathDifference
 from hardware.bench.emulated_robot import emulated_robot, measure_load
 from hardware.bench.endings import ENDINGS, EndingResult, ending_result
 from hardware.bench.faults import CUT_OFF, FAULTS, FaultResult, fault_results, kill_result
-from hardware.bench.noise import RECEIVERS, ByteDamage, Score
+from hardware.bench.noise import RECEIVERS, ByteDamage, ReceptionCounts
 from hardware.bench.sim_comparison import drive_emulated, drive_env_emulated, drive_env_simulated, drive_simulated
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
@@ -161,10 +161,10 @@ def _end_row(plant: str, result: EndingResult) -> tuple[str, ...]:
     return result.name, plant, *times, code, "yes" if result.recorded else "no"
 
 
-def _noise_row(name: str, damage: str, score: Score) -> tuple[str, ...]:
-    received = f"{100.0 * score.received / score.unharmed:.1f}" if score.unharmed else ""
-    kept = f"{100.0 * score.beams:.1f}" if name == "scans" else ""
-    return name, damage, f"{score.sent:,}", f"{score.unharmed:,}", received, str(score.wrong), kept
+def _noise_row(name: str, damage: str, counts: ReceptionCounts) -> tuple[str, ...]:
+    received = f"{100.0 * counts.received / counts.unharmed:.1f}" if counts.unharmed else ""
+    kept = f"{100.0 * counts.beams:.1f}" if name == "scans" else ""
+    return name, damage, f"{counts.sent:,}", f"{counts.unharmed:,}", received, str(counts.wrong), kept
 
 
 def _centimetres(*metres: float) -> list[str]:

@@ -4,9 +4,9 @@ from collections.abc import Callable
 from math import degrees
 from typing import Final
 
-from sim.bench.blocked import CASES, drive, scene, sill, sill_outcome
 from sim.bench.memory import memory_growth, peak_memory
 from sim.bench.speed import corridor, env_steps_per_second, reset_times, speed_of
+from sim.bench.stall_drives import CASES, drive, scene, sill, sill_outcome
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 

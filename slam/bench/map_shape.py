@@ -77,7 +77,7 @@ def end_points(log: Log, index: int, pose: FloatArray, cut: int, reach: float, d
     return T_map_laser.transform(np.column_stack([r * np.cos(bearings), r * np.sin(bearings)]))
 
 
-def off_axes(walls: FloatArray) -> tuple[FloatArray, FloatArray]:
+def angles_off_main_axes(walls: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Angle of each wall (M, 2, 2) from the common directions of all, modulo a right angle, and its length, (M,) each.
 
     Radians and metres.
@@ -106,7 +106,7 @@ def _walls(walls: FloatArray) -> tuple[str, str, str]:
     long = walls[np.hypot(*(walls[:, 1] - walls[:, 0]).T) >= LONG_WALL]
     if not len(long):
         return "0", "", ""
-    angles, lengths = off_axes(long)
+    angles, lengths = angles_off_main_axes(long)
     spread = np.sqrt(np.average(angles**2, weights=lengths))
     return str(len(long)), f"{np.degrees(spread):.2f}", f"{np.degrees(np.abs(angles).max()):.1f}"
 

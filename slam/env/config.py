@@ -11,7 +11,7 @@ from slam.env.step_state import ENDS, StepState
 from slam.env.views import VIEWS, View, ViewSetup
 from slam.errors import ScenarioError
 from slam.odometry import Twist2D
-from slam.run.arrays import twist_action, wheels_action
+from slam.run.gym_arrays import twist_action, wheels_action
 from slam.scenario.schema import Scenario
 from slam.scenario.settings import one_or_several
 from slam.scenario.validation_message import validation_message

@@ -21,7 +21,7 @@ from slam.errors import InputError, RobotError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.robot import Robot
-from slam.run.arrays import action_space
+from slam.run.gym_arrays import action_space
 from slam.scenario.schema import Scenario
 
 ObservationDict = dict[str, NDArray[Any]]

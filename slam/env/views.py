@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from slam.env.occupancy_grid import Extent, OccupancyGrid
 from slam.env.step_state import StepState
-from slam.run.arrays import odometry_array, odometry_space, scan_array, scan_space
+from slam.run.gym_arrays import odometry_array, odometry_space, scan_array, scan_space
 from slam.scenario.schema import Scenario
 
 _POSE_BOUND: Final = np.array([1e4, 1e4, np.pi], np.float32)

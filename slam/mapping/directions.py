@@ -59,7 +59,7 @@ def _gather(clusters: FloatArray, walls: FloatArray) -> float:
         metres += length
         at, nearest = -1, JOIN_ANGLE
         for k in range(len(clusters)):
-            off = abs(turn_between(clusters[k, DIRECTION], theta))
+            off = abs(quarter_turn_difference(clusters[k, DIRECTION], theta))
             if clusters[k, METRES] > 0.0 and off < nearest:
                 at, nearest = k, off
         if at < 0:
@@ -73,7 +73,7 @@ def _gather(clusters: FloatArray, walls: FloatArray) -> float:
 @compiled
 def _join(cluster: FloatArray, theta: float, metres: float, squares: float) -> None:
     """Add so many metres of this direction, with the squared deviations that they have among themselves."""
-    off = turn_between(cluster[DIRECTION], theta)
+    off = quarter_turn_difference(cluster[DIRECTION], theta)
     share = metres / (cluster[METRES] + metres)
     if cluster[METRES] == 0.0:
         cluster[DIRECTION] = theta - QUARTER * np.floor(theta / QUARTER)
@@ -88,7 +88,7 @@ def _join(cluster: FloatArray, theta: float, metres: float, squares: float) -> N
 def _merge(clusters: FloatArray, grown: int) -> None:
     """Merge clusters whose means came near to that of this one, the lighter into the heavier."""
     for k in range(len(clusters)):
-        apart = abs(turn_between(clusters[k, DIRECTION], clusters[grown, DIRECTION]))
+        apart = abs(quarter_turn_difference(clusters[k, DIRECTION], clusters[grown, DIRECTION]))
         if k != grown and clusters[k, METRES] > 0.0 and apart < JOIN_ANGLE:
             kept, gone = (k, grown) if clusters[k, METRES] >= clusters[grown, METRES] else (grown, k)
             _join(clusters[kept], clusters[gone, DIRECTION], clusters[gone, METRES], clusters[gone, SQUARES])
@@ -110,7 +110,7 @@ def _main(clusters: FloatArray, total: float) -> FloatArray:
 
 
 @compiled
-def turn_between(a: float, b: float) -> float:
+def quarter_turn_difference(a: float, b: float) -> float:
     """The turn from direction ``a`` to ``b`` modulo a quarter turn, in [-pi / 4, pi / 4)."""
     quarters = (b - a) / QUARTER
     return float((quarters - np.floor(quarters + 0.5)) * QUARTER)

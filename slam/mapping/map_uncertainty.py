@@ -33,7 +33,7 @@ class MapUncertainty:
         """The tile that was entered nearest to a pose; None where there is none."""
         return min(self.tiles, key=lambda tile: self.tiles[tile][0].distance(pose), default=None)
 
-    def enter(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
+    def pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
         """Enter the tile of a pose, and return the covariance (3, 3) of its x, y, theta in the frame of the first pose;
         ``match_covariance`` (3, 3) is that against the map."""
         tile = floor(pose.x / TILE), floor(pose.y / TILE)

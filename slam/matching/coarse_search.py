@@ -24,7 +24,7 @@ HEADING_STEP = 0.02  # radians from one heading to the next
 
 
 @compiled
-def best_of_window(
+def correlative_search(
     facets: FloatArray, prior: FloatArray, information: FloatArray, half_width: float, half_angle: float, reach: float,
     grid: Grid,
 ) -> FloatArray:  # fmt: skip
@@ -93,7 +93,7 @@ def _draw_one(pictures: NDArray[np.uint8], s: FloatArray, x0: float, y0: float, 
 
 
 @compiled
-def picture_of(nx: float, ny: float, c: float, s: float) -> int:
+def layer_of(nx: float, ny: float, c: float, s: float) -> int:
     """The picture for a facet with this normal in the sensor frame, the sensor's heading having cosine c and sine s."""
     if nx == 0.0 and ny == 0.0:
         return CLUSTER_PICTURE
@@ -114,7 +114,7 @@ def _add_up(
         fx, fy, fnx, fny = facets[f, X], facets[f, Y], facets[f, NX], facets[f, NY]
         if fx * fx + fy * fy >= reach * reach:
             continue
-        side = picture_of(fnx, fny, c, s)
+        side = layer_of(fnx, fny, c, s)
         i0 = int(np.floor((y + s * fx + c * fy) / PIXEL)) - n
         j0 = int(np.floor((x + c * fx - s * fy) / PIXEL)) - n
         for i in range(len(scores)):

@@ -15,7 +15,7 @@ from slam.compiled import compiled, wrapped
 from slam.lines.facets import NX, NY, X, Y
 from slam.lines.segments import IntArray
 from slam.mapping.surfel_map import SurfelMap
-from slam.matching.coarse_search import FULL_GREY, HEADING, PIXEL, PLACE_X, PLACE_Y, SCORE, draw, picture_of
+from slam.matching.coarse_search import FULL_GREY, HEADING, PIXEL, PLACE_X, PLACE_Y, SCORE, draw, layer_of
 from slam.pose import FloatArray
 
 BLOCK = 4  # pixels along a side of a block
@@ -81,7 +81,7 @@ def _shift(facet: FloatArray, theta: float) -> tuple[int, int, int]:
     c, s = np.cos(theta), np.sin(theta)
     di = int(np.floor((s * facet[X] + c * facet[Y]) / PIXEL + 0.5))
     dj = int(np.floor((c * facet[X] - s * facet[Y]) / PIXEL + 0.5))
-    return picture_of(facet[NX], facet[NY], c, s), di, dj
+    return layer_of(facet[NX], facet[NY], c, s), di, dj
 
 
 @compiled

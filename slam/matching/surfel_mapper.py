@@ -8,7 +8,7 @@ import numpy as np
 from slam.config import LeastSquaresConfig
 from slam.lines.facets import facets_of
 from slam.lines.segments import Segments
-from slam.matching.coarse_search import HEADING, PLACE_X, SCORE, best_of_window
+from slam.matching.coarse_search import HEADING, PLACE_X, SCORE, correlative_search
 from slam.matching.least_squares import Fit, SolverSettings, fuse, solve
 from slam.matching.match import Match
 from slam.matching.surfel_mapper_state import SurfelMapperState
@@ -49,7 +49,7 @@ class SurfelMapper:
         state, last = self.state, self.state.T_map_base
         if last is None:
             self.state = replace(state, T_map_base=prior)
-            return Match(Pose2D(), 0, False, 0, covariance=state.uncertainty.enter(prior, state.covariance))
+            return Match(Pose2D(), 0, False, 0, covariance=state.uncertainty.pose_covariance(prior, state.covariance))
         T_map_laser, motion = prior @ self.T_base_laser, self._motion_covariance(last, prior)
         at_prior = propagate(state.covariance, last, prior) + state.odometry_inflation * motion
         predicted = propagate(at_prior, prior, T_map_laser)
@@ -65,7 +65,7 @@ class SurfelMapper:
             fit.converged,
             len(self._facets),
             fit.inliers,
-            state.uncertainty.enter(T_map_base, covariance),
+            state.uncertainty.pose_covariance(T_map_base, covariance),
             unconstrained,
             searched,
             self._lost,
@@ -124,7 +124,7 @@ class SurfelMapper:
         search = self.config.search
         width = min(search.window, max(MIN_WINDOW, 3.0 * sqrt(max(covariance[0, 0], covariance[1, 1]))))
         angle = min(search.window_angle, max(MIN_WINDOW_ANGLE, 3.0 * sqrt(covariance[2, 2])))
-        places = best_of_window(self._facets, prior, information, width, angle, search.reach, self.map.grid)
+        places = correlative_search(self._facets, prior, information, width, angle, search.reach, self.map.grid)
         chosen: list[FloatArray] = []
         for place in places[np.argsort(-places[:, SCORE], kind="stable")]:
             apart = all(abs(place[HEADING] - other[2]) >= CANDIDATE_SPACING for other in chosen)

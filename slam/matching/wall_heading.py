@@ -4,7 +4,7 @@ import numpy as np
 
 from slam.compiled import compiled
 from slam.lines.segments import Segments
-from slam.mapping.directions import LENGTH, THETA, VARIANCE, Directions, turn_between
+from slam.mapping.directions import LENGTH, THETA, VARIANCE, Directions, quarter_turn_difference
 from slam.pose import FloatArray, wrap_angle
 
 MIN_LENGTH = 1.0  # metres: shorter segments say too little of a direction ...
@@ -75,7 +75,7 @@ def turn_to_main(walls: FloatArray, main: FloatArray, heading: float, widest: fl
     for m in range(len(walls)):
         length += walls[m, LENGTH]
         for k in range(len(main)):
-            off = turn_between(walls[m, THETA] + heading, main[k, THETA])
+            off = quarter_turn_difference(walls[m, THETA] + heading, main[k, THETA])
             agreeing = _agreeing(walls, main, heading + off) if abs(off) <= widest else 0.0
             if agreeing > best:
                 best, turn = agreeing, off
@@ -89,7 +89,7 @@ def _has_rival(walls: FloatArray, main: FloatArray, heading: float, widest: floa
     """True where at another heading of the window enough metres agree."""
     for m in range(len(walls)):
         for k in range(len(main)):
-            off = turn_between(walls[m, THETA] + heading, main[k, THETA])
+            off = quarter_turn_difference(walls[m, THETA] + heading, main[k, THETA])
             elsewhere = abs(off) <= widest and abs(off - turn) > 2.0 * AGREEMENT_ANGLE
             if elsewhere and _agreeing(walls, main, heading + off) > enough:
                 return True
@@ -132,7 +132,7 @@ def _nearest(direction: float, main: FloatArray) -> tuple[float, float]:
     """The turn from a direction to the nearest main one, and the variance of that."""
     least, variance = np.inf, 0.0
     for k in range(len(main)):
-        off = turn_between(direction, main[k, THETA])
+        off = quarter_turn_difference(direction, main[k, THETA])
         if abs(off) < abs(least):
             least, variance = off, main[k, VARIANCE]
     return least, variance

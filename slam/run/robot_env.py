@@ -12,7 +12,7 @@ from slam.errors import RobotError
 from slam.lidars import Lidar
 from slam.odometry import Twist2D
 from slam.robot import Observation, Robot
-from slam.run.arrays import odometry_array, odometry_space, scan_array, scan_space, twist_action
+from slam.run.gym_arrays import odometry_array, odometry_space, scan_array, scan_space, twist_action
 
 Float32Array = NDArray[np.float32]
 ObservationDict = dict[str, Float32Array]

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from slam.config import Section
-from slam.scenario.values import NotNegative, Positive, rising
+from slam.scenario.values import NotNegative, Positive, ordered_bounds
 from slam.scenario.yaml_file import KeyPath
 
 Whole = Annotated[int, Field(ge=-(2**62), le=2**62)]
@@ -33,7 +33,7 @@ class _RandomSection(Section):
 class Uniform(_RandomSection):
     """A number between two bounds."""
 
-    uniform: Annotated[tuple[float, float], AfterValidator(rising)]
+    uniform: Annotated[tuple[float, float], AfterValidator(ordered_bounds)]
     """The bounds."""
 
     def draw(self, rng: np.random.Generator) -> Any:
@@ -43,7 +43,7 @@ class Uniform(_RandomSection):
 class Integer(_RandomSection):
     """A whole number between two bounds, both included."""
 
-    integer: Annotated[tuple[Whole, Whole], AfterValidator(rising)]
+    integer: Annotated[tuple[Whole, Whole], AfterValidator(ordered_bounds)]
     """The bounds."""
 
     def draw(self, rng: np.random.Generator) -> Any:
@@ -72,7 +72,7 @@ class Normal(_RandomSection):
 class LogUniform(_RandomSection):
     """A number between two bounds above 0, each order of magnitude as likely."""
 
-    loguniform: Annotated[tuple[Positive, Positive], AfterValidator(rising)]
+    loguniform: Annotated[tuple[Positive, Positive], AfterValidator(ordered_bounds)]
     """The bounds."""
 
     def draw(self, rng: np.random.Generator) -> Any:

@@ -60,14 +60,14 @@ Point = tuple[Coordinate, Coordinate]
 """x and y in the map frame, metres."""
 
 
-def rising(bounds: tuple[Any, Any]) -> tuple[Any, Any]:
+def ordered_bounds(bounds: tuple[Any, Any]) -> tuple[Any, Any]:
     """Return the bounds; ValueError where the upper one comes first."""
     if bounds[0] > bounds[1]:
         raise ValueError("the lower bound comes first")
     return bounds
 
 
-Span = Annotated[tuple[Length, Length], AfterValidator(rising)]
+Span = Annotated[tuple[Length, Length], AfterValidator(ordered_bounds)]
 """The least and the largest value."""
 
 

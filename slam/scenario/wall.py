@@ -37,7 +37,7 @@ class Door(Section):
 
 
 @dataclass(frozen=True, slots=True)
-class Stretch:
+class WallSection:
     """A straight part of a wall, ``begin`` metres after the wall's first point."""
 
     T_map_stretch: Pose2D
@@ -88,20 +88,20 @@ class Wall(Section):
                 if door.angle is not None:
                     yield self._leaf(stretch, door, door.angle)
 
-    def _doors_in(self, stretch: Stretch) -> list[Door]:
+    def _doors_in(self, stretch: WallSection) -> list[Door]:
         return sorted((door for door in self.doors if stretch.holds(door)), key=lambda door: door.at)
 
-    def _stretches(self) -> list[Stretch]:
+    def _stretches(self) -> list[WallSection]:
         ends = [*self.points, self.points[0]] if self.closed else self.points
         lengths = [hypot(x1 - x0, y1 - y0) for (x0, y0), (x1, y1) in pairwise(ends)]
         yaws = [float(np.arctan2(y1 - y0, x1 - x0)) for (x0, y0), (x1, y1) in pairwise(ends)]
         begins = accumulate(lengths, initial=0.0)
         return [
-            Stretch(Pose2D(x, y, yaw), begin, length)
+            WallSection(Pose2D(x, y, yaw), begin, length)
             for (x, y), yaw, begin, length in zip(ends, yaws, begins, lengths, strict=False)
         ]
 
-    def _leaf(self, stretch: Stretch, door: Door, angle: float) -> Prism:
+    def _leaf(self, stretch: WallSection, door: Door, angle: float) -> Prism:
         """Make a leaf, which hangs on the face of the wall that it opens to, or in its middle when it is shut."""
         hinge, swing = (door.at, angle) if door.hinge == "begin" else (door.end, pi - angle)
         T_map_hinge = stretch.T_map_stretch @ Pose2D(

@@ -14,9 +14,9 @@ import numpy as np
 from slam.errors import LogError
 from slam.files.fields import BadLine
 from slam.files.logs.bag_contents import BagContents, BagScan, parse_laser_scan
-from slam.files.logs.bag_poses import FrameTree, Track
+from slam.files.logs.bag_poses import FrameTree, PoseSeries
 from slam.files.logs.log import BagTopics, Log, scan_time
-from slam.files.logs.read_statistics import ReadStatistics, in_order
+from slam.files.logs.read_statistics import ReadStatistics, drop_out_of_order
 from slam.files.ros.decoder import Transform, decode_odometry, decode_pose
 from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE, RawMessage
 from slam.pose import FloatArray, Pose2D, relative_poses
@@ -45,7 +45,7 @@ def _scans(contents: BagContents, topic: str | None) -> list[BagScan]:
             scans.append(parse_laser_scan(raw, number))
         except BadLine as fault:
             statistics.skip(str(fault), number)
-    scans = in_order(scans, statistics)
+    scans = drop_out_of_order(scans, statistics)
     for scan in scans:
         if scan.fan != scans[0].fan:
             statistics.skip("changed fan", scan.line)
@@ -79,15 +79,15 @@ def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None
     )
 
 
-def _odometry(contents: BagContents, topic: str | None, moving: list[Transform]) -> tuple[Track | None, str]:
+def _odometry(contents: BagContents, topic: str | None, moving: list[Transform]) -> tuple[PoseSeries | None, str]:
     """Motion of the base in the frame of its odometry, None where that is not known; and the name of the base."""
     messages = list(contents.decoded(contents.messages_of(ODOMETRY, topic, "--odom-topic"), decode_odometry))
     if messages:
-        return Track.of_odometry([message.odometry for message in messages]), messages[0].child or _BASES[0]
+        return PoseSeries.of_odometry([message.odometry for message in messages]), messages[0].child or _BASES[0]
     links = [t for t in moving if t.frame.rpartition("/")[2] == "odom" and t.child.rpartition("/")[2] in _BASES]
     if links:
         base = links[0].child
-        return Track.of_poses([(t.stamp, t.pose) for t in links if t.child == base]), base
+        return PoseSeries.of_poses([(t.stamp, t.pose) for t in links if t.child == base]), base
     return None, _BASES[0]
 
 
@@ -112,6 +112,6 @@ def _truth(contents: BagContents, stamps: FloatArray) -> FloatArray | None:
     """``T_map_base`` as it was, (N, 3), where the bag has it."""
     messages = contents.decoded(contents.messages_of(POSE, None, "topic"), decode_pose)
     poses = [(message.stamp, message.pose) for message in messages if message.frame == "map"]
-    if not poses or not (track := Track.of_poses(poses)).covers(stamps):
+    if not poses or not (track := PoseSeries.of_poses(poses)).covers(stamps):
         return None
     return track.poses_at(stamps)

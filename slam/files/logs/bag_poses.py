@@ -14,7 +14,7 @@ from slam.pose import FloatArray, Pose2D
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Track:
+class PoseSeries:
     """Poses of one frame in another, in the order of their stamps."""
 
     stamps: FloatArray
@@ -25,12 +25,12 @@ class Track:
     """Linear and angular velocity, shape (K, 2); None where all of them are zero, as where nobody measured them."""
 
     @classmethod
-    def of_poses(cls, poses: Sequence[tuple[float, Pose2D]]) -> Track:
+    def of_poses(cls, poses: Sequence[tuple[float, Pose2D]]) -> PoseSeries:
         """A track of poses with their stamps, at least one; the first of those with one stamp counts."""
         return cls.of_odometry([Odometry(stamp, pose) for stamp, pose in poses])
 
     @classmethod
-    def of_odometry(cls, odometry: Sequence[Odometry]) -> Track:
+    def of_odometry(cls, odometry: Sequence[Odometry]) -> PoseSeries:
         """A track with its velocities."""
         table = np.array([(o.stamp, *o.T_odom_base.as_array(), o.twist.linear, o.twist.angular) for o in odometry])
         _, first = np.unique(table[:, 0], return_index=True)

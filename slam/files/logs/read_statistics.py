@@ -61,7 +61,7 @@ class Stamped(Protocol):
 Row = TypeVar("Row", bound=Stamped)
 
 
-def in_order(rows: Sequence[Row], statistics: ReadStatistics) -> list[Row]:
+def drop_out_of_order(rows: Sequence[Row], statistics: ReadStatistics) -> list[Row]:
     """The rows without the fewest that must go for the stamps to increase strictly."""
     kept = set(longest_increasing([row.stamp for row in rows]))
     for index, row in enumerate(rows):

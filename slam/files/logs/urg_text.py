@@ -14,7 +14,7 @@ import numpy as np
 
 from slam.files.fields import BadLine, bounded, distances, stamp
 from slam.files.logs.log import Log, scan_time
-from slam.files.logs.read_statistics import ReadStatistics, in_order
+from slam.files.logs.read_statistics import ReadStatistics, drop_out_of_order
 from slam.lidars import URG04LX
 from slam.odometry import wheel_motion
 from slam.pose import FloatArray, Pose2D, stack_poses
@@ -54,7 +54,7 @@ def recognises(line: bytes) -> bool:
 
 def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
     """The log in these numbered lines; LogError when there is not one scan."""
-    rows = in_order(list(_rows(lines, statistics)), statistics)
+    rows = drop_out_of_order(list(_rows(lines, statistics)), statistics)
     if not rows:
         raise statistics.no_scans(f"lines of {_COLUMNS[-1]} columns")
     stamps = np.array([row.stamp for row in rows])

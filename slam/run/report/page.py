@@ -39,7 +39,7 @@ def _page(sections: Sequence[RunSection], overlays: Sequence[tuple[Markup, str]]
         sections=sections,
         overlays=overlays,
         compared=metric_rows([section.metrics for section in sections]),
-        competes=competes,
+        is_comparable=is_comparable,
         metric_rows=metric_rows,
         percentiles=PERCENTILES,
     )
@@ -74,17 +74,17 @@ def metric_rows(runs: Sequence[Mapping[str, Any]]) -> list[tuple[Metric, list[Ce
     ]
 
 
-def competes(run: Mapping[str, Any]) -> bool:
+def is_comparable(run: Mapping[str, Any]) -> bool:
     """True for a run that ended by itself and unharmed: the errors of a shorter way would flatter it."""
     return run.get("ending") in _COMPLETE
 
 
 def _cells(metric: Metric, runs: Sequence[Mapping[str, Any]]) -> list[Cell]:
     texts = [metric.shown(run.get(metric.key)) for run in runs]
-    rivals = [run[metric.key] for run in runs if competes(run) and run.get(metric.key) is not None]
+    rivals = [run[metric.key] for run in runs if is_comparable(run) and run.get(metric.key) is not None]
     best = metric.shown(min(rivals)) if metric.less_is_better and len(rivals) > 1 else None
     apart = len({metric.shown(value) for value in rivals}) > 1
-    return [Cell(text, apart and competes(run) and text == best) for text, run in zip(texts, runs, strict=True)]
+    return [Cell(text, apart and is_comparable(run) and text == best) for text, run in zip(texts, runs, strict=True)]
 
 
 def _reckoned(metric: Metric, runs: Sequence[Mapping[str, Any]]) -> list[Cell]:

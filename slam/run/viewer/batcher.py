@@ -54,7 +54,7 @@ def _thinned(array: FloatArray, most: int) -> FloatArray:
     return array[:: len(array) // most + 1].copy()  # the map goes on growing
 
 
-class Pace(NamedTuple):
+class BatchPeriods(NamedTuple):
     """Seconds of wall time between two batches, of the scans and of what changes slowly, or costs most."""
 
     scans: float
@@ -62,9 +62,9 @@ class Pace(NamedTuple):
     """Curves and trajectories, which are most of the chunks."""
 
 
-FILE_PACE: Final = Pace(0.85, 0.85)
+FILE_PACE: Final = BatchPeriods(0.85, 0.85)
 """Data that kill -9 can cost. The head of a chunk is over 1 kB ..."""
-LIVE_PACE: Final = Pace(0.09, 0.85)
+LIVE_PACE: Final = BatchPeriods(0.09, 0.85)
 """... but eyes want every scan at 10 Hz."""
 
 
@@ -96,7 +96,7 @@ class Batcher:
     """Frames in, chunks out. A thread beside the loop makes the chunks, one batch at a time; what goes wrong there is
     raised at the next batch."""
 
-    def __init__(self, sends: Sequence[Send], pace: Pace, scene: Scene) -> None:
+    def __init__(self, sends: Sequence[Send], pace: BatchPeriods, scene: Scene) -> None:
         self._sends, self._pace, self._plots = sends, pace, scene.plots
         self._map_updates = None if scene.slam is None else MapUpdates(scene.slam)
         self._frames: list[Frame] = []

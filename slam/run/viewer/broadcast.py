@@ -12,7 +12,7 @@ import numpy as np
 import rerun as rr
 
 from slam.closing import Closing
-from slam.run.viewer.batcher import FILE_PACE, LIVE_PACE, Batcher, Pace
+from slam.run.viewer.batcher import FILE_PACE, LIVE_PACE, Batcher, BatchPeriods
 from slam.run.viewer.blueprint import UNKNOWN, Extent, blueprint, extent_of
 from slam.run.viewer.chunks import Chunk
 from slam.run.viewer.rerun_program import is_listening
@@ -157,7 +157,7 @@ class Broadcast(Closing):
         for batcher in self._batchers:
             batcher.send(chunks)
 
-    def _add(self, pace: Pace, scene: Scene, *sinks: RecordingSink | ViewerSink) -> None:
+    def _add(self, pace: BatchPeriods, scene: Scene, *sinks: RecordingSink | ViewerSink) -> None:
         self._sinks += sinks
         self._batchers.append(Batcher([sink.send for sink in sinks], pace, scene))
 

@@ -17,7 +17,7 @@ _GAP: Final = 0.5
 """Seconds between two reports beyond which the path from one to the other is unknown."""
 
 
-class OdometryTrack:
+class OdometryHistory:
     """Poses ``T_odom_base`` and speeds by time, seconds; between two of them the base goes along an arc."""
 
     def __init__(self) -> None:

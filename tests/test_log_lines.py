@@ -13,6 +13,7 @@ import pytest
 
 from slam.errors import InputError
 from slam.files.logs import read_log
+from slam.lidars import LIDARS
 from slam.lines.extraction import extract_segments
 from slam.run.log_lines import (
     CSV_COLUMNS,
@@ -99,7 +100,7 @@ def test_lines_of_one_scan_in_files(small_log: Path, tmp_path: Path) -> None:
     [
         (["--scan", "12"], "no scan 12 in this log; choose one from 0 to 11"),
         (["--method", "magic"], "no method named 'magic'; choose one of paper, chi_square"),
-        (["--sensor", "sonar"], "no sensor named 'sonar'; choose one of table1, urg04lx"),
+        (["--sensor", "sonar"], f"no sensor named 'sonar'; choose one of {', '.join(LIDARS)}"),
         (["--method", "paper", "--sensor", "urg04lx"], "leave one of them out"),
         (["--png", "all.png"], "a picture shows one scan; give --scan K"),
         (["--csv", "nowhere/lines.csv"], "nowhere/lines.csv: cannot be written"),

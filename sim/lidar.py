@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from sim.lidar_noise import measure
-from sim.ray_casters import CASTERS, Caster
+from sim.ray_casters import RAY_CASTERS, RayCaster
 from sim.rays import MovingOutlines, ScanMotion, rays_of, stop_at_legs
 from sim.world import World
 from slam.pose import FloatArray, unit_vectors
@@ -37,7 +37,7 @@ class SimulatedLidar:
         self._outlines = MovingOutlines(movables, config.height)
         reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
         self._reach = reach
-        self.caster: Caster = CASTERS[config.caster](world, config.height, reach)
+        self.caster: RayCaster = RAY_CASTERS[config.caster](world, config.height, reach)
 
     def scan(self, motion: ScanMotion, stamp: float, rng: np.random.Generator) -> LaserScan:
         """Take one scan; its first beam fires at ``stamp``, and the noise comes from ``rng``."""

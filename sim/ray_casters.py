@@ -12,7 +12,7 @@ from slam.pose import FloatArray
 from slam.scenario.solids import outlines_at
 
 
-class Caster(Protocol):
+class RayCaster(Protocol):
     """Rays from ``origins`` (N, 2) along the unit vectors ``directions`` (N, 2), all at one height."""
 
     def cast(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
@@ -54,5 +54,8 @@ def _both_ends(
     return starts, ends
 
 
-CASTERS: Final[dict[str, Callable[[World, float, float], Caster]]] = {"bullet": BulletCaster, "exact": ExactCaster}
+RAY_CASTERS: Final[dict[str, Callable[[World, float, float], RayCaster]]] = {
+    "bullet": BulletCaster,
+    "exact": ExactCaster,
+}
 """Ray casters by their name in the scenario, made from the world, the height of the rays and their reach, metres."""

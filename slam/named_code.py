@@ -91,8 +91,8 @@ def call(
     except HopslamError:
         raise
     except Exception as error:
-        complaint = _refused(code, arguments, more, options) if isinstance(error, TypeError) else None
-        raise raises(f"{place} {complaint}" if complaint else f"{place}: {_one_line(error, place)}") from error
+        reason = _refused(code, arguments, more, options) if isinstance(error, TypeError) else None
+        raise raises(f"{place} {reason}" if reason else f"{place}: {_one_line(error, place)}") from error
 
 
 def _defined_there(code: Any, place: str) -> bool:

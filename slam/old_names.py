@@ -10,12 +10,8 @@ from types import ModuleType
 from typing import Final
 
 MOVED: Final = {
-    "sim.casters": "sim.ray_casters",
     "sim.env": "slam.env.p3dx_env",
-    "sim.ids": "slam.env.ids",
     "slam.config.own": "slam.config.section",
-    "slam.late": "slam.named_code",
-    "slam.line_continuation": "slam.line_localizer",
     "slam.own_code": "slam.named_code",
     "slam.run.bench": "slam.bench",
     "slam.run.cli": "slam.cli.main",
@@ -28,7 +24,6 @@ MOVED: Final = {
     "slam.run.logs.tum": "slam.files.tum",
     "slam.run.maps": "slam.files.maps",
     "slam.run.pilot": "slam.run.pilots",
-    "slam.run.results.files": "slam.files.atomic_files",
     "slam.run.ros": "slam.files.ros",
     "slam.run.scenario": "slam.scenario",
     "slam.run.sweep": "slam.sweep",

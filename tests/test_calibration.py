@@ -1,5 +1,6 @@
 """Wheels found by driving: what is wrong is found again, and squares are driven and written down."""
 
+import re
 import sys
 from math import pi
 from pathlib import Path
@@ -105,7 +106,9 @@ def test_the_simulated_robot_gets_the_wheels_it_has(tmp_path: Path) -> None:
     assert wheels.track == pytest.approx(0.330, abs=0.02 * 0.004)
 
 
-def test_the_command_writes_a_scenario_and_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_writes_a_scenario_a_picture_and_a_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = tmp_path / "wheels.yaml"
     words = ["calibrate", "square", "--size", "0.5", "--laps", "1", "--onto", "corridor", "--out", str(out)]
     monkeypatch.setattr(sys, "argv", ["hopslam", *words, "--speed", "0.5"])
@@ -115,6 +118,7 @@ def test_the_command_writes_a_scenario_and_a_picture(tmp_path: Path, monkeypatch
     assert out.read_text().startswith("# Two standard errors")
     assert load_scenario(out).route == load_scenario("corridor").route
     assert out.with_suffix(".png").stat().st_size > 10_000
+    assert re.search(r"^ *left wheel, true way per way reported +\d\.\d+ \+- \d\.\d+ *$", capsys.readouterr().out, re.M)
 
 
 @pytest.mark.parametrize(

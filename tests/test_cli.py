@@ -39,6 +39,13 @@ def hopslam(*words: str | Path, cwd: Path | None = None) -> subprocess.Completed
     )
 
 
+@pytest.mark.parametrize("group", ["sweep", "bench", "calibrate"])
+def test_group_without_a_command_prints_its_help(group: str) -> None:
+    done = hopslam(group)
+    assert f" {group} [OPTIONS] COMMAND" in done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+
+
 def test_the_command_line_loads_no_numbers_before_a_command_needs_them() -> None:
     code = "import slam.cli.main, sys; assert not {'numpy', 'numba', 'gymnasium', 'pydantic'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)

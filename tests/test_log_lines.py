@@ -103,6 +103,7 @@ def test_lines_of_one_scan_in_files(small_log: Path, tmp_path: Path) -> None:
         (["--sensor", "sonar"], f"no sensor named 'sonar'; choose one of {', '.join(LIDARS)}"),
         (["--method", "paper", "--sensor", "urg04lx"], "leave one of them out"),
         (["--png", "all.png"], "a picture shows one scan; give --scan K"),
+        (["--scan", "3", "--png", "a.txt"], "a.txt: a picture needs a name that ends in"),
         (["--csv", "nowhere/lines.csv"], "nowhere/lines.csv: cannot be written"),
     ],
 )

@@ -105,4 +105,5 @@ def _write_results(found: Calibration, scenario: Scenario, backend: str, base: s
 
     write_wheels(out, base, scenario, backend, found)
     draw_squares(picture, found)
-    console.print(f"{summary(found)}\nwheels in {out}, squares in {picture}")
+    console.print(summary(found))
+    console.print(f"wheels in {out}, squares in {picture}")

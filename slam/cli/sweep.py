@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from itertools import pairwise
 from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -32,7 +33,7 @@ class _SweepGroup(TyperGroup):
 def _with_addresses(args: list[str]) -> list[str]:
     """``--ray`` is followed by an address, or by something else."""
     whole: list[str] = []
-    for word, after in zip(args, [*args[1:], ""], strict=True):
+    for word, after in pairwise([*args, ""]):
         whole.append(word)
         if word == "--ray" and after not in {"auto", "local"} and ":" not in after:
             whole.append("local")

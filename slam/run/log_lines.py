@@ -15,6 +15,7 @@ from slam.lidars import LIDARS
 from slam.lines.extraction import extract_segments
 from slam.lines.segments import Segments
 from slam.run.pictures.scan_picture import draw_scan
+from slam.run.pictures.world_picture import check_picture
 
 CSV_COLUMNS: Final = (
     "scan", "start_x", "start_y", "end_x", "end_y", "beams", "rho", "theta", "var_rho", "var_theta", "cov_rho_theta",
@@ -90,6 +91,8 @@ def write_lines(
     """Extract the segments of these scans and write them; returns how many. ``track`` shows the progress."""
     if outputs.png is not None and len(scans) != 1:
         raise InputError(f"{outputs.png}: a picture shows one scan; give --scan K")
+    if outputs.png is not None:
+        check_picture(outputs.png, "--png")
     count = 0
     with require_writable(None, "choose another file"), ExitStack() as stack:
         sinks = list(_sinks(log, outputs, stack))

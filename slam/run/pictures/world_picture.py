@@ -28,14 +28,14 @@ _LIGHT, _DARK = "0.82", "0.2"
 _ROUTE, _PEOPLE, _START = PAPER.slam, PAPER.odometry, PAPER.accent
 
 
-def check_picture(path: Path) -> None:
-    """Refuse, by InputError, a file that a picture cannot be written to."""
+def check_picture(path: Path, option: str = "--out") -> None:
+    """Refuse, by InputError, a file that a picture cannot be written to; ``option`` names another."""
     if path.suffix not in _FORMATS:
         raise InputError(
-            f"{path}: a picture needs a name that ends in {', '.join(_FORMATS)}; choose another --out FILE"
+            f"{path}: a picture needs a name that ends in {', '.join(_FORMATS)}; choose another {option} FILE"
         )
     if path.is_dir() or not os.access(path.parent, os.W_OK):
-        raise InputError(f"{path}: cannot be written there; choose another --out FILE")
+        raise InputError(f"{path}: cannot be written there; choose another {option} FILE")
 
 
 def draw_world(path: Path, scenario: Scenario) -> None:

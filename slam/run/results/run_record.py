@@ -51,6 +51,11 @@ class RunRecord:
         return self.folder.resolve().name
 
     @property
+    def complete(self) -> bool:
+        """True for a run that came to its end, and was measured."""
+        return self.metrics is not None
+
+    @property
     def outlines(self) -> list[FloatArray]:
         """The true walls that the lidar could see, (K, 2) each, metres, map frame; none of a replay."""
         return list(self.config.world.outlines(self.config.lidar.height))

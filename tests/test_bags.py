@@ -15,7 +15,7 @@ from rosbags.rosbag2 import Writer as Writer2
 
 from slam.errors import LogError
 from slam.files.logs import BagTopics, read_log
-from slam.files.logs.bag_poses import Track
+from slam.files.logs.bag_poses import PoseSeries
 from slam.files.ros.encoder import Encoder, nanoseconds
 from slam.files.ros.mcap_files import McapWriter
 from slam.files.ros.messages import LASER_SCAN, ODOMETRY, TRANSFORMS, ros1_types, ros2_types
@@ -198,7 +198,7 @@ def test_damage_is_a_log_error_at_the_worst(tmp_path: Path, talk: Talk, junk: by
 @given(st.lists(st.tuples(st.integers(0, 50), st.floats(-3, 3)), min_size=1, max_size=12))
 def test_a_track_goes_through_its_poses(points: Sequence[tuple[int, float]]) -> None:
     poses = {float(stamp): Pose2D(value, -value, value) for stamp, value in reversed(points)}
-    track = Track.of_poses(list(poses.items()))
+    track = PoseSeries.of_poses(list(poses.items()))
     at = track.poses_at(np.array(sorted(poses)))
     for row, stamp in zip(at, sorted(poses), strict=True):
         assert row[:2] == pytest.approx([poses[stamp].x, poses[stamp].y])

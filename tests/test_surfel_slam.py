@@ -208,10 +208,10 @@ def test_surfels_keep_both_sides_of_a_thin_wall_apart() -> None:
 
 def test_coming_back_to_an_old_place_brings_back_its_covariance() -> None:
     uncertainty, match = MapUncertainty(), np.diag([1e-4, 1e-4, 1e-6])
-    there = [uncertainty.enter(Pose2D(float(x)), match) for x in range(20)]
+    there = [uncertainty.pose_covariance(Pose2D(float(x)), match) for x in range(20)]
     assert np.all(np.diff([np.trace(C) for C in there]) >= -1e-12)
     assert there[-1][1, 1] > 3.0 * there[0][1, 1]
-    np.testing.assert_allclose(uncertainty.enter(Pose2D(1.0), match), there[1], atol=1e-12)
+    np.testing.assert_allclose(uncertainty.pose_covariance(Pose2D(1.0), match), there[1], atol=1e-12)
 
 
 def test_an_unsure_heading_makes_the_place_unsure() -> None:

@@ -50,6 +50,11 @@ class Estimate:
         """True where the last scans did not fit the map."""
         return self.match.lost
 
+    @property
+    def odometry_only(self) -> bool:
+        """True where the pose is odometry alone since the last scan that said where the robot is."""
+        return not self.mapped or self.match.odometry_only
+
 
 class LineSlam:
     """Localisation by matching each scan to the map, and the map that this makes."""

@@ -25,6 +25,8 @@ class Match:
     """True where the coarse search was used."""
     lost: bool = False
     """True where the last scans did not fit the map."""
+    odometry_only: bool = False
+    """True where the scan said nothing that could be trusted, and the pose is what odometry predicts."""
 
 
 NO_MATCH = Match(Pose2D(), iterations=0, converged=False, points=0)

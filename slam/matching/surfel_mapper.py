@@ -1,12 +1,13 @@
 """This project's matcher and map: the facets of a scan are matched to surfels, with odometry as a prior."""
 
 from dataclasses import replace
-from math import sqrt
+from math import hypot, sqrt
 
 import numpy as np
 
 from slam.config import LeastSquaresConfig
 from slam.lines.facets import facets_of
+from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import Segments
 from slam.matching.coarse_search import HEADING, PLACE_X, SCORE, correlative_search
 from slam.matching.least_squares import Fit, SolverSettings, fuse, solve
@@ -22,6 +23,7 @@ CANDIDATE_SPACING = 0.05  # ... whose headings are so far apart, radians
 MIN_WINDOW, MIN_WINDOW_ANGLE = 0.3, 0.1  # metres and radians to each side: the smallest window of the search
 WALL_TURN = np.radians(2.0)  # how far walls may turn a prior, beside its own three standard deviations ...
 MAX_WALL_TURN = np.radians(8.0)  # ... and at most
+KERNEL_SIGMAS, FLOOR_SIGMAS = 2.0, 0.6  # least kernel and floor, in standard deviations of a near range
 WALL_TURN_FOUND = np.radians(4.0)  # how far they may turn a pose that was found by search
 
 
@@ -34,7 +36,8 @@ class SurfelMapper:
         self.state = state
         self.points = self.lines = self.map = state.map
         self.config, self.T_base_laser, self._odometry = config, T_base_laser, odometry
-        self._settings = SolverSettings(*(getattr(config, name) for name in SolverSettings._fields))
+        self._given_settings = SolverSettings(*(getattr(config, name) for name in SolverSettings._fields))
+        self._settings = self._given_settings
         self._facets = np.empty((0, 7))
         self._walls = WallHeading(state.directions, config.directions == "auto")
 
@@ -45,6 +48,7 @@ class SurfelMapper:
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
         """The pose of the sensor after the scan, given the pose of the base that odometry predicts."""
         self._facets = facets_of(scan, segments, self.config.facet_length)
+        self._settings = _for_noise(self._given_settings, segments.noise)
         self._walls.observe(segments)
         state, last = self.state, self.state.T_map_base
         if last is None:
@@ -153,6 +157,13 @@ class SurfelMapper:
             bad_matches=state.bad_matches + 1 if bad else 0,
         )
         return covariance, unconstrained
+
+
+def _for_noise(settings: SolverSettings, noise: RangeNoise | None) -> SolverSettings:
+    """The settings with a kernel and a floor as wide as the noise of a coarse sensor asks for."""
+    near = 0.0 if noise is None else hypot(noise.near, noise.floor)
+    kernel, floor = max(settings.kernel, KERNEL_SIGMAS * near), max(settings.floor, FLOOR_SIGMAS * near)
+    return settings._replace(kernel=kernel, floor=floor)
 
 
 def _unrefined(prior: FloatArray, information: FloatArray, *_: float) -> tuple[FloatArray, FloatArray]:

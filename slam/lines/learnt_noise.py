@@ -3,8 +3,8 @@
 Along a straight wall 1/r is a sinusoid of the bearing, so that of three neighbouring echoes at equal steps the second
 difference u(-1) - 2 cos(step) u(0) + u(+1) of u = 1/r is noise alone, of variance 6 sigma^2 / r^4. Corners, gaps and
 clutter give differences too, of any size; a scan among chair legs has little else. So differences are counted over many
-scans, by range and by size, in octaves. In the logarithm of the size noise is a peak of known width, and clutter a
-ground that rises slowly. The noise is that whose peaks, one in each half octave of range, are most likely on such a ground.
+scans, by range and by size. In the logarithm of the size noise is a peak of known width, and clutter a ground that
+rises slowly. The noise is that whose peaks, one in each half octave of range, are most likely on such a ground.
 """
 
 from functools import lru_cache

@@ -41,7 +41,7 @@ class LineLocalizer:
         self.points = self.lines = surfel_map
         self._tracking = config.matching
         self._without_search = config.matching.model_copy(update={"search": NO_SEARCH})
-        self._search = GlobalSearch(surfel_map)
+        self._search = GlobalSearch.of_map(surfel_map)
         self._hypotheses = [] if T_map_base is None else [self._hypothesis(T_map_base, self._tracking)]
         self.sure = T_map_base is not None
         """True while the place of the robot is known."""

@@ -37,6 +37,7 @@ def write_map(path: Path, saved: SavedSlam) -> None:
         "covariance": state.covariance.tolist(),
         "growth": state.odometry_inflation,
         "misfits": state.bad_matches,
+        "excess": state.odometry_excess.tolist(),
         "tile": state.uncertainty.here,
     }
     tiles = [
@@ -77,6 +78,7 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
         np.array(robot.covariance),
         robot.growth,
         robot.misfits,
+        np.array(robot.excess),
         Directions(np.array(document.directions.clusters).reshape(-1, 3), document.directions.total),
     )
     return SavedSlam(state, Pose2D(*robot.T_map_base), _pose(robot.T_odom_base), _pose(robot.T_map_mapped))

@@ -1,10 +1,10 @@
 """The pose that fits a scan best: near the prior, in a window about it, and wherever else the robot may be.
 
 The prior is enough where most of the scan agrees with the map there. Else a window of three standard deviations is
-searched. Where what is found is still in doubt the wheels may have failed: stood still for the log, slipped, or been set
-to zero. Then every heading is tried within some metres of the last pose, whatever they say. A pose so far from what
-odometry predicts is taken only where the scan speaks for it as for no other. The map is asked what the scan should have
-seen from a pose as well as what it saw: see predicted_view.py.
+searched. Where what is found is still in doubt the wheels may have failed: said nothing, slipped, or been set to zero.
+Then every heading is tried within some metres of the last pose, whatever they say. A pose so far from what odometry
+predicts is taken only where the scan speaks for it as for no other. The map is asked what the scan should have seen
+from a pose as well as what it saw: see predicted_view.py.
 """
 
 from math import sqrt
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.config import LeastSquaresConfig, SearchConfig, SurfelMapConfig
+from slam.config import SearchConfig
 from slam.mapping.free_space import FreeBeams
 from slam.mapping.predicted_view import View, compare_view
 from slam.mapping.surfel_grid import Grid
@@ -59,16 +59,19 @@ class Scene(NamedTuple):
     """(F, 7)"""
     beams: FreeBeams
     grid: Grid
+    settings: SolverSettings
+
+    @property
+    def settings_found(self) -> SolverSettings:
+        """Settings for a start that was found by search: it is no farther off than a pixel."""
+        return self.settings._replace(first_kernel=4.0 * self.settings.kernel)
 
 
 class PoseSearch:
     """Finds the pose of the sensor for a scan, in a map."""
 
-    def __init__(self, config: LeastSquaresConfig, map_config: SurfelMapConfig, walls: WallHeading) -> None:
-        self._config: SearchConfig = config.search
-        self._reach, self._walls = map_config.carve_reach, walls
-        self._settings = SolverSettings(*(getattr(config, name) for name in SolverSettings._fields))
-        self._found_settings = self._settings._replace(first_kernel=4.0 * config.kernel)
+    def __init__(self, config: SearchConfig, reach: float, walls: WallHeading) -> None:
+        self._config, self._reach, self._walls = config, reach, walls
 
     def find(self, scene: Scene, prior: FloatArray, covariance: FloatArray, last: FloatArray) -> Found:
         """The best pose, for a prior (3,) and its covariance (3, 3); ``last`` (3,) is where the sensor was before.
@@ -84,7 +87,7 @@ class PoseSearch:
         refined, refined_information = refine(
             prior, information, float(prior[2]), min(WALL_TURN + angle, MAX_WALL_TURN)
         )
-        fit = solve(scene.facets, refined, refined, refined_information, scene.grid, self._settings)
+        fit = solve(scene.facets, refined, refined, refined_information, scene.grid, scene.settings)
         unsure = width > config.distance or angle > config.angle
         if not (far or unsure) and fit.inliers >= config.below * count:
             return Found(fit)
@@ -92,7 +95,7 @@ class PoseSearch:
         fits = [fit]
         for start in self._window(scene, prior, weighted, width, angle):
             refined, refined_information = refine(prior, weighted, float(start[2]), WALL_TURN_FOUND)
-            fits.append(solve(scene.facets, start, refined, refined_information, scene.grid, self._found_settings))
+            fits.append(solve(scene.facets, start, refined, refined_information, scene.grid, scene.settings_found))
         costs = [_cost(other.pose, prior, weighted) for other in fits]
         best = fits[self._best([other.inliers - cost for other, cost in zip(fits, costs, strict=True)])]
         if best.inliers >= config.below * count:
@@ -139,7 +142,7 @@ class PoseSearch:
         for place in GlobalSearch(scene.grid, last[:2] - around, last[:2] + around).places(scene.facets, MAX_PLACES):
             start = place[PLACE_X:].copy()
             refined, information = self._walls.refine_prior(start, weak, float(start[2]), WALL_TURN_FOUND)
-            fits.append(solve(scene.facets, start, refined, information, scene.grid, self._found_settings))
+            fits.append(solve(scene.facets, start, refined, information, scene.grid, scene.settings_found))
         if not fits:
             return None
         values = [self._value(scene, fit) for fit in fits]

@@ -1,14 +1,16 @@
 """This project's matcher and map: the facets of a scan are matched to surfels, with odometry as a prior."""
 
 from dataclasses import replace
+from math import hypot
 
 import numpy as np
 
 from slam.config import LeastSquaresConfig
 from slam.lines.facets import facets_of
+from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import Segments
-from slam.matching.least_squares import Fit, fuse
 from slam.mapping.free_space import free_beams
+from slam.matching.least_squares import Fit, SolverSettings, fuse
 from slam.matching.match import Match
 from slam.matching.pose_search import PoseSearch, Scene, pose_offset
 from slam.matching.surfel_mapper_state import SurfelMapperState
@@ -17,6 +19,7 @@ from slam.motion_model import excess_covariance, motion_covariance, propagate, u
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import LaserScan
 
+KERNEL_SIGMAS, FLOOR_SIGMAS = 2.0, 0.6  # least kernel and floor, in standard deviations of a near range
 UNSUPPORTED = 0.1  # share of the facets that agree, below which a scan says nothing of the pose
 
 
@@ -29,9 +32,10 @@ class SurfelMapper:
         self.state = state
         self.points = self.lines = self.map = state.map
         self.config, self.T_base_laser, self._odometry = config, T_base_laser, odometry
+        self._settings = SolverSettings(*(getattr(config, name) for name in SolverSettings._fields))
         self._facets = np.empty((0, 7))
         self._walls = WallHeading(state.directions, config.directions == "auto")
-        self._search = PoseSearch(config, state.map.config, self._walls)
+        self._search = PoseSearch(config.search, state.map.config.carve_reach, self._walls)
         self._contradicted = False  # the last scan, by the map
 
     @property
@@ -49,7 +53,8 @@ class SurfelMapper:
         T_map_laser, motion = prior @ self.T_base_laser, self._motion_covariance(last, prior)
         at_prior = propagate(state.covariance, last, prior) + state.odometry_inflation * motion
         predicted = propagate(at_prior + excess_covariance(state.odometry_excess), prior, T_map_laser)
-        scene = Scene(self._facets, free_beams(scan, self.map.config.no_echo_reach), self.map.grid)
+        beams, settings = free_beams(scan, self.map.config.no_echo_reach), _for_noise(self._settings, segments.noise)
+        scene = Scene(self._facets, beams, self.map.grid, settings)
         x0 = T_map_laser.as_array()
         fit, searched, odometry_failed, self._contradicted = self._search.find(
             scene, x0, predicted, (last @ self.T_base_laser).as_array()
@@ -123,3 +128,10 @@ class SurfelMapper:
             bad_matches=state.bad_matches + 1 if bad else 0,
         )
         return covariance, unconstrained
+
+
+def _for_noise(settings: SolverSettings, noise: RangeNoise | None) -> SolverSettings:
+    """The settings with a kernel and a floor as wide as the noise of a coarse sensor asks for."""
+    near = 0.0 if noise is None else hypot(noise.near, noise.floor)
+    kernel, floor = max(settings.kernel, KERNEL_SIGMAS * near), max(settings.floor, FLOOR_SIGMAS * near)
+    return settings._replace(kernel=kernel, floor=floor)

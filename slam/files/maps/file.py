@@ -20,6 +20,7 @@ from slam.mapping.directions import Directions
 from slam.mapping.map_uncertainty import MapUncertainty
 from slam.mapping.surfel_grid import ALIVE, COLUMNS, FREE, HITS, TAKEN, Grid
 from slam.mapping.surfel_map import SurfelMap
+from slam.mapping.wall_evidence import evidence_of_hits
 from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import Pose2D
 from slam.saved_slam import SavedSlam
@@ -122,6 +123,7 @@ def _grid_text(grid: Grid) -> str:
         "free": json.dumps(int(grid.counts[FREE])),
         "cells": _lines(cells),
         "surfels": _lines(surfels),
+        "evidence": _lines(grid.evidence[:taken].tolist()),
     }
     return "{\n" + ",\n".join(f'"{key}": {text}' for key, text in parts.items()) + "\n}"
 
@@ -141,10 +143,12 @@ def _grid(saved: SavedGrid) -> Grid:
     head[cells[:, 0] - corner[0], cells[:, 1] - corner[1]] = cells[:, 2]
     counts = np.empty(3, np.int64)
     counts[TAKEN], counts[FREE], counts[ALIVE] = count, saved.free, (table[:, HITS] > 0.0).sum()
+    surfels = np.ascontiguousarray(table[:, :COLUMNS])
     return Grid(
         head=head,
         next=table[:, COLUMNS].astype(np.int32),
-        surfels=np.ascontiguousarray(table[:, :COLUMNS]),
+        surfels=surfels,
+        evidence=np.array(saved.evidence, np.int8) if saved.evidence else evidence_of_hits(surfels),
         corner=corner,
         cell=saved.cell,
         counts=counts,

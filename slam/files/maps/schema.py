@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from slam.config import Section
 from slam.lines.learnt_noise import BANDS, SIZES
 from slam.mapping.directions import MAX_CLUSTERS, QUARTER
+from slam.mapping.surfel_grid import PIECES
 
 VERSION = 1
 MOST_CELLS = 50_000_000
@@ -16,6 +17,8 @@ MOST_CELLS = 50_000_000
 PoseRow = tuple[float, float, float]
 CovarianceRows = tuple[PoseRow, PoseRow, PoseRow]
 SurfelRow = tuple[float, float, float, float, float, float, float, Annotated[int, Field(ge=-1)]]
+Count = Annotated[int, Field(ge=-128, le=127)]
+EvidenceRow = Annotated[tuple[Count, ...], Field(min_length=PIECES + 1, max_length=PIECES + 1)]
 CellRow = tuple[int, int, Annotated[int, Field(ge=0)]]
 Metres = Annotated[float, Field(ge=0)]
 Size = Annotated[int, Field(gt=0)]
@@ -30,12 +33,16 @@ class SavedGrid(Section):
     free: Annotated[int, Field(ge=-1)]
     cells: tuple[CellRow, ...]
     surfels: tuple[SurfelRow, ...]
+    evidence: tuple[EvidenceRow, ...] = ()
+    """Grid.evidence; none, in a map from before there was any."""
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
         rows, columns = self.shape
         if rows * columns > MOST_CELLS:
             raise ValueError(f"shape is {rows} x {columns} cells; {MOST_CELLS} cells are the most")
+        if len(self.evidence) not in (0, len(self.surfels)):
+            raise ValueError(f"evidence: has {len(self.evidence)} rows for {len(self.surfels)} surfels")
         seen = np.zeros(len(self.surfels), np.bool_)
         for row, column, first in self.cells:
             if not (0 <= row - self.corner[0] < rows and 0 <= column - self.corner[1] < columns):

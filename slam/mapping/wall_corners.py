@@ -6,7 +6,8 @@ from slam.compiled import compiled
 from slam.mapping.wall_doubles import boxes_of
 from slam.pose import FloatArray
 
-REACH = 0.2  # metres from the end of a wall to where it meets another, at most: a cell
+REACH = 0.2  # metres that a wall is cut back to where it meets another, at most: a cell
+EXTENSION = 0.1  # metres that it is made longer, at most
 SAME_LINE = 0.34  # sine between two walls, below which they make no corner
 
 
@@ -38,7 +39,8 @@ def _meet(wall: FloatArray, other: FloatArray, side: int, nearest: float, place:
     u = (dx * wy - dy * wx) / (wx * oy - wy * ox)
     away = abs(t - side) * length
     beyond = max(-u, u - 1.0, 0.0) * other_length
-    if away >= nearest or beyond > REACH:
+    longer = (t - 1.0 if side == 1 else -t) * length
+    if away >= nearest or longer > EXTENSION or beyond > EXTENSION:
         return nearest
     if length <= 2 * REACH and (t < 0.25 if side == 1 else t > 0.75):  # it would be gone, or turned round
         return nearest

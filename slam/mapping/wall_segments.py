@@ -22,7 +22,7 @@ MAX_GAP = 2.2  # cells: surfels of one wall are no farther apart than this along
 MAX_OFFSET = 0.05  # metres by which a surfel may lie off the wall that it joins
 WALL_COSINE = 0.9  # between its normal and the wall's, at least
 SIGMA_FLOOR = 0.01  # metres: no surfel is surer than this, one standard deviation
-WALL: Final = 3
+WALL: Final = 2
 """Echoes less passes, from which on there is wall."""
 BIN: Final = 0.025
 """Metres along a wall in which the pieces of its surfels are put together."""

@@ -1,54 +1,36 @@
 """Surfels that beams went through, compiled: counted, and taken out of the grid when that was too often."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from slam.compiled import compiled
+from slam.mapping.free_beams import FreeBeams, beam_towards, is_hidden
 from slam.mapping.surfel_grid import ALIVE, FREE, HITS, MISSES, NX, NY, Grid, X, Y
 from slam.pose import FloatArray
-from slam.scan import BEARING, LaserScan
 
 EDGE_ON_COSINE = 0.35  # of incidence, below which it is not asked whether a beam went through a surfel
 FORGIVEN_MISSES = 2.0  # misses that a surfel may have more than its hits allow
-CORRECTIONS = 3  # steps from the beam of an even fan to that of the fan itself
 MIN_DISTANCE = 0.1  # metres: nothing nearer to the sensor is asked for
-
-
-class FreeBeams(NamedTuple):
-    """Beams of a scan, each with the range over which it was certainly free."""
-
-    ranges: FloatArray
-    """(N,), metres: 0 for an error or a reading that is too near."""
-    fan: FloatArray
-    """(3, N), see scan.py: that of a deskewed scan is not even, so that a beam is looked up in it."""
-    angle_min: float
-    angle_increment: float
-    """Of the fan as it was before, from which the look-up starts."""
-
-
-def free_beams(scan: LaserScan, no_echo_reach: float) -> FreeBeams:
-    """Free ranges of a scan; a beam without an echo is believed to have been free for ``no_echo_reach`` metres."""
-    ranges = np.where(scan.echoes, scan.ranges, 0.0)
-    ranges[scan.ranges == np.inf] = min(no_echo_reach, scan.range_max)
-    return FreeBeams(ranges, scan.fan, scan.angle_min, scan.angle_increment)
 
 
 @compiled
 def carve(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: float, miss_ratio: float) -> None:
     """Count a miss for every surfel within ``reach`` that the beams from ``pose`` (3,) passed by more than ``margin``
     metres, and remove those missed too often."""
+    surfels, farthest = grid.surfels, beams.farthest
+    x, y, c, s = pose[0], pose[1], np.cos(pose[2]), np.sin(pose[2])
     low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
     for row in range(low_row, high_row):
         for column in range(low_column, high_column):
             before, k = -1, grid.head[row, column]
             while k >= 0:
                 after = grid.next[k]
-                s = grid.surfels[k]
-                if _seen_through(s, beams, pose, reach, margin):
-                    s[MISSES] += 1.0
-                if s[MISSES] > FORGIVEN_MISSES + miss_ratio * s[HITS]:
-                    s[HITS] = 0.0
+                dx, dy = surfels[k, X] - x, surfels[k, Y] - y
+                beyond = np.sqrt(dx * dx + dy * dy) + margin
+                hidden = is_hidden(farthest, c * dx + s * dy, c * dy - s * dx, beyond)
+                if not hidden and _seen_through(surfels[k], beams, pose, reach, margin):
+                    surfels[k, MISSES] += 1.0
+                if surfels[k, MISSES] > FORGIVEN_MISSES + miss_ratio * surfels[k, HITS]:
+                    surfels[k, HITS] = 0.0
                     if before < 0:
                         grid.head[row, column] = after
                     else:
@@ -103,26 +85,3 @@ def _seen_through(s: FloatArray, beams: FreeBeams, pose: FloatArray, reach: floa
     if not 1 <= j < len(ranges) - 1:
         return False
     return bool(min(ranges[j - 1], ranges[j], ranges[j + 1]) > distance + margin)
-
-
-@compiled
-def beam_towards(beams: FreeBeams, pose: FloatArray, dx: float, dy: float) -> int:
-    """The beam from ``pose`` (3,) nearest to the direction (dx, dy), map frame; below 0, or N and more, for none.
-
-    The beams of a deskewed scan are nearly even: the offset of the one that an even fan would have leads to the right
-    one.
-    """
-    heading = np.arctan2(dy, dx) - pose[2]
-    bearing = heading - beams.angle_min
-    bearing -= 2.0 * np.pi * np.floor(bearing / (2.0 * np.pi))
-    j = int(np.floor(bearing / beams.angle_increment + 0.5))
-    for _ in range(CORRECTIONS):
-        if not 0 <= j < len(beams.ranges):
-            break
-        off = heading - beams.fan[BEARING, j]
-        off -= 2.0 * np.pi * np.floor(off / (2.0 * np.pi) + 0.5)
-        step = int(np.floor(off / beams.angle_increment + 0.5))
-        if step == 0:
-            break
-        j += step
-    return j

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.compiled import compiled
-from slam.mapping.free_space import FreeBeams, cells_around
+from slam.mapping.free_beams import FreeBeams
+from slam.mapping.free_space import cells_around
 from slam.mapping.surfel_grid import NX, NY, Grid, X, Y
 from slam.pose import FloatArray
 

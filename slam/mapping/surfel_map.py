@@ -6,7 +6,8 @@ It grows with the area that was seen and not with time: a cell has one surfel fo
 import numpy as np
 
 from slam.config import SurfelMapConfig
-from slam.mapping.free_space import carve, free_beams
+from slam.mapping.free_beams import free_beams
+from slam.mapping.free_space import carve
 from slam.mapping.surfel_grid import ALIVE, HITS, TAKEN, Grid, empty_grid, room_needed, with_room
 from slam.mapping.surfel_updates import put
 from slam.mapping.wall_evidence import weigh_walls

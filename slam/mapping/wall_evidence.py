@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.compiled import compiled
-from slam.mapping.free_space import FreeBeams, beam_towards, cells_around
+from slam.mapping.free_beams import FreeBeams, beam_towards, is_hidden
+from slam.mapping.free_space import cells_around
 from slam.mapping.surfel_grid import AXIS, HITS, NX, NY, PIECES, PIECES_A_CELL, Grid, X, Y
 from slam.pose import FloatArray
 from slam.scan import COS, SIN
@@ -39,37 +40,59 @@ def weigh_walls(
 
     An echo no farther than ``gate`` metres from a surfel's line, across it, comes from there.
     """
-    _count_echoes(grid, beams, echoes, pose, gate)
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    ways = np.empty((len(beams.ranges), 2))
+    for j in range(len(ways)):
+        ways[j, 0] = c * beams.fan[COS, j] - s * beams.fan[SIN, j]
+        ways[j, 1] = s * beams.fan[COS, j] + c * beams.fan[SIN, j]
+    _count_echoes(grid, beams, echoes, ways, pose, gate)
+    surfels, farthest = grid.surfels, beams.farthest
+    x, y = pose[0], pose[1]
     low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
     for row in range(low_row, high_row):
         for column in range(low_column, high_column):
             k = grid.head[row, column]
             while k >= 0:
-                if grid.surfels[k, NX] != 0.0 or grid.surfels[k, NY] != 0.0:
-                    _count_passes(grid, k, beams, pose, reach, gate)
+                dx, dy = surfels[k, X] - x, surfels[k, Y] - y
+                distance = np.sqrt(dx * dx + dy * dy)
+                edge_on = (
+                    abs(dx * surfels[k, NX] + dy * surfels[k, NY]) < GRAZING * distance
+                )  # so is one with no normal
+                if not edge_on and not is_hidden(farthest, c * dx + s * dy, c * dy - s * dx, distance - grid.cell):
+                    _count_passes(grid, k, beams, ways, pose, reach, gate)
                 k = grid.next[k]
 
 
 @compiled
-def _count_echoes(grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], pose: FloatArray, gate: float) -> None:
-    c, s = np.cos(pose[2]), np.sin(pose[2])
+def _count_echoes(
+    grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], ways: FloatArray, pose: FloatArray, gate: float
+) -> None:
+    """Count up the piece that each echo comes from: of the nearest surfel whose line has a piece there.
+
+    Pieces reach half a cell beyond the surfel's cell, so that it is in one of the four nearest cells. Of many echoes
+    within half a piece the first stands for all.
+    """
     rows, columns = grid.head.shape
+    last_x = last_y = np.inf
     last_surfel, last_piece = -1, -1
-    for j in range(len(beams.ranges)):
+    apart = 0.5 * grid.cell / PIECES_A_CELL
+    for j in range(len(ways)):
         if not echoes[j]:
             continue
-        ux = c * beams.fan[COS, j] - s * beams.fan[SIN, j]
-        uy = s * beams.fan[COS, j] + c * beams.fan[SIN, j]
-        x, y = pose[0] + beams.ranges[j] * ux, pose[1] + beams.ranges[j] * uy
-        row, column = int(np.floor(y / grid.cell)) - grid.corner[0], int(np.floor(x / grid.cell)) - grid.corner[1]
+        x, y = pose[0] + beams.ranges[j] * ways[j, 0], pose[1] + beams.ranges[j] * ways[j, 1]
+        if abs(x - last_x) + abs(y - last_y) < apart:
+            continue
+        last_x, last_y = x, y
+        row = int(np.floor(y / grid.cell - 0.5)) - grid.corner[0]
+        column = int(np.floor(x / grid.cell - 0.5)) - grid.corner[1]
         best, best_piece, nearest = -1, -1, gate
-        for i in range(max(row - 1, 0), min(row + 2, rows)):
-            for h in range(max(column - 1, 0), min(column + 2, columns)):
+        for i in range(max(row, 0), min(row + 2, rows)):
+            for h in range(max(column, 0), min(column + 2, columns)):
                 k = grid.head[i, h]
                 while k >= 0:
                     f = grid.surfels[k]
                     across = abs((x - f[X]) * f[NX] + (y - f[Y]) * f[NY])
-                    if across < nearest and ux * f[NX] + uy * f[NY] > GRAZING:
+                    if across < nearest and ways[j, 0] * f[NX] + ways[j, 1] * f[NY] > GRAZING:
                         piece = piece_at(grid, k, x, y)
                         if piece >= 0:
                             best, best_piece, nearest = k, piece, across
@@ -80,35 +103,29 @@ def _count_echoes(grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], pose:
 
 
 @compiled
-def _count_passes(grid: Grid, k: int, beams: FreeBeams, pose: FloatArray, reach: float, gate: float) -> None:
-    """Count down the pieces of a surfel that beams went through."""
+def _count_passes(
+    grid: Grid, k: int, beams: FreeBeams, ways: FloatArray, pose: FloatArray, reach: float, gate: float
+) -> None:
+    """Count down the pieces of a surfel that beams went through; one whose middle is hidden is not judged."""
     f = grid.surfels[k]
     dx, dy = f[X] - pose[0], f[Y] - pose[1]
     distance = np.sqrt(dx * dx + dy * dy)
     offset = dx * f[NX] + dy * f[NY]
-    if not NEAREST < distance < reach or abs(offset) < GRAZING * distance:
+    if not NEAREST < distance < reach:
         return
-    half = grid.cell * np.sqrt(2.0)
-    if distance < half:
-        half = 0.9 * distance
-    first = beam_towards(beams, pose, dx - half * f[NY], dy + half * f[NX])
-    last = beam_towards(beams, pose, dx + half * f[NY], dy - half * f[NX])
-    if first > last:
-        first, last = last, first
-    if last - first > len(beams.ranges) // 2:  # seen across the ends of the fan
+    middle = beam_towards(beams, pose, dx, dy)
+    if not 0 <= middle < len(ways) or beams.ranges[middle] < distance - grid.cell:
         return
-    c, s = np.cos(pose[2]), np.sin(pose[2])
+    half = int(np.arctan(grid.cell * abs(offset) / (distance * distance)) / beams.angle_increment) + 2
     before = -1
-    for j in range(max(first, 0), min(last + 1, len(beams.ranges))):
-        ux = c * beams.fan[COS, j] - s * beams.fan[SIN, j]
-        uy = s * beams.fan[COS, j] + c * beams.fan[SIN, j]
-        cosine = ux * f[NX] + uy * f[NY]
+    for j in range(max(middle - half, 0), min(middle + half + 1, len(ways))):
+        cosine = ways[j, 0] * f[NX] + ways[j, 1] * f[NY]
         if cosine * offset <= 0.0 or abs(cosine) < GRAZING:
             continue
         r = offset / cosine
         beyond = beams.ranges[j] - r
         if beyond * abs(cosine) > gate and beyond > CLEARLY_BEYOND + BEYOND_SHARE * r:
-            piece = piece_at(grid, k, pose[0] + r * ux, pose[1] + r * uy)
+            piece = piece_at(grid, k, pose[0] + r * ways[j, 0], pose[1] + r * ways[j, 1])
             if piece >= 0 and piece != before:
                 grid.evidence[k, piece] = max(grid.evidence[k, piece] - 1, LEAST)
             before = piece

@@ -1,5 +1,7 @@
 """The line map against the true walls: faces of the solids, what was seen of them, and the score."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -90,8 +92,9 @@ def test_the_score_is_the_same_in_every_frame() -> None:
     lines = true_walls(room()).faces + 0.03 * random.normal(size=(8, 2, 2))
     moved = T.transform(lines.reshape(-1, 2)).reshape(-1, 2, 2)
     here, there = score(true_walls(room()), lines), score(true_walls([T.transform(o) for o in room()]), moved)
-    for a, b in zip(map(np.ravel, here), map(np.ravel, there), strict=True):  # type: ignore[arg-type]
-        assert np.sort(a) == pytest.approx(np.sort(b), abs=1e-9)
+    pairs: Any = zip(here, there, strict=True)
+    for a, b in pairs:
+        assert np.sort(np.ravel(a)) == pytest.approx(np.sort(np.ravel(b)), abs=1e-9)
 
 
 def test_a_line_in_two_halves_is_scored_as_the_whole() -> None:

@@ -78,6 +78,7 @@ def score_walls(walls: TrueWalls, seen: NDArray[np.bool_], lines: FloatArray) ->
 
     ``seen`` (N,) marks the samples of the walls that the map should have.
     """
+    lines = lines[np.isfinite(lines).all(axis=(1, 2))]
     pieces = _Pieces(*_judge(lines, walls.faces))
     lengths = walls.lengths
     required = seen & (lengths >= MIN_WALL)[walls.face_of]

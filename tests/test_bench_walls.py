@@ -77,7 +77,7 @@ def test_runs_are_scored_in_every_way_and_a_row_has_the_command_that_repeats_it(
     assert metrics == metrics | wall_metrics(run.scores[OURS])
     assert (metrics["ending"], run.ending) == ("arrived", "arrived")
     assert metrics["wall_seen_m"] > 5.0
-    shown = dict(row for table in summary_tables(metrics) for row in table.rows if len(row) == 2)
+    shown = {row[0]: row[1] for table in summary_tables(metrics) for row in table.rows}
     assert shown["line map"].startswith(f"{100 * metrics['wall_precision']:.1f} % of ")
     twice = total_score([run.scores[OURS]] * 2)
     assert twice.precision == run.scores[OURS].precision

@@ -90,3 +90,8 @@ _METRICS: Final = (
 
 METRICS: Final = {metric.key: metric for metric in _METRICS}
 """Every metric by its key, in the order in which tables show them."""
+
+
+def more_is_better(key: str) -> bool:
+    """True for a metric whose greatest value is the best; false for all other keys, also those that no table shows."""
+    return key in METRICS and METRICS[key].more_is_better

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.bench.log_runs import LOGS, LogRun, odometry_with_doubled_noise, run_log
+from slam.bench.log_runs import LOGS, LogRun, find_logs, odometry_with_doubled_noise, run_log
 from slam.bench.map_shape import crispness, shape_table
 from slam.bench.stopwatch import milliseconds
 from slam.config import SlamConfig
@@ -40,12 +40,8 @@ CRISP_OTHERS: Final = 0, 15.0
 
 def slam_tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Terminal) -> list[ResultTable]:
     """Run the logs of these names in the folder, all without a name; those not there are skipped."""
-    asked = list(names) or list(LOGS)
-    paths = {name: folder / LOGS.get(name, name) for name in asked}
-    for name, path in paths.items():
-        if not path.is_file():
-            console.print(f"{name}: no {path}; skipped")
-    jobs: list[tuple[str, Path, FloatArray | None]] = [(n, p, None) for n, p in paths.items() if p.is_file()]
+    paths = find_logs(list(names) or list(LOGS), folder, console)
+    jobs: list[tuple[str, Path, FloatArray | None]] = [(name, path, None) for name, path in paths.items()]
     reference = folder / "corridor_synthetic.gt.tum"
     if reference.is_file() and any(name == "corridor_synthetic" for name, *_ in jobs):
         path, truth = paths["corridor_synthetic"], read_tum(reference)[1]
@@ -111,7 +107,7 @@ def _extent(poses: FloatArray) -> float:
 def _cost_table(found: list[tuple[str, LogRun]]) -> ResultTable:
     columns = (
         "log", "scans", "ms", "p99 ms", "CPU\nms", "p99 CPU\nms", "last 10 %\nover first", "surfels", "walls", "open",
-        "searched", "lost", "inliers",
+        "searched", "lost", "odometry\nonly", "inliers",
     )  # fmt: skip
     rows = []
     for name, run in found:
@@ -121,11 +117,12 @@ def _cost_table(found: list[tuple[str, LogRun]]) -> ResultTable:
                 name, str(len(run.times)), *milliseconds(run.times), *milliseconds(run.cpu_times),
                 f"{np.median(run.cpu_times[-tenth:]) / np.median(run.cpu_times[:tenth]):.2f}",
                 str(int(run.map_points[-1])), str(len(run.walls)), str(run.unconstrained), str(run.searched),
-                str(run.lost), f"{np.mean(run.inliers[1:]):.2f}",
+                str(run.lost), str(run.odometry_only), f"{np.mean(run.inliers[1:]):.2f}",
             )
         )  # fmt: skip
     notes = (
         "Milliseconds on the wall clock and of the thread's processor time. Open: scans that left a direction to "
-        "odometry. Inliers: share of a scan's pieces that agree with the map."
+        "odometry. Odometry only: scans that said nothing that could be trusted. "
+        "Inliers: share of a scan's pieces that agree with the map."
     )
     return ResultTable("Costs, a scan", columns, rows, notes)

@@ -125,8 +125,16 @@ def bench_localize(
 
 def bench_slam(
     logs: Annotated[
-        list[str] | None, typer.Argument(metavar="[LOG]...", help="Names such as fr079; all without one.")
+        list[str] | None, typer.Argument(metavar="[LOG]...", help="Names such as fr079, or files; all without one.")
     ] = None,
+    stress: Annotated[
+        bool, typer.Option("--stress", help="Measure variants of the logs that are harder instead.")
+    ] = False,
+    variants: Annotated[
+        list[str] | None,
+        typer.Option("--variant", metavar="FAULTS", help="With --stress: only this one; may be given again."),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="With --stress: runs of a variant in which faults are drawn.")] = 5,
     data: Annotated[Path, typer.Option(metavar="DIR", help="Where the recorded logs are.")] = Path("../shared/data"),
     settings: Settings = None,
     out: TablesFile = None,
@@ -135,6 +143,11 @@ def bench_slam(
 
     Every scan, at the pose that the method had for it then. A log that is not there is skipped.
 
+    --stress makes the logs harder, one variant after another, and compares with NAME.gt.tum, or with the relations of
+    NAME.relations.gz, beside the log. A variant is a list of faults, in the order in which they are made: every=N and
+    beams=N keep every Nth scan and beam; coarse=M, noise=M and scatter=SHARE spoil the ranges; jitter=M, scale=SHARE,
+    slips=N, blind=N and stale=SHARE the odometry; mend, first, turns its backward motions round by the reference.
+
     [bold]Examples[/bold]
 
     hopslam bench slam
@@ -142,12 +155,23 @@ def bench_slam(
     hopslam bench slam fr079 mines1 --data ~/logs --out /tmp/slam.md
 
     hopslam bench slam corridor_synthetic --set slam.matching.floor=0.02
+
+    hopslam bench slam --stress --out /tmp/stress.md
+
+    hopslam bench slam fr079 ~/logs/hall.log --stress --variant every=5,blind=10 --variant scatter=0.4 --seeds 8
     """
     use_one_thread()
-    from slam.bench.slam_report import slam_tables
     from slam.scenario.file import load_scenario
 
     config = load_scenario("replay", settings or []).slam
+    if stress or variants:
+        from slam.bench.stress.report import stress_tables
+
+        tables = stress_tables(logs or [], variants or [], seeds, data, config, console)
+        print_tables(tables, out, "SLAM on logs made harder")
+        return
+    from slam.bench.slam_report import slam_tables
+
     print_tables(slam_tables(logs or [], data, config, console), out, "SLAM on recorded logs")
 
 

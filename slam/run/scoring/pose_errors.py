@@ -105,6 +105,11 @@ def read_relations(path: Path) -> FloatArray:
 def relation_errors(relations: FloatArray, stamps: FloatArray, poses: FloatArray, gap: float = MAX_GAP) -> PoseErrors:
     """Errors of every relation whose two times the trajectory covers."""
     first, second = (poses_at(relations[:, column], stamps, poses, gap) for column in (0, 1))
+    return relation_errors_of(relations, first, second)
+
+
+def relation_errors_of(relations: FloatArray, first: InterpolatedPoses, second: InterpolatedPoses) -> PoseErrors:
+    """Errors of every relation whose two poses are known."""
     errors = relative_poses(relations[:, 2:], relative_poses(first.poses, second.poses))[first.known & second.known]
     return _sizes(errors)
 

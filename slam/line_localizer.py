@@ -48,7 +48,7 @@ class LineLocalizer:
         self.noise = noise or LearntNoise.start(config.lines)  # of the ranges
         self._tracking = config.matching
         self._without_search = config.matching.model_copy(update={"search": NO_SEARCH})
-        self._search = GlobalSearch(surfel_map)
+        self._search = GlobalSearch.of_map(surfel_map)
         self._hypotheses = [] if T_map_base is None else [self._hypothesis(T_map_base, self._tracking)]
         self.sure = T_map_base is not None
         """True while the place of the robot is known."""

@@ -1,6 +1,5 @@
 """Runs of the method on recorded logs."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -21,16 +20,6 @@ LOGS: Final = {
     name: f"{name}.dat.gz" if name == "mines1" else f"{name}.log.gz"
     for name in ("corridor_synthetic", "fr079", "aces", "fr101", "belgioioso", "duke_loop5", "wean1", "wean3", "mines1")
 }
-
-
-def find_logs(names: Sequence[str], folder: Path, console: Terminal) -> dict[str, Path]:
-    """Files of these logs, by names of LOGS or of files in the folder, or by their own paths; those not there are told,
-    and skipped."""
-    paths = {name: Path(name) if Path(name).is_file() else folder / LOGS.get(name, name) for name in names}
-    for name, path in paths.items():
-        if not path.is_file():
-            console.print(f"{name}: no {path}; skipped")
-    return {name: path for name, path in paths.items() if path.is_file()}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +45,7 @@ class LogRun:
     lost: int
     """... or were lost ..."""
     odometry_only: int
-    """... or said nothing that could be trusted."""
+    """... or have a pose that is odometry alone."""
     map_points: FloatArray
     """After every scan, (N,)."""
     walls: FloatArray
@@ -64,12 +53,12 @@ class LogRun:
 
 
 def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) -> LogRun:
-    """Run the method on every scan of a log file; ``odometry`` (N, 3) replaces the recorded one."""
-    return run_over(read_log(path), path.name.split(".")[0], config, odometry)
-
-
-def run_over(log: Log, name: str, config: SlamConfig, odometry: FloatArray | None = None) -> LogRun:
     """Run the method on every scan of a log; ``odometry`` (N, 3) replaces the recorded one."""
+    return run_on(read_log(path), path.name.split(".")[0], config, odometry)
+
+
+def run_on(log: Log, name: str, config: SlamConfig, odometry: FloatArray | None = None) -> LogRun:
+    """Run the method on every scan of a log that was read."""
     warm_up(Terminal(quiet=True), config)
     given = log.T_odom_base if odometry is None else odometry
     slam, rows, cpu_times = LineSlam(config, log.T_base_laser), [], []
@@ -91,7 +80,7 @@ def run_over(log: Log, name: str, config: SlamConfig, odometry: FloatArray | Non
         unconstrained=sum(match.unconstrained is not None and len(match.unconstrained) > 0 for match in matches),
         searched=sum(match.searched for match in matches),
         lost=sum(match.lost for match in matches),
-        odometry_only=sum(match.odometry_only for match in matches),
+        odometry_only=sum(row.odometry_only for row in rows),
         map_points=np.array([row.map_points for row in rows]),
         walls=slam.lines.ends,
     )

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.bench.log_runs import LOGS, LogRun, find_logs, odometry_with_doubled_noise, run_log
+from slam.bench.log_runs import LOGS, LogRun, odometry_with_doubled_noise, run_log
 from slam.bench.map_shape import crispness, shape_table
 from slam.bench.stopwatch import milliseconds
 from slam.config import SlamConfig
@@ -40,8 +40,12 @@ CRISP_OTHERS: Final = 0, 15.0
 
 def slam_tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Terminal) -> list[ResultTable]:
     """Run the logs of these names in the folder, all without a name; those not there are skipped."""
-    paths = find_logs(list(names) or list(LOGS), folder, console)
-    jobs: list[tuple[str, Path, FloatArray | None]] = [(name, path, None) for name, path in paths.items()]
+    asked = list(names) or list(LOGS)
+    paths = {name: folder / LOGS.get(name, name) for name in asked}
+    for name, path in paths.items():
+        if not path.is_file():
+            console.print(f"{name}: no {path}; skipped")
+    jobs: list[tuple[str, Path, FloatArray | None]] = [(n, p, None) for n, p in paths.items() if p.is_file()]
     reference = folder / "corridor_synthetic.gt.tum"
     if reference.is_file() and any(name == "corridor_synthetic" for name, *_ in jobs):
         path, truth = paths["corridor_synthetic"], read_tum(reference)[1]
@@ -122,7 +126,7 @@ def _cost_table(found: list[tuple[str, LogRun]]) -> ResultTable:
         )  # fmt: skip
     notes = (
         "Milliseconds on the wall clock and of the thread's processor time. Open: scans that left a direction to "
-        "odometry. Odometry only: scans that said nothing that could be trusted. "
-        "Inliers: share of a scan's pieces that agree with the map."
+        "odometry; odometry only: scans that said nothing of the pose. Inliers: share of a scan's pieces that "
+        "agree with the map."
     )
     return ResultTable("Costs, a scan", columns, rows, notes)

@@ -7,6 +7,7 @@ import typer
 
 from slam.cli.bench import TablesFile, console, print_tables, use_one_thread
 from slam.console.options import AllowModules, Settings, complete_scenario
+from slam.errors import InputError
 
 
 def bench_paper(
@@ -125,17 +126,17 @@ def bench_localize(
 
 def bench_slam(
     logs: Annotated[
-        list[str] | None, typer.Argument(metavar="[LOG]...", help="Names such as fr079, or files; all without one.")
+        list[str] | None, typer.Argument(metavar="[LOG]...", help="Names such as fr079; all without one.")
     ] = None,
+    data: Annotated[Path, typer.Option(metavar="DIR", help="Where the recorded logs are.")] = Path("../shared/data"),
     stress: Annotated[
-        bool, typer.Option("--stress", help="Measure variants of the logs that are harder instead.")
+        bool, typer.Option("--stress", help="Instead, make fr079, fr101, belgioioso and aces harder: minutes.")
     ] = False,
     variants: Annotated[
         list[str] | None,
-        typer.Option("--variant", metavar="FAULTS", help="With --stress: only this one; may be given again."),
+        typer.Option("--variant", metavar="NAME=X,...", help="With --stress: only this one; may be given again."),
     ] = None,
-    seeds: Annotated[int, typer.Option(min=1, help="With --stress: runs of a variant in which faults are drawn.")] = 5,
-    data: Annotated[Path, typer.Option(metavar="DIR", help="Where the recorded logs are.")] = Path("../shared/data"),
+    seeds: Annotated[int, typer.Option(min=1, help="With --stress: runs of each variant.")] = 5,
     settings: Settings = None,
     out: TablesFile = None,
 ) -> None:
@@ -143,10 +144,9 @@ def bench_slam(
 
     Every scan, at the pose that the method had for it then. A log that is not there is skipped.
 
-    --stress makes the logs harder, one variant after another, and compares with NAME.gt.tum, or with the relations of
-    NAME.relations.gz, beside the log. A variant is a list of faults, in the order in which they are made: every=N and
-    beams=N keep every Nth scan and beam; coarse=M, noise=M and scatter=SHARE spoil the ranges; jitter=M, scale=SHARE,
-    slips=N, blind=N and stale=SHARE the odometry; mend, first, turns its backward motions round by the reference.
+    With --stress, logs are made harder: every=N scans, beams=N, jitter=METRES, scale=SHARE, slips=COUNT, blind=COUNT
+    and stale=SHARE of the odometry; coarse=METRES, noise=METRES and scatter=SHARE of the ranges. Any log will do that
+    has LOG.gt.tum or LOG.relations.gz beside it.
 
     [bold]Examples[/bold]
 
@@ -156,23 +156,23 @@ def bench_slam(
 
     hopslam bench slam corridor_synthetic --set slam.matching.floor=0.02
 
-    hopslam bench slam --stress --out /tmp/stress.md
+    hopslam bench slam --stress
 
-    hopslam bench slam fr079 ~/logs/hall.log --stress --variant every=5,blind=10 --variant scatter=0.4 --seeds 8
+    hopslam bench slam fr079 --stress --variant every=5,blind=10 --variant beams=2 --seeds 2
     """
     use_one_thread()
+    from slam.bench.slam_report import slam_tables
+    from slam.bench.stress.stress_report import stress_tables
     from slam.scenario.file import load_scenario
 
+    if variants and not stress:
+        raise InputError("--variant: makes a log harder, which needs --stress")
     config = load_scenario("replay", settings or []).slam
-    if stress or variants:
-        from slam.bench.stress.report import stress_tables
-
-        tables = stress_tables(logs or [], variants or [], seeds, data, config, console)
-        print_tables(tables, out, "SLAM on logs made harder")
-        return
-    from slam.bench.slam_report import slam_tables
-
-    print_tables(slam_tables(logs or [], data, config, console), out, "SLAM on recorded logs")
+    if stress:
+        tables = stress_tables(logs or [], data, variants or [], seeds, config, console)
+    else:
+        tables = slam_tables(logs or [], data, config, console)
+    print_tables(tables, out, "SLAM on recorded logs")
 
 
 def bench_slam_sim(

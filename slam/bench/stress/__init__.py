@@ -1,1 +1,1 @@
-"""Recorded logs made harder, one fault at a time, and how well the method stands them."""
+"""Recorded logs made harder in known ways, and how the method stands them."""

@@ -38,6 +38,7 @@ def write_map(path: Path, saved: SavedSlam) -> None:
         "covariance": state.covariance.tolist(),
         "growth": state.odometry_inflation,
         "misfits": state.bad_matches,
+        "excess": state.odometry_excess.tolist(),
         "tile": state.uncertainty.here,
     }
     tiles = [
@@ -79,6 +80,7 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
         np.array(robot.covariance),
         robot.growth,
         robot.misfits,
+        np.array(robot.excess),
         Directions(np.array(document.directions.clusters).reshape(-1, 3), document.directions.total),
     )
     differences = document.noise.differences

@@ -125,6 +125,8 @@ class SavedRobot(_WithCovariance):
     """SurfelMapperState.odometry_inflation."""
     misfits: Annotated[int, Field(ge=0)]
     """SurfelMapperState.bad_matches."""
+    excess: tuple[Annotated[float, Field(ge=0)], Annotated[float, Field(ge=0)]] = (0.0, 0.0)
+    """SurfelMapperState.odometry_excess; none, in a map from before there was any."""
     tile: tuple[int, int] | None
 
 

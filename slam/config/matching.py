@@ -74,8 +74,8 @@ class SearchConfig(Section):
     window_angle: float = Field(0.6, gt=0)
     """Greatest search to each side of the heading, radians; also three standard deviations of the prior."""
     anywhere: float = Field(2.0, ge=0)
-    """Where what is found is in doubt, every heading is tried this far around the last pose, metres, and as much farther
-    as the wheels went, whatever they say; 0 for never."""
+    """Where what is found is in doubt, every heading is tried this far around the last pose, metres, and as much
+    farther as the wheels went; 0 for never."""
     reach: float = Field(15.0, gt=0)
     """Walls farther than this from the sensor, metres, take no part."""
     gain: float = Field(1.5, ge=0)

@@ -3,10 +3,11 @@
 Along a straight wall 1/r is a sinusoid of the bearing, so that of three neighbouring echoes at equal steps the second
 difference u(-1) - 2 cos(step) u(0) + u(+1) of u = 1/r is noise alone, of variance 6 sigma^2 / r^4. Corners, gaps and
 clutter give differences too, of any size; a scan among chair legs has little else. So differences are counted over many
-scans, by range and by size, in octaves. In the logarithm of the size noise is a peak of known width, and clutter a
-ground that rises slowly. The noise is that whose peaks, one in each octave of range, are most likely on such a ground.
+scans, by range and by size. In the logarithm of the size noise is a peak of known width, and clutter a ground that
+rises slowly. The noise is that whose peaks, one in each half octave of range, are most likely on such a ground.
 """
 
+from functools import lru_cache
 from math import erf, frexp, log2, sqrt
 from typing import Final, Self
 
@@ -21,23 +22,27 @@ from slam.scan import COS, SIN, LaserScan
 AnyLineConfig = HoppingConfig | ChiSquareConfig | OwnMethod
 NEAREST: Final = 2.0**-4
 """Metres, begin of the first band of range."""
-BANDS: Final = 9
-"""An octave of range each; the last one ends at 32 m. Few beams go farther, and most of them into clutter."""
-BAND_OF_1_M: Final = int(-log2(NEAREST))
+BANDS: Final = 18
+"""Half an octave of range each; the last one ends at 32 m. Few beams go farther, and most of them into clutter."""
 OCTAVE: Final = 4
 """Bins of size to an octave; the noise is sought among their edges, and between them by a parabola."""
+BAND: Final = OCTAVE // 2
+"""Bins as wide as a band."""
+MIDDLE: Final = 2.0 ** (0.5 * BAND / OCTAVE)
+"""The middle of a band over its begin."""
+BAND_OF_1_M: Final = int(-log2(NEAREST)) * OCTAVE // BAND
 SMALLEST: Final = 2.0**-12
 """Begin of the first bin: metres, from 1 m on shares of where the band begins. What is less shows the step of the
 ranges and no noise: on a wall straight ahead all are equal."""
 SIZES: Final = 9 * OCTAVE
 """Bins, up to 1/8. What is larger is never noise."""
 EDGES: Final = 7 * OCTAVE + 3
-"""Edges of bins at which the noise is sought: near by up to 44 mm, far off to 3.1 %, and no higher whatever is seen."""
-GROUNDS: Final = (0.1, 0.3, 0.6, 0.9)
+"""Edges of bins at which the noise is sought: near by up to 44 mm, far off to 3.7 %, and no higher whatever is seen."""
+GROUNDS: Final = (0.1, 0.4, 0.9)
 """Shares that the ground may have in a band; the likeliest is taken."""
 MEMORY: Final = 1e4
 """Differences in a band that are remembered: they tell its noise to 1 %, and come from some fifty scans."""
-PRIOR: Final = 5.0
+PRIOR: Final = 2.5
 """Differences in each band that the noise is worth with which one begins: a scan has some hundred in a few bands."""
 ASSUMED: Final = RangeNoise(0.01, 1.0, 0.01, RANGE_FLOOR)
 """The noise with which one begins where no sensor is named."""
@@ -72,6 +77,14 @@ def _log_likelihood() -> FloatArray:
     return np.hstack([np.log((1.0 - share) * peaks + share * ground).T for share in GROUNDS])
 
 
+@lru_cache
+def _expected_counts(noise: RangeNoise) -> FloatArray:
+    """PRIOR differences in each band as this noise spreads them, (BANDS, SIZES); not to be written to."""
+    begins = NEAREST * 2.0 ** (BAND / OCTAVE * np.arange(BANDS))
+    sigmas = noise.sigma(np.asarray(begins * MIDDLE, np.float64)) / np.maximum(begins, 1.0)
+    return PRIOR * np.stack([_peak_of_noise(sigma) for sigma in sigmas.tolist()])
+
+
 LOG_LIKELIHOOD: Final = _log_likelihood()
 """Shape (SIZES, GROUNDS x EDGES)."""
 
@@ -86,10 +99,7 @@ class LearntNoise:
     @classmethod
     def start(cls, config: AnyLineConfig | None = None) -> Self:
         """What these settings know of the sensor before its first scan."""
-        noise = named_noise(config) or ASSUMED
-        begins = NEAREST * 2.0 ** np.arange(BANDS)
-        sigmas = noise.sigma(np.asarray(begins * sqrt(2.0), np.float64)) / np.maximum(begins, 1.0)
-        return cls(PRIOR * np.stack([_peak_of_noise(sigma) for sigma in sigmas.tolist()]))
+        return cls(_expected_counts(named_noise(config) or ASSUMED).copy())
 
     def observe(self, scan: LaserScan) -> RangeNoise:
         """Learn from the next scan, and return the noise that is likely now."""
@@ -100,7 +110,7 @@ class LearntNoise:
     def noise(self) -> RangeNoise:
         """The noise that is likely by what was seen."""
         near, far = _most_likely(self.counts @ LOG_LIKELIHOOD)
-        near, slope = _size(near), _size(far) / sqrt(2.0)
+        near, slope = _size(near), _size(far) / MIDDLE
         return RangeNoise(near, near / slope, slope, RANGE_FLOOR)
 
 
@@ -116,8 +126,8 @@ def _count_differences(counts: FloatArray, ranges: FloatArray, fan: FloatArray, 
         cos_step, sin_step, sin_before = c * c_0 + s * s_0, s * c_0 - c * s_0, s_0 * c_1 - c_0 * s_1
         if echoes >= 2 and abs(sin_step - sin_before) < 0.1 * abs(sin_step):
             difference = abs(u_1 - 2.0 * cos_step * u_0 + u) / (u_0 * u_0 * np.sqrt(6.0))
-            band = _quarter_octaves(1.0 / (u_0 * NEAREST)) // OCTAVE
-            size = _quarter_octaves(difference / SMALLEST) - OCTAVE * max(band - BAND_OF_1_M, 0)
+            band = _quarter_octaves(1.0 / (u_0 * NEAREST)) // BAND
+            size = _quarter_octaves(difference / SMALLEST) - BAND * max(band - BAND_OF_1_M, 0)
             if 0 <= band < BANDS and 0 <= size < SIZES:
                 counts[band, size] += 1.0
         c_1, s_1, u_1, c_0, s_0, u_0 = c_0, s_0, u_0, c, s, u
@@ -137,24 +147,24 @@ def _quarter_octaves(x: float) -> int:
 
 @compiled
 def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
-    """Edges, with a fraction, of the noise near by, and of the noise at sqrt(2) m that grows with the range; the larger
-    of the two holds. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) has the log likelihood of each band."""
+    """Edges, with a fraction, of the noise near by, and of that which grows with the range, amid the band from 1 m; the
+    larger of the two holds. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) has the log likelihood of each band."""
     scores = scores_on_grounds[:, :EDGES].copy()
     for begin in range(EDGES, len(GROUNDS) * EDGES, EDGES):
         scores = np.maximum(scores, scores_on_grounds[:, begin : begin + EDGES])
     near, far = np.zeros((BANDS + 1, EDGES)), np.zeros((BANDS + 1, EDGES))
     for band in range(BANDS):  # of the bands before this one, where the noise near by is larger
-        beyond = OCTAVE * max(band - BAND_OF_1_M, 0)
+        beyond = BAND * max(band - BAND_OF_1_M, 0)
         for i in range(EDGES):
             near[band + 1, i] = near[band, i] + scores[band, max(i - beyond, 0)]
     for band in range(BANDS - 1, -1, -1):  # of this band and those behind it, where the noise far off is
-        short = OCTAVE * max(BAND_OF_1_M - band, 0)
+        short = BAND * max(BAND_OF_1_M - band, 0)
         for j in range(EDGES):
             far[band, j] = far[band + 1, j] + scores[band, max(j - short, 0)]
     total = np.empty((EDGES, EDGES))
     for i in range(EDGES):
         for j in range(EDGES):
-            begin = min(max((i - j) // OCTAVE + 1 + BAND_OF_1_M, 0), BANDS)
+            begin = min(max((i - j) // BAND + 1 + BAND_OF_1_M, 0), BANDS)
             total[i, j] = near[begin, i] + far[begin, j]
     k = int(np.argmax(total))
     i, j = k // EDGES, k % EDGES

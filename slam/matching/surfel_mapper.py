@@ -20,6 +20,7 @@ from slam.scan import LaserScan
 MAX_CANDIDATES = 5  # poses of the search that are followed up ...
 CANDIDATE_SPACING = 0.05  # ... whose headings are so far apart, radians
 MIN_WINDOW, MIN_WINDOW_ANGLE = 0.3, 0.1  # metres and radians to each side: the smallest window of the search
+STANDING_WAY = 1.0  # of the sensor until a small thing is believed to stand, metres and radians: legs do not so long
 WALL_TURN = np.radians(2.0)  # how far walls may turn a prior, beside its own three standard deviations ...
 MAX_WALL_TURN = np.radians(8.0)  # ... and at most
 WALL_TURN_FOUND = np.radians(4.0)  # how far they may turn a pose that was found by search
@@ -34,7 +35,7 @@ class SurfelMapper:
         self.state = state
         self.points = self.lines = self.map = state.map
         self.config, self.T_base_laser, self._odometry = config, T_base_laser, odometry
-        self._settings = SolverSettings(*(getattr(config, name) for name in SolverSettings._fields))
+        self._settings = _solver_settings(config, odometry)
         self._facets = np.empty((0, 7))
         self._walls = WallHeading(state.directions, config.directions == "auto")
 
@@ -79,12 +80,11 @@ class SurfelMapper:
         if self._lost:
             return
         config, added = self.map.config, self.state.T_map_added
-        if added is None or (
-            added.distance(T_map_laser) >= config.update_distance
-            or abs(wrap_angle(T_map_laser.theta - added.theta)) >= config.update_angle
-        ):
+        motion = added.between(T_map_laser) if added else Pose2D()
+        distance, turn = motion.distance(Pose2D()), abs(motion.theta)
+        if added is None or distance >= config.update_distance or turn >= config.update_angle:
             self.state = replace(self.state, T_map_added=T_map_laser)
-            self.map.add(self._facets, scan, T_map_laser)
+            self.map.add(self._facets, scan, T_map_laser, distance + turn)
             self._walls.add_walls(T_map_laser.theta)
 
     def _motion_covariance(self, last: Pose2D, prior: Pose2D) -> FloatArray:
@@ -153,6 +153,12 @@ class SurfelMapper:
             bad_matches=state.bad_matches + 1 if bad else 0,
         )
         return covariance, unconstrained
+
+
+def _solver_settings(config: LeastSquaresConfig, odometry: bool) -> SolverSettings:
+    """Without odometry all that is seen is believed to stand: there is nothing else to tell the motion by."""
+    shared = {name: getattr(config, name) for name in SolverSettings._fields if name != "standing_way"}
+    return SolverSettings(**shared, standing_way=STANDING_WAY if odometry else 0.0)
 
 
 def _unrefined(prior: FloatArray, information: FloatArray, *_: float) -> tuple[FloatArray, FloatArray]:

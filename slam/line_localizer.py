@@ -10,6 +10,7 @@ from slam.deskew import deskewed
 from slam.line_slam import Estimate, LineSlam
 from slam.lines.extraction import extract_segments
 from slam.lines.facets import facets_of
+from slam.lines.learnt_noise import LearntNoise
 from slam.lines.segments import Segments
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.coarse_search import PLACE_X
@@ -34,14 +35,20 @@ class LineLocalizer:
     """
 
     def __init__(
-        self, config: SlamConfig, T_base_laser: Pose2D, surfel_map: SurfelMap, T_map_base: Pose2D | None = None
+        self,
+        config: SlamConfig,
+        T_base_laser: Pose2D,
+        surfel_map: SurfelMap,
+        T_map_base: Pose2D | None = None,
+        noise: LearntNoise | None = None,
     ) -> None:
         assert isinstance(config.matching, LeastSquaresConfig)
         self.config, self.T_base_laser = config, T_base_laser
         self.points = self.lines = surfel_map
+        self.noise = noise or LearntNoise.start(config.lines)  # of the ranges
         self._tracking = config.matching
         self._without_search = config.matching.model_copy(update={"search": NO_SEARCH})
-        self._search = GlobalSearch(surfel_map)
+        self._search = GlobalSearch.of_map(surfel_map)
         self._hypotheses = [] if T_map_base is None else [self._hypothesis(T_map_base, self._tracking)]
         self.sure = T_map_base is not None
         """True while the place of the robot is known."""
@@ -61,7 +68,7 @@ class LineLocalizer:
         motion = self._motion(odometry)
         if self.config.deskew:
             scan = deskewed(scan, odometry.twist, self.T_base_laser)
-        segments = extract_segments(scan, self.config.lines)
+        segments = extract_segments(scan, self.config.lines, self.noise.observe(scan))
         extraction_time = perf_counter() - began
         for hypothesis in self._hypotheses:
             hypothesis.follow(scan, segments, motion)
@@ -148,7 +155,7 @@ class LocalizeThenMap:
     def __init__(self, config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> None:
         self.T_base_laser, self._config, self._saved = T_base_laser, config, saved
         self.points = self.lines = saved.mapper.map
-        self._localizer = LineLocalizer(config, T_base_laser, saved.mapper.map)
+        self._localizer = LineLocalizer(config, T_base_laser, saved.mapper.map, noise=saved.noise)
         self.slam: LineSlam | None = None
         """The mapping method, once the place is known."""
 

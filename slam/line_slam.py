@@ -6,6 +6,7 @@ from time import perf_counter
 from slam.config import SlamConfig
 from slam.deskew import deskewed
 from slam.lines.extraction import extract_segments
+from slam.lines.learnt_noise import LearntNoise
 from slam.lines.segments import Segments
 from slam.matching.mapper import Lines, Points, make_mapper
 from slam.matching.match import NO_MATCH, Match
@@ -63,6 +64,7 @@ class LineSlam:
         self.config = config
         self.T_base_laser = T_base_laser
         self.T_map_base = T_map_base or Pose2D()  # the anchor: at the first scan the estimate is the truth (section 4)
+        self.noise = LearntNoise.start(config.lines)  # of the ranges
         self.mapper = make_mapper(config, T_base_laser, seed)
         self.T_odom_base: Pose2D | None = None  # with the last scan
         self.T_map_mapped: Pose2D | None = None  # T_map_base with the last scan that was matched
@@ -86,7 +88,7 @@ class LineSlam:
             return Estimate(scan.stamp, prior, map_points=len(self.points), total_time=perf_counter() - began)
         if self.config.deskew:
             scan = deskewed(scan, odometry.twist, self.T_base_laser)
-        segments = extract_segments(scan, self.config.lines)  # eqs. (1)-(12), Proc. 1-8
+        segments = extract_segments(scan, self.config.lines, self.noise.observe(scan))  # eqs. (1)-(12), Proc. 1-8
         extraction_time = perf_counter() - began
         match = self.mapper.locate(scan, segments, prior)  # eqs. (20)-(37)
         T_map_laser = prior @ self.T_base_laser @ match.T_prior_laser  # eq. (19)

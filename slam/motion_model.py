@@ -5,8 +5,11 @@ from math import cos, sin
 import numpy as np
 
 from slam.compiled import compiled
-from slam.config import MotionConfig
+from slam.config import LeastSquaresConfig, MotionConfig
 from slam.pose import FloatArray, Pose2D
+
+BEYOND = 9.0
+"""Variances: a squared correction below so many is what the model of odometry expects."""
 
 
 def motion_covariance(motion: Pose2D, heading: float, config: MotionConfig) -> FloatArray:
@@ -46,3 +49,24 @@ def _carried(covariance: FloatArray, x_by_turn: float, y_by_turn: float) -> Floa
     C[:, 0] += x_by_turn * C[:, 2]
     C[:, 1] += y_by_turn * C[:, 2]
     return C
+
+
+def excess_covariance(excess: FloatArray) -> FloatArray:
+    """Covariance (3, 3) of the errors of odometry beyond its model, whose variances (2,) are m^2 and rad^2."""
+    return np.diag([excess[0], excess[0], excess[1]])
+
+
+def updated_excess(
+    excess: FloatArray, correction: FloatArray, motion: FloatArray, config: LeastSquaresConfig
+) -> FloatArray:
+    """The running mean (2,), m^2 and rad^2, of squared corrections (3,) of odometry beyond three standard deviations of
+    the covariance (3, 3) of the motion; it never asks for more than the search can look through.
+
+    A factor on the variances does not help where the wheels say nothing: nothing times any factor is nothing.
+    """
+    beyond = [
+        0.5 * (correction[0] ** 2 + correction[1] ** 2) - BEYOND * max(motion[0, 0], motion[1, 1]),
+        correction[2] ** 2 - BEYOND * motion[2, 2],
+    ]
+    memory, most = config.motion.memory, np.array([config.search.window, config.search.window_angle]) / 3.0
+    return np.minimum(memory * excess + (1.0 - memory) * np.maximum(beyond, 0.0), most**2)

@@ -105,6 +105,15 @@ def relative_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
     return np.column_stack([c * dx + s * dy, c * dy - s * dx, wrap_angles(turn)])
 
 
+def compose_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
+    """Poses (N, 3) given in the frames of ``origin``, (3,) or (N, 3), in the frame of that: undoes relative_poses."""
+    c, s = np.cos(origin[..., 2]), np.sin(origin[..., 2])
+    x, y, turn = poses.T
+    return np.column_stack(
+        [origin[..., 0] + c * x - s * y, origin[..., 1] + s * x + c * y, wrap_angles(origin[..., 2] + turn)]
+    )
+
+
 def path_lengths(poses: FloatArray) -> FloatArray:
     """Metres from the first of these poses (K, 3), or points (K, 2), to each, from one to the next; shape (K,)."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])

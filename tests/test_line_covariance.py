@@ -1,7 +1,6 @@
 """The covariance of lines and ends says how far they are off, in every frame."""
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chi2
@@ -43,7 +42,7 @@ def test_the_covariance_of_lines_and_of_their_corner_is_honest() -> None:
     clean = corner_ranges(*truth.ravel())
     random = np.random.default_rng(5)
     noisy = clean + NOISE.sigma(np.minimum(clean, 4.0)) * random.standard_normal((10_000, LIDAR.beams))
-    segments, begins = segments_of_scans([scan_of(ranges) for ranges in noisy], CONFIG)
+    segments, begins = segments_of_scans([scan_of(ranges) for ranges in noisy], CONFIG, NOISE)
     assert (np.diff(begins) == 2).mean() > 0.99
     pairs = begins[:-1][np.diff(begins) == 2]
     corner = np.linalg.solve(np.column_stack([np.cos(truth[:, 1]), np.sin(truth[:, 1])]), truth[:, 0])
@@ -103,14 +102,9 @@ def test_many_scans_at_once_are_the_same_as_one_by_one() -> None:
     clean = corner_ranges(1.6, -0.2, 1.2, 1.1)
     noisy = clean + NOISE.sigma(np.minimum(clean, 4.0)) * random.standard_normal((20, LIDAR.beams))
     scans = [scan_of(ranges) for ranges in noisy]
-    together, begins = segments_of_scans(scans, CONFIG)
+    together, begins = segments_of_scans(scans, CONFIG, NOISE)
     assert begins[-1] == len(together)
     for i, scan in enumerate(scans):
-        alone, at = segments_by_chi_square(scan, CONFIG), slice(begins[i], begins[i + 1])
+        alone, at = segments_by_chi_square(scan, CONFIG, NOISE), slice(begins[i], begins[i + 1])
         for name in set(Segments.__dataclass_fields__) - {"noise"}:
             np.testing.assert_array_equal(getattr(together, name)[at], getattr(alone, name))
-
-
-def test_many_scans_need_a_known_noise() -> None:
-    with pytest.raises(ValueError, match="set sensor"):
-        segments_of_scans([scan_of(corner_ranges(1.6, -0.2, 1.2, 1.1))], ChiSquareConfig())

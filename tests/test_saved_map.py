@@ -13,6 +13,7 @@ from slam.config import SlamConfig
 from slam.errors import InputError
 from slam.files.maps.file import read_map, write_map
 from slam.line_slam import Estimate, LineSlam
+from slam.lines.learnt_noise import LearntNoise
 from slam.mapping.surfel_grid import BORN
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
@@ -77,6 +78,15 @@ def test_a_map_of_an_older_file_stood_from_the_first(half: tuple[LineSlam, Path]
     assert (read_map(path, SlamConfig()).mapper.map.surfels[:, BORN] <= -1.0).all()
 
 
+def test_a_map_from_before_noise_was_learnt_begins_anew(half: tuple[LineSlam, Path]) -> None:
+    slam, path = half
+    assert read_map(path, SlamConfig()).noise.noise == slam.noise.noise
+    document = json.loads(path.read_text())
+    del document["noise"]
+    path.write_text(json.dumps(document))
+    assert read_map(path, SlamConfig()).noise.noise == LearntNoise.start().noise
+
+
 def test_mapping_goes_on_from_another_place(half: tuple[LineSlam, Path], update: Update) -> None:
     _, path = half
     slam = relocate(SlamConfig(), MOUNT, read_map(path, SlamConfig()), PATH[40] @ Pose2D(0.05, 0.05, 0.03))
@@ -109,6 +119,8 @@ def test_the_papers_map_is_not_saved() -> None:
         ("robot.covariance.0.0", -1.0, "robot: covariance"),
         ("robot.tile", [99, 99], "is none of the tiles"),
         ("robot.wheels", 2, "robot.wheels: "),
+        ("noise.differences", [[0.0] * 36], "has 1 bands of range, not 18"),
+        ("noise.differences.0.0", -1.0, "noise.differences.0.0: "),
         ("directions.total", -1.0, "directions.total: "),
         ("directions.clusters.0.0", 2.0, "directions.clusters.0.0: "),
         ("directions.clusters", [[0.0, 1.0, 0.0]] * 17, "directions.clusters: "),

@@ -259,7 +259,7 @@ def test_the_mode_names_the_methods_of_the_parts_that_name_none(tmp_path: Path) 
     paper = load_scenario(write(tmp_path, GOOD + "slam:\n  mode: paper\n  lines:\n    psi: 0\n"))
     assert paper.slam.lines == HoppingConfig(psi=0)
     own = load_scenario(write(tmp_path, GOOD + "slam:\n  lines:\n    method: chi_square\n    min_points: 9\n"))
-    assert own.slam.lines == ChiSquareConfig(min_points=9, min_length=0.10, shared_error=0.02)
+    assert own.slam.lines == ChiSquareConfig(min_points=9)
     for scenario in (paper, own):
         assert load_scenario(write(tmp_path, dump_scenario(scenario))) == scenario
 

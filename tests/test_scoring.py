@@ -13,8 +13,8 @@ from slam.cli.main import app
 from slam.errors import InputError, LogError
 from slam.files.tum import format_tum
 from slam.pose import FloatArray, Pose2D
-from slam.run.scoring.evaluate import Delta, Trajectory, against_reference, against_relations, statistics
-from slam.run.scoring.pose_errors import absolute_errors, errors_by_frames, read_relations
+from slam.run.scoring.evaluate import Delta, against_reference, against_relations, statistics
+from slam.run.scoring.pose_errors import Trajectory, absolute_errors, errors_by_frames, read_relations
 
 SCRIPT = Path(__file__).parents[1] / "../shared/tools/evaluate.py"
 STAMPS = 0.5 * np.arange(80)

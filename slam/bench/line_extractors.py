@@ -3,14 +3,18 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from itertools import islice
 from time import perf_counter
 from typing import Final
 
 from slam.bench.probabilistic_hough import ProbabilisticHough
 from slam.bench.ransac import Ransac
+from slam.bench.scenes import NOISE_LEVELS, warm_up_scans
 from slam.bench.split_and_merge import SplitAndMerge
 from slam.config import ChiSquareConfig, HoppingConfig
 from slam.lines.extraction import extract_segments
+from slam.lines.learnt_noise import LearntNoise
+from slam.lines.range_noise import RangeNoise, noise_of_sensor
 from slam.lines.segments import Segments
 from slam.scan import LaserScan
 
@@ -24,10 +28,10 @@ class LineExtractor:
 
 
 OURS: Final = "ours"
-
-
-def _slam_extractor(name: str, config: HoppingConfig | ChiSquareConfig) -> LineExtractor:
-    return LineExtractor(name, partial(extract_segments, config=config))
+SHORT: Final = 10
+"""Scans from which noise is learnt, a second of them ..."""
+LONG: Final = 50
+"""... and more of them."""
 
 
 TUNED: Final = {
@@ -48,35 +52,57 @@ TUNED: Final = {
 """The best settings found on TUNING_SEEDS, by coordinate search for F1, at each level of noise."""
 
 
-def compared_extractors(noise_level: str = "spec/3", ours: ChiSquareConfig | None = None) -> tuple[LineExtractor, ...]:
+def compared_extractors(ours: LineExtractor, noise_level: str = "spec/3") -> tuple[LineExtractor, ...]:
     """Extractors that are compared: the paper's, this project's, and three of the field.
 
     The paper's is as printed, and tuned; split-and-merge, scikit-image's RANSAC and OpenCV's HoughLinesP are tuned.
-    Without settings ours knows no sensor, and estimates the noise from every scan.
     """
     hopping, split_and_merge, ransac, hough = TUNED[noise_level]
     return (
-        _slam_extractor("paper, printed", HoppingConfig(L_Th=8)),
-        _slam_extractor("paper, tuned", hopping),
-        _slam_extractor(OURS, ours or ChiSquareConfig()),
+        LineExtractor("paper, printed", partial(extract_segments, config=HoppingConfig(L_Th=8))),
+        LineExtractor("paper, tuned", partial(extract_segments, config=hopping)),
+        ours,
         LineExtractor("split-and-merge", split_and_merge),
         LineExtractor("RANSAC", ransac),
         LineExtractor("Hough", hough),
     )
 
 
-def config_of_noise(noise: float) -> ChiSquareConfig:
-    """Settings of ours for range noise that is this share of the bound that the URG-04LX's maker gives."""
-    return ChiSquareConfig(sensor="urg04lx", bound_sigmas=1.0 / noise)
+def ours_learning(config: ChiSquareConfig) -> LineExtractor:
+    """This project's extractor as it runs: the noise is learnt from scan to scan."""
+    noise = LearntNoise.start(config)
+    return LineExtractor(OURS, lambda scan: extract_segments(scan, config, noise.observe(scan)))
 
 
-def ours_with_wrong_noise(noise: float) -> tuple[LineExtractor, ...]:
-    """This project's extractor without a sensor, and with too little and too much noise expected."""
+def ours_of_noise(share: float, name: str = OURS) -> LineExtractor:
+    """This project's extractor for range noise that is this share of the bound that the URG-04LX's maker gives."""
+    return _ours_told(name, noise_of_sensor("urg04lx", 1.0 / share))
+
+
+def ours_by_knowledge(noise_level: str) -> tuple[LineExtractor, ...]:
+    """This project's extractor by what it knows of the noise: nothing, too little, too much, or what it has learnt."""
+    share = NOISE_LEVELS[noise_level]
+    unnamed = ChiSquareConfig()
+    named = ChiSquareConfig(sensor="urg04lx", bound_sigmas=3.0 / share)
     return (
-        _slam_extractor("ours, no sensor named", ChiSquareConfig()),
-        _slam_extractor("ours, sigma x 0.7", config_of_noise(0.7 * noise)),
-        _slam_extractor("ours, sigma x 2", config_of_noise(2.0 * noise)),
+        LineExtractor("ours, no sensor, one scan", partial(extract_segments, config=unnamed)),
+        _ours_told(f"ours, no sensor, {LONG} scans", _learnt(unnamed, noise_level, LONG)),
+        _ours_told(f"ours, named at 1/3, {SHORT} scans", _learnt(named, noise_level, SHORT)),
+        ours_of_noise(share / 3.0, "ours, told 1/3"),
+        ours_of_noise(2.0 * share, "ours, told x 2"),
     )
+
+
+def _ours_told(name: str, noise: RangeNoise) -> LineExtractor:
+    return LineExtractor(name, partial(extract_segments, config=ChiSquareConfig(), noise=noise))
+
+
+def _learnt(config: ChiSquareConfig, noise_level: str, scans: int) -> RangeNoise:
+    """The noise after so many scans of it, in other rooms than those that are scored."""
+    noise = LearntNoise.start(config)
+    for scan in islice(warm_up_scans(noise_level), scans):
+        noise.observe(scan)
+    return noise.noise
 
 
 def extract_in_turn(

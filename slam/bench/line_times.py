@@ -14,6 +14,7 @@ from slam.console.result_table import ResultTable
 from slam.lines.beam_sums import SUMS, prefix_sums
 from slam.lines.chi_square import segments_by_chi_square, segments_of_scans
 from slam.lines.hopping import segments_by_hopping
+from slam.lines.learnt_noise import LearntNoise
 from slam.lines.range_noise import noise_of_sensor
 from slam.pose import FloatArray
 from slam.scan import LaserScan
@@ -26,19 +27,20 @@ def time_table(seeds: int) -> ResultTable:
     """Time one call a scan, in turn with the pass of prefix sums; and many scans at once on one thread and on all."""
     found = [scene.scan for scene in scenes(HELD_OUT_SEEDS[:seeds], "spec/3")]
     points = [scan.points() for scan in found]
-    ours, unnamed, paper = ChiSquareConfig(sensor="urg04lx"), ChiSquareConfig(), HoppingConfig(psi=0, L_Th=8)
+    ours, paper, noise = ChiSquareConfig(), HoppingConfig(psi=0, L_Th=8), noise_of_sensor("urg04lx", 3.0)
+    learnt = LearntNoise.start(ours)
     calls: dict[str, Sequence[Callable[[], object]]] = {
         "prefix sums alone": [_sums_of(scan) for scan in found],
         "paper mode, psi = 0": [partial(segments_by_hopping, p, paper) for p in points],
-        "ours": [partial(segments_by_chi_square, scan, ours) for scan in found],
-        "ours, no sensor named": [partial(segments_by_chi_square, scan, unnamed) for scan in found],
+        "ours": [partial(segments_by_chi_square, scan, ours, noise) for scan in found],
+        "noise, learnt": [partial(learnt.observe, scan) for scan in found],
     }
     times = _times(calls)
     least = float(np.median(times["prefix sums alone"]))
     rows = [(name, *microseconds(taken, least, digits=1)) for name, taken in times.items()]
     many = (found * (BATCH_SCANS // len(found) + 1))[:BATCH_SCANS]
     threads = os.cpu_count() or 1
-    one, every = (median_seconds(partial(segments_of_scans, many, ours, n), 2 * ROUNDS) for n in (1, threads))
+    one, every = (median_seconds(partial(segments_of_scans, many, ours, noise, n), 2 * ROUNDS) for n in (1, threads))
     notes = (
         f"One call from Python, 682 beams, spec/3, arrays ready; {ROUNDS} rounds in one process. "
         f"{BATCH_SCANS} scans at once: {1e6 * one / BATCH_SCANS:.1f} us a scan on one thread, "

@@ -43,7 +43,9 @@ class LogRun:
     searched: int
     """... or asked for the coarse search ..."""
     lost: int
-    """... or were lost."""
+    """... or were lost ..."""
+    odometry_only: int
+    """... or have a pose that is odometry alone."""
     map_points: FloatArray
     """After every scan, (N,)."""
     walls: FloatArray
@@ -52,8 +54,12 @@ class LogRun:
 
 def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) -> LogRun:
     """Run the method on every scan of a log; ``odometry`` (N, 3) replaces the recorded one."""
+    return run_on(read_log(path), path.name.split(".")[0], config, odometry)
+
+
+def run_on(log: Log, name: str, config: SlamConfig, odometry: FloatArray | None = None) -> LogRun:
+    """Run the method on every scan of a log that was read."""
     warm_up(Terminal(quiet=True), config)
-    log = read_log(path)
     given = log.T_odom_base if odometry is None else odometry
     slam, rows, cpu_times = LineSlam(config, log.T_base_laser), [], []
     for index in range(len(log)):
@@ -64,7 +70,7 @@ def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) 
         cpu_times.append(thread_time() - began)
     matches = [row.match for row in rows]
     return LogRun(
-        name=path.name.split(".")[0],
+        name=name,
         log=log,
         poses=stack_poses(row.T_map_base for row in rows),
         odometry=given,
@@ -74,6 +80,7 @@ def run_log(path: Path, config: SlamConfig, odometry: FloatArray | None = None) 
         unconstrained=sum(match.unconstrained is not None and len(match.unconstrained) > 0 for match in matches),
         searched=sum(match.searched for match in matches),
         lost=sum(match.lost for match in matches),
+        odometry_only=sum(row.odometry_only for row in rows),
         map_points=np.array([row.map_points for row in rows]),
         walls=slam.lines.ends,
     )

@@ -19,6 +19,8 @@ from slam.scan import LaserScan
 
 TUNING_SEEDS: Final = range(60)
 HELD_OUT_SEEDS: Final = range(1000, 1060)
+WARM_UP_SEEDS: Final = range(2000, 2060)
+"""Of rooms that a sensor was in before."""
 NOISE_LEVELS: Final = {"spec/19": 1 / 19, "spec/3": 1 / 3, "spec": 1.0}
 """Standard deviation of the range noise as a share of the maker's bound: 25 mm below 1 m, 2.5 % of the range beyond."""
 REACH: Final = 4.0
@@ -75,6 +77,11 @@ def make_scene(family: str, seed: int, noise_level: str) -> Scene:
 def scenes(seeds: range, noise_level: str) -> Iterator[Scene]:
     """Make the scenes of all families."""
     return (make_scene(family, seed, noise_level) for family in FAMILIES for seed in seeds)
+
+
+def warm_up_scans(noise_level: str) -> Iterator[LaserScan]:
+    """Scans of that noise, of each family in turn, in rooms that are in no score."""
+    return (make_scene(family, seed, noise_level).scan for seed in WARM_UP_SEEDS for family in FAMILIES)
 
 
 def _measure(distance: FloatArray, noise: float, random: np.random.Generator) -> FloatArray:

@@ -111,7 +111,7 @@ def _extent(poses: FloatArray) -> float:
 def _cost_table(found: list[tuple[str, LogRun]]) -> ResultTable:
     columns = (
         "log", "scans", "ms", "p99 ms", "CPU\nms", "p99 CPU\nms", "last 10 %\nover first", "surfels", "walls", "open",
-        "searched", "lost", "inliers",
+        "searched", "lost", "odometry\nonly", "inliers",
     )  # fmt: skip
     rows = []
     for name, run in found:
@@ -121,11 +121,12 @@ def _cost_table(found: list[tuple[str, LogRun]]) -> ResultTable:
                 name, str(len(run.times)), *milliseconds(run.times), *milliseconds(run.cpu_times),
                 f"{np.median(run.cpu_times[-tenth:]) / np.median(run.cpu_times[:tenth]):.2f}",
                 str(int(run.map_points[-1])), str(len(run.walls)), str(run.unconstrained), str(run.searched),
-                str(run.lost), f"{np.mean(run.inliers[1:]):.2f}",
+                str(run.lost), str(run.odometry_only), f"{np.mean(run.inliers[1:]):.2f}",
             )
         )  # fmt: skip
     notes = (
         "Milliseconds on the wall clock and of the thread's processor time. Open: scans that left a direction to "
-        "odometry. Inliers: share of a scan's pieces that agree with the map."
+        "odometry; odometry only: scans that said nothing of the pose. Inliers: share of a scan's pieces that "
+        "agree with the map."
     )
     return ResultTable("Costs, a scan", columns, rows, notes)

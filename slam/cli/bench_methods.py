@@ -7,6 +7,7 @@ import typer
 
 from slam.cli.bench import TablesFile, console, print_tables, use_one_thread
 from slam.console.options import AllowModules, Settings, complete_scenario
+from slam.errors import InputError
 
 
 def bench_paper(
@@ -128,12 +129,24 @@ def bench_slam(
         list[str] | None, typer.Argument(metavar="[LOG]...", help="Names such as fr079; all without one.")
     ] = None,
     data: Annotated[Path, typer.Option(metavar="DIR", help="Where the recorded logs are.")] = Path("../shared/data"),
+    stress: Annotated[
+        bool, typer.Option("--stress", help="Instead, make fr079, fr101, belgioioso and aces harder: minutes.")
+    ] = False,
+    variants: Annotated[
+        list[str] | None,
+        typer.Option("--variant", metavar="NAME=X,...", help="With --stress: only this one; may be given again."),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, help="With --stress: runs of each variant.")] = 5,
     settings: Settings = None,
     out: TablesFile = None,
 ) -> None:
     """Measure the whole method on recorded logs, with one set of settings for all, beside other systems.
 
     Every scan, at the pose that the method had for it then. A log that is not there is skipped.
+
+    With --stress, logs are made harder: every=N scans, beams=N, jitter=METRES, scale=SHARE, slips=COUNT, blind=COUNT
+    and stale=SHARE of the odometry; coarse=METRES, noise=METRES and scatter=SHARE of the ranges. Any log will do that
+    has LOG.gt.tum or LOG.relations.gz beside it.
 
     [bold]Examples[/bold]
 
@@ -142,13 +155,24 @@ def bench_slam(
     hopslam bench slam fr079 mines1 --data ~/logs --out /tmp/slam.md
 
     hopslam bench slam corridor_synthetic --set slam.matching.floor=0.02
+
+    hopslam bench slam --stress
+
+    hopslam bench slam fr079 --stress --variant every=5,blind=10 --variant beams=2 --seeds 2
     """
     use_one_thread()
     from slam.bench.slam_report import slam_tables
+    from slam.bench.stress.stress_report import stress_tables
     from slam.scenario.file import load_scenario
 
+    if variants and not stress:
+        raise InputError("--variant: makes a log harder, which needs --stress")
     config = load_scenario("replay", settings or []).slam
-    print_tables(slam_tables(logs or [], data, config, console), out, "SLAM on recorded logs")
+    if stress:
+        tables = stress_tables(logs or [], data, variants or [], seeds, config, console)
+    else:
+        tables = slam_tables(logs or [], data, config, console)
+    print_tables(tables, out, "SLAM on recorded logs")
 
 
 def bench_slam_sim(

@@ -1,6 +1,6 @@
 """The settings of line extraction, named as in the paper where they are the paper's, in SI units and radians."""
 
-from typing import Annotated, Any, Final, Literal, NamedTuple, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, Tag, model_validator
 
@@ -35,56 +35,29 @@ class HoppingConfig(Section):
         return self
 
 
-class ChiSquarePreset(NamedTuple):
-    """The defaults of ChiSquareConfig that depend on how well the noise is known, and on who uses the segments."""
-
-    merge_cost: float
-    min_points: int
-    min_length: float
-    max_angle_sigma: float
-    shared_error: float
-
-
-SENSOR_NAMED: Final = ChiSquarePreset(
-    merge_cost=18.0, min_points=7, min_length=0.14, max_angle_sigma=0.15, shared_error=0.05
-)
-"""With ``sensor``, everywhere; ``shared_error`` is not used then."""
-NOISE_ESTIMATED: Final = ChiSquarePreset(
-    merge_cost=24.0, min_points=10, min_length=0.15, max_angle_sigma=1.0, shared_error=0.05
-)
-"""Without ``sensor``, for extraction by itself: where the noise is only estimated, details are not to be trusted."""
-NOISE_ESTIMATED_IN_SLAM: Final = ChiSquarePreset(
-    merge_cost=24.0, min_points=5, min_length=0.10, max_angle_sigma=1.0, shared_error=0.02
-)
-"""Without ``sensor``, as the ``lines`` of a SlamConfig: details too small to be sure of help when the map can confirm
-them."""
-
-
 class ChiSquareConfig(Section):
-    """Line extraction of this project: the walls that explain the ranges by the noise of the sensor."""
+    """Line extraction of this project: the walls that explain the ranges by their noise, which is learnt."""
 
     method: Literal["chi_square"] = "chi_square"
     """The name of this method."""
     sensor: LidarName | None = None
-    """Lidar whose noise to expect, by its name in slam/lidars.py; without it, noise is estimated from every scan."""
+    """Lidar whose noise to expect at first, by its name in slam/lidars.py; what its scans say takes over."""
     bound_sigmas: float = Field(3.0, gt=0)
     """The bound that the sensor's maker gives for the range error, in standard deviations."""
-    shared_error: float = Field(SENSOR_NAMED.shared_error, gt=0)
-    """Without a sensor: noise floor for errors common to neighbouring beams, which one scan cannot reveal, metres (in
-    SLAM 0.02). Real walls are not quite straight, and what stands before them is no wall at all."""
-    merge_cost: float = Field(SENSOR_NAMED.merge_cost, gt=0)
-    """Two neighbouring segments are merged where that raises chi-square by less than this (without a sensor 24)."""
-    min_points: int = Field(SENSOR_NAMED.min_points, ge=3)
-    """Least number of points of a segment (without a sensor 10, in SLAM 5)."""
-    min_length: float = Field(SENSOR_NAMED.min_length, ge=0)
-    """Least length of a segment, metres (without a sensor 0.15, in SLAM 0.1)."""
-    max_angle_sigma: float = Field(SENSOR_NAMED.max_angle_sigma, gt=0)
-    """Greatest standard deviation of a segment's direction, radians (without a sensor 1)."""
+    merge_cost: float = Field(18.0, gt=0)
+    """Two neighbouring segments are merged where that raises chi-square by less than this."""
+    min_points: int = Field(5, ge=3)
+    """Least number of points of a segment."""
+    min_length: float = Field(0.10, ge=0)
+    """Least length of a segment, metres."""
+    max_angle_sigma: float = Field(0.15, gt=0)
+    """Greatest standard deviation of a segment's direction, radians."""
 
     @model_validator(mode="before")
     @classmethod
-    def _preset_without_a_sensor(cls, given: Any) -> Any:
-        return given if not isinstance(given, dict) or given.get("sensor") else NOISE_ESTIMATED._asdict() | given
+    def _before_noise_was_learnt(cls, given: Any) -> Any:
+        """Leave out ``shared_error``, which settings have that were saved then."""
+        return {k: v for k, v in given.items() if k != "shared_error"} if isinstance(given, dict) else given
 
 
 LineConfig = Annotated[

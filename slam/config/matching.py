@@ -91,9 +91,9 @@ class LeastSquaresConfig(Section):
     gate: float = Field(0.4, gt=0)
     """A piece is matched to a surfel nearer than this, metres."""
     floor: float = Field(0.01, gt=0)
-    """Standard deviation added to every piece, metres: real walls are not as flat as lines."""
+    """Standard deviation added to every piece, metres, more for a coarse sensor: real walls are not flat as lines."""
     kernel: float = Field(0.03, gt=0)
-    """Residuals far above this, metres, lose their weight (kernel of Geman and McClure)."""
+    """Residuals far above this, metres, more for a coarse sensor, lose their weight (kernel of Geman and McClure)."""
     first_kernel: float = Field(0.6, gt=0)
     """Kernel of the first iteration, metres; it is halved at every iteration until it is ``kernel``."""
     max_iterations: int = Field(12, ge=1)

@@ -4,7 +4,7 @@ from typing import Any, Self
 
 from pydantic import Field, model_validator
 
-from slam.config.lines import NOISE_ESTIMATED_IN_SLAM, ChiSquareConfig, LineConfig
+from slam.config.lines import ChiSquareConfig, LineConfig
 from slam.config.localization import LocalizationConfig
 from slam.config.mapping import MapConfig, SurfelMapConfig
 from slam.config.matching import LeastSquaresConfig, MatchConfig
@@ -18,7 +18,7 @@ class SlamConfig(Section):
 
     mode: ModeName = "hopslam"
     """Choice of methods for those of the three parts below that name none."""
-    lines: LineConfig = ChiSquareConfig.model_validate(NOISE_ESTIMATED_IN_SLAM._asdict())
+    lines: LineConfig = ChiSquareConfig()
     """Extraction of lines from a scan."""
     map: MapConfig = SurfelMapConfig()
     """The map that is kept of the scans."""
@@ -42,7 +42,7 @@ class SlamConfig(Section):
             return given
         mode = MODES[name]
         methods = {"lines": mode.lines, "map": mode.map, "matching": mode.matching}
-        parts = {part: _filled_in(part, given.get(part, {}), method) for part, method in methods.items()}
+        parts = {part: _with_method(given.get(part, {}), method) for part, method in methods.items()}
         return {**mode.settings, **given, **parts}
 
     @model_validator(mode="after")
@@ -63,11 +63,5 @@ class SlamConfig(Section):
         return self
 
 
-def _filled_in(part: str, section: Any, method: str) -> Any:
-    """Add the method of the mode to a section, and the preset that lines have inside the whole method."""
-    if not isinstance(section, dict):
-        return section
-    section = {"method": method} | section
-    if part == "lines" and section["method"] == "chi_square" and not section.get("sensor"):
-        return NOISE_ESTIMATED_IN_SLAM._asdict() | section
-    return section
+def _with_method(section: Any, method: str) -> Any:
+    return {"method": method} | section if isinstance(section, dict) else section

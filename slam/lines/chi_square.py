@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.config import ChiSquareConfig
-from slam.lines.range_noise import noise_of_scan, noise_of_sensor
+from slam.lines.learnt_noise import LearntNoise
+from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import IntArray, Segments
 from slam.lines.wall_lines import END, RHO, START, THETA, wall_lines
 from slam.lines.wall_runs import FIRST_POINT, LAST_POINT, wall_runs, wall_runs_of_scans
@@ -27,17 +28,16 @@ BATCH: Final = 64
 """Scans that a thread takes at a time."""
 
 
-def segments_by_chi_square(scan: LaserScan, config: ChiSquareConfig) -> Segments:
+def segments_by_chi_square(scan: LaserScan, config: ChiSquareConfig, noise: RangeNoise | None = None) -> Segments:
     """Find the segments of the scan with their covariance, sensor frame; they count its points as ``scan.points()``.
+
+    ``noise`` is that of its ranges; without it, it is what this one scan and the settings tell.
 
     Beams without echo (``inf``, ``nan``, or outside the reach of the sensor) are left out; a wall goes on behind them
     where the gap allows it.
     """
     ranges, fan, reach = scan.ranges, scan.fan, (scan.range_min, scan.range_max)
-    if config.sensor is None:
-        noise = noise_of_scan(fan[BEARING], ranges, reach, config.shared_error)
-    else:
-        noise = noise_of_sensor(config.sensor, config.bound_sigmas)
+    noise = noise or LearntNoise.start(config).observe(scan)
     runs, totals = wall_runs(ranges, fan, reach, noise, config.merge_cost, config.min_points)
     spacing = float(fan[BEARING, -1] - fan[BEARING, 0]) / max(len(ranges) - 1, 1) if len(ranges) else 0.0
     kept, *lines = wall_lines(runs, totals, fan, spacing, config.min_length, config.max_angle_sigma)
@@ -45,25 +45,24 @@ def segments_by_chi_square(scan: LaserScan, config: ChiSquareConfig) -> Segments
 
 
 def segments_of_scans(
-    scans: Sequence[LaserScan], config: ChiSquareConfig, threads: int | None = None
+    scans: Sequence[LaserScan], config: ChiSquareConfig, noise: RangeNoise, threads: int | None = None
 ) -> tuple[Segments, IntArray]:
-    """Find the segments of many scans of one sensor, on this many threads or on all; ``config.sensor`` is required.
+    """Find the segments of many scans of one sensor, whose noise is known, on this many threads or on all.
 
     Those of scan i are the places ``begins[i]`` to ``begins[i + 1]``, exclusive, of the segments; begins: (scans + 1,).
     """
-    if config.sensor is None:
-        raise ValueError("scans are extracted together only for a sensor of known noise; set sensor")
     batches = [scans[k : k + BATCH] for k in range(0, len(scans), BATCH)]
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        runs, counts, *lines = zip(*pool.map(partial(_lines_of_batch, config=config), batches), strict=True)
+        runs, counts, *lines = zip(
+            *pool.map(partial(_lines_of_batch, config=config, noise=noise), batches), strict=True
+        )
     begins = np.concatenate([[0], np.cumsum(np.concatenate(counts))])
     return _as_segments(np.concatenate(runs), *map(np.concatenate, lines)), begins
 
 
-def _lines_of_batch(scans: Sequence[LaserScan], config: ChiSquareConfig) -> tuple[NDArray[Any], ...]:
+def _lines_of_batch(scans: Sequence[LaserScan], config: ChiSquareConfig, noise: RangeNoise) -> tuple[NDArray[Any], ...]:
     """Find the runs in these scans, segments a scan, lines, their covariance, their ends, and the ends' covariance."""
-    assert config.sensor is not None
-    first, noise = scans[0], noise_of_sensor(config.sensor, config.bound_sigmas)
+    first = scans[0]
     ranges, reach = np.stack([scan.ranges for scan in scans]), (first.range_min, first.range_max)
     runs, totals, counts = wall_runs_of_scans(ranges, first.fan, reach, noise, config.merge_cost, config.min_points)
     used = np.arange(runs.shape[1]) < counts[:, None]

@@ -23,13 +23,19 @@ _COLUMNS: Final[dict[str, tuple[type[float], tuple[int, ...]]]] = {
 """Kind of the numbers in each array, and the shape of one segment's entry; covariances may be None."""
 
 
-def extract_segments(scan: LaserScan, config: HoppingConfig | ChiSquareConfig | OwnMethod) -> Segments:
-    """Find the segments of the scan, sensor frame; they count its points as ``scan.points()`` does."""
-    if isinstance(config, OwnMethod):
-        return _own_segments(scan, config)
+def extract_segments(
+    scan: LaserScan, config: HoppingConfig | ChiSquareConfig | OwnMethod, noise: RangeNoise | None = None
+) -> Segments:
+    """Find the segments of the scan, sensor frame; they count its points as ``scan.points()`` does.
+
+    ``noise`` is that of its ranges; without it, it is what this one scan and the settings tell.
+    """
     if isinstance(config, ChiSquareConfig):
-        return segments_by_chi_square(scan, config)
-    return segments_by_hopping(scan.points(), config)
+        return segments_by_chi_square(scan, config, noise)
+    segments = (
+        _own_segments(scan, config) if isinstance(config, OwnMethod) else segments_by_hopping(scan.points(), config)
+    )
+    return segments if segments.noise is not None or noise is None else replace(segments, noise=noise)
 
 
 def _own_segments(scan: LaserScan, config: OwnMethod) -> Segments:

@@ -34,7 +34,7 @@ def free_beams(scan: LaserScan, no_echo_reach: float) -> FreeBeams:
 def carve(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: float, miss_ratio: float) -> None:
     """Count a miss for every surfel within ``reach`` that the beams from ``pose`` (3,) passed by more than ``margin``
     metres, and remove those missed too often."""
-    low_row, high_row, low_column, high_column = _cells_around(grid, pose, reach)
+    low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
     for row in range(low_row, high_row):
         for column in range(low_column, high_column):
             before, k = -1, grid.head[row, column]
@@ -61,7 +61,7 @@ def carve(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: 
 def count_seen_through(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> int:
     """Count the surfels, seen twice or more, that the beams passed, as in ``carve``, which would count a miss."""
     count = 0
-    low_row, high_row, low_column, high_column = _cells_around(grid, pose, reach)
+    low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
     for row in range(low_row, high_row):
         for column in range(low_column, high_column):
             k = grid.head[row, column]
@@ -74,7 +74,7 @@ def count_seen_through(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: fl
 
 
 @compiled
-def _cells_around(grid: Grid, pose: FloatArray, reach: float) -> tuple[int, int, int, int]:
+def cells_around(grid: Grid, pose: FloatArray, reach: float) -> tuple[int, int, int, int]:
     """The first row of the cells within ``reach`` and the one after the last, and so with the columns."""
     rows, columns = grid.head.shape
     low_row = int(np.floor((pose[1] - reach) / grid.cell)) - grid.corner[0]

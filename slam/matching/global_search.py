@@ -6,7 +6,7 @@ blocks with the highest bounds are looked into (the bound of branch and bound, a
 closure in 2D lidar SLAM", ICRA 2016; here many places are wanted, and not the best one alone).
 """
 
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from slam.compiled import compiled, wrapped
 from slam.lines.facets import NX, NY, X, Y
 from slam.lines.segments import IntArray
+from slam.mapping.surfel_grid import Grid
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.coarse_search import FULL_GREY, HEADING, PIXEL, PLACE_X, PLACE_Y, SCORE, draw, layer_of
 from slam.pose import FloatArray
@@ -36,18 +37,22 @@ Pictures = NDArray[np.uint8]
 
 
 class GlobalSearch:
-    """The pictures of one map, which must not change any more."""
+    """The pictures of the map about the places ``low`` to ``high`` (2,), which must not change any more."""
 
-    def __init__(self, surfel_map: SurfelMap) -> None:
-        centres = surfel_map.points
-        low, high = (centres.min(axis=0), centres.max(axis=0)) if len(centres) else (np.zeros(2), np.zeros(2))
+    def __init__(self, grid: Grid, low: FloatArray, high: FloatArray) -> None:
         self._low = low - REACH - 1.0
         columns, rows = (np.ceil((high - low) / (BLOCK * PIXEL)).astype(np.int64) + 1).tolist()
         self._shape = HEADINGS, rows, columns  # of the headings and blocks of places that are tried
         size = int(np.ceil((high - low).max() / PIXEL)) + 2 * int((REACH + 1.0) / PIXEL) + 2 * BLOCK
         self._first = round((REACH + 1.0) / PIXEL)  # row and column of pixels where the laser may be
-        self._pictures = draw(surfel_map.grid, float(self._low[0]), float(self._low[1]), size)
+        self._pictures = draw(grid, float(self._low[0]), float(self._low[1]), size)
         self._pooled = _pooled(self._pictures)
+
+    @classmethod
+    def of_map(cls, surfel_map: SurfelMap) -> Self:
+        """Search the whole map."""
+        centres = surfel_map.points if len(surfel_map) else np.zeros((1, 2))
+        return cls(surfel_map.grid, centres.min(axis=0), centres.max(axis=0))
 
     def places(self, facets: FloatArray, most: int) -> FloatArray:
         """Up to ``most`` different poses of the laser, (N, 4), the best first; the score is the share of facets on

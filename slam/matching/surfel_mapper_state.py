@@ -29,6 +29,8 @@ class SurfelMapperState:
     """Factor on the variances of odometry, which grows where scans contradict it."""
     bad_matches: int = 0
     """Scans in a row that did not fit the map."""
+    odometry_excess: FloatArray = field(default_factory=lambda: np.zeros(2))
+    """Variances of the errors of odometry beyond its model, m^2 and rad^2, as the last scans showed them."""
     directions: Directions = field(default_factory=Directions)
     """Directions of the building's walls."""
 
@@ -42,5 +44,5 @@ class SurfelMapperState:
         uncertainty = MapUncertainty(self.uncertainty.tiles, self.uncertainty.nearest_tile(T_map_base))
         return replace(
             self, uncertainty=uncertainty, T_map_base=T_map_base, T_map_added=None, covariance=covariance,
-            odometry_inflation=1.0, bad_matches=0,
+            odometry_inflation=1.0, bad_matches=0, odometry_excess=np.zeros(2),
         )  # fmt: skip

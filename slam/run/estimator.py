@@ -2,9 +2,10 @@
 
 from typing import Protocol
 
-from slam.config import SlamConfig
+from slam.config import HoppingConfig, SlamConfig
 from slam.line_localizer import LineLocalizer, LocalizeThenMap
 from slam.line_slam import Estimate, LineSlam
+from slam.lines.range_noise import RangeNoise
 from slam.mapping.line_map import LineMap
 from slam.mapping.point_map import PointMap
 from slam.matching.mapper import Lines, Points
@@ -53,6 +54,14 @@ def make_estimator(config: SlamConfig, T_base_laser: Pose2D, T_map_base: Pose2D,
     if config.mode == "dead_reckoning":
         return DeadReckoning(T_base_laser, T_map_base)
     return LineSlam(config, T_base_laser, T_map_base, seed)
+
+
+def noise_learnt_by(estimator: Estimator) -> RangeNoise | None:
+    """The noise of the ranges after a run; None where the method asks for none."""
+    slam = estimator.slam if isinstance(estimator, LocalizeThenMap) else estimator
+    if not isinstance(slam, LineSlam | LineLocalizer) or isinstance(slam.config.lines, HoppingConfig):
+        return None
+    return slam.noise.noise
 
 
 def map_made_by(estimator: Estimator) -> SavedSlam | None:

@@ -17,11 +17,12 @@ from slam.errors import HopslamError, InputError, RobotError, StorageError
 from slam.files.atomic_files import write_atomic
 from slam.files.maps.file import write_map
 from slam.line_slam import LineSlam
+from slam.lines.learnt_noise import named_noise
 from slam.pose import FloatArray, Pose2D
-from slam.run.estimator import DeadReckoning, Estimator, map_made_by
+from slam.run.estimator import DeadReckoning, Estimator, map_made_by, noise_learnt_by
 from slam.run.loop import Ending, run_loop
 from slam.run.pilots import Pilot
-from slam.run.results.metrics import measure
+from slam.run.results.metrics import measure, noise_metrics
 from slam.run.results.recorder import Recorder
 from slam.run.results.run_folder import make_run_folder
 from slam.run.results.run_log import RunLog
@@ -155,6 +156,8 @@ class Experiment:
 
     def _measure(self, folder: Path, ending: Ending, wall_time: float) -> dict[str, Any]:
         metrics = self.measures(folder) | self.notes
+        if (noise := noise_learnt_by(self.slam)) is not None and metrics["scans"]:
+            metrics |= noise_metrics(noise, named_noise(self.scenario.slam.lines))
         metrics["ending"] = ending
         metrics["real_time_factor"] = round(metrics.get("duration_s", 0.0) / wall_time, 3)
         return metrics | {"seed": self.seed, "version": version("hopslam")}

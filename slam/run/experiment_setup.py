@@ -89,7 +89,8 @@ def localize_in_map(experiment: Experiment, path: Path) -> Experiment:
     for a map that cannot be used.
     """
     config = experiment.scenario.slam
-    localizer = LineLocalizer(config, experiment.slam.T_base_laser, read_map(path, config).mapper.map)
+    saved = read_map(path, config)
+    localizer = LineLocalizer(config, experiment.slam.T_base_laser, saved.mapper.map, noise=saved.noise)
     notes = experiment.notes | {"map": str(path)}
     localizing = replace(experiment, slam=localizer, notes=notes, measures=measure_localization)
     return _searching(localizing, lambda: localizer.sure)

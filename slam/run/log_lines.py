@@ -13,6 +13,7 @@ from slam.files.atomic_files import GrowingGeoJson, GrowingText, line_feature, r
 from slam.files.logs import Log
 from slam.lidars import LIDARS
 from slam.lines.extraction import extract_segments
+from slam.lines.learnt_noise import LearntNoise
 from slam.lines.segments import Segments
 from slam.run.pictures.scan_picture import draw_scan
 from slam.run.pictures.world_picture import check_picture
@@ -93,11 +94,12 @@ def write_lines(
         raise InputError(f"{outputs.png}: a picture shows one scan; give --scan K")
     if outputs.png is not None:
         check_picture(outputs.png, "--png")
-    count = 0
+    count, noise = 0, LearntNoise.start(config)
     with require_writable(None, "choose another file"), ExitStack() as stack:
         sinks = list(_sinks(log, outputs, stack))
         for index in track(scans):
-            segments = extract_segments(log.scan(index), config)
+            scan = log.scan(index)
+            segments = extract_segments(scan, config, noise.observe(scan))
             count += len(segments)
             for sink in sinks:
                 sink(index, segments)

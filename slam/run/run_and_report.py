@@ -49,6 +49,8 @@ def summary_tables(metrics: dict[str, Any]) -> Iterator[TerminalTable]:
         yield TerminalTable(("", "SLAM", "dead reckoning"), errors, bold_rows=len(errors))
     found = list(_localization(metrics)) if "lost_scans" in metrics else []
     facts = [(label, text.format(**metrics)) for label, text in _FACTS] if metrics["scans"] else []
+    if "range_noise_m" in metrics:
+        facts.append(("range noise", _range_noise(metrics)))
     if found or facts:
         yield TerminalTable(("", ""), [*found, *facts], bold_rows=len(found))
 
@@ -57,6 +59,13 @@ def _label(metric: Metric) -> str:
     """Quantity, statistic and unit, as in ``ATE (rmse) [m]``."""
     statistic = f" ({metric.statistic})" if metric.statistic else ""
     return f"{metric.quantity}{statistic} [{metric.unit}]"
+
+
+def _range_noise(metrics: dict[str, Any]) -> str:
+    """As in ``8 mm, 0.8 % beyond 1.0 m; as named: 3 mm``."""
+    near, far = metrics["range_noise_m"], metrics["range_noise_share"]
+    named = f"; as named: {1e3 * metrics['named_range_noise_m']:.0f} mm" if "named_range_noise_m" in metrics else ""
+    return f"{1e3 * near:.0f} mm, {100 * far:.1f} % beyond {near / far:.1f} m{named}"
 
 
 def _localization(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:

@@ -15,6 +15,7 @@ from slam.config import SlamConfig, SurfelMapConfig
 from slam.errors import InputError
 from slam.files.atomic_files import write_atomic
 from slam.files.maps.schema import VERSION, MapDocument, SavedGrid
+from slam.lines.learnt_noise import LearntNoise
 from slam.mapping.directions import Directions
 from slam.mapping.map_uncertainty import MapUncertainty
 from slam.mapping.surfel_grid import ALIVE, BORN, COLUMNS, FREE, HITS, TAKEN, Grid
@@ -37,6 +38,7 @@ def write_map(path: Path, saved: SavedSlam) -> None:
         "covariance": state.covariance.tolist(),
         "growth": state.odometry_inflation,
         "misfits": state.bad_matches,
+        "excess": state.odometry_excess.tolist(),
         "tile": state.uncertainty.here,
     }
     tiles = [
@@ -49,6 +51,7 @@ def write_map(path: Path, saved: SavedSlam) -> None:
         "robot": json.dumps(robot),
         "tiles": _lines(tiles),
         "directions": json.dumps({"total": directions.total, "clusters": directions.clusters.tolist()}),
+        "noise": json.dumps({"differences": saved.noise.counts.tolist()}),
         "grid": _grid_text(state.map.grid),
     }
     write_atomic(path, "{\n" + ",\n".join(f'"{key}": {text}' for key, text in parts.items()) + "\n}\n")
@@ -77,9 +80,12 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
         np.array(robot.covariance),
         robot.growth,
         robot.misfits,
+        np.array(robot.excess),
         Directions(np.array(document.directions.clusters).reshape(-1, 3), document.directions.total),
     )
-    return SavedSlam(state, Pose2D(*robot.T_map_base), _pose(robot.T_odom_base), _pose(robot.T_map_mapped))
+    differences = document.noise.differences
+    noise = LearntNoise(np.array(differences)) if differences else LearntNoise.start(config.lines)
+    return SavedSlam(state, Pose2D(*robot.T_map_base), _pose(robot.T_odom_base), _pose(robot.T_map_mapped), noise)
 
 
 def _parse(path: Path) -> MapDocument:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from slam.config import Section
+from slam.lines.learnt_noise import BANDS, SIZES
 from slam.mapping.directions import MAX_CLUSTERS, QUARTER
 
 VERSION = 1
@@ -105,6 +106,18 @@ class SavedDirections(Section):
     ] = ()
 
 
+class SavedNoise(Section):
+    """The noise of the ranges: see slam/lines/learnt_noise.py. None, in a map from before it was learnt."""
+
+    differences: tuple[Annotated[tuple[Metres, ...], Field(min_length=SIZES, max_length=SIZES)], ...] = ()
+
+    @model_validator(mode="after")
+    def _has_all_bands(self) -> Self:
+        if len(self.differences) not in (0, BANDS):
+            raise ValueError(f"differences: has {len(self.differences)} bands of range, not {BANDS}")
+        return self
+
+
 class SavedRobot(_WithCovariance):
     """The robot at the end of the run."""
 
@@ -117,6 +130,8 @@ class SavedRobot(_WithCovariance):
     """SurfelMapperState.odometry_inflation."""
     misfits: Annotated[int, Field(ge=0)]
     """SurfelMapperState.bad_matches."""
+    excess: tuple[Annotated[float, Field(ge=0)], Annotated[float, Field(ge=0)]] = (0.0, 0.0)
+    """SurfelMapperState.odometry_excess; none, in a map from before there was any."""
     tile: tuple[int, int] | None
 
 
@@ -128,6 +143,7 @@ class MapDocument(Section):
     grid: SavedGrid
     tiles: tuple[SavedTile, ...]
     directions: SavedDirections = SavedDirections()
+    noise: SavedNoise = SavedNoise()
     robot: SavedRobot
 
     @model_validator(mode="after")

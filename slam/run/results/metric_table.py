@@ -57,6 +57,11 @@ _METRICS: Final = (
     Metric(
         "real_time_factor", "speed", "", "x", "How much faster than real time the run was, simulator included.", ".1f"
     ),
+    Metric(
+        "range_noise_m", "range noise", "near", "m", "Standard deviation of near ranges, learnt from the scans.", ".4f"
+    ),
+    Metric("range_noise_share", "range noise", "far", "", "The same as a share of far ranges.", ".4f"),
+    Metric("named_range_noise_m", "range noise", "as named", "m", "That of near ranges by the sensor's name.", ".4f"),
     Metric("map_points", "map", "", "points", "Points or surfels in the map at the end.", "d"),
     Metric("segments", "segments", "", "", "Line segments seen in all mapped scans.", "d"),
 )

@@ -6,6 +6,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from slam.lines.range_noise import RangeNoise
 from slam.pose import FloatArray
 from slam.run.results.traces import Traces, pose_errors
 
@@ -64,6 +65,14 @@ def _work(steps: NDArray[Any]) -> dict[str, Any]:
         "map_points": int(steps["map_points"][-1]),
         "segments": int(steps["segments"].sum()),
     }
+
+
+def noise_metrics(noise: RangeNoise, named: RangeNoise | None) -> dict[str, float]:
+    """The noise of the ranges as it was learnt, and near by as it was ``named`` where it was."""
+    metrics = {"range_noise_m": noise.near, "range_noise_share": noise.far}
+    if named is not None:
+        metrics["named_range_noise_m"] = named.near
+    return {name: round(value, 6) for name, value in metrics.items()}
 
 
 def measure_localization(folder: Path) -> dict[str, Any]:

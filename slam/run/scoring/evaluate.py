@@ -10,16 +10,9 @@ from slam.files.tum import read_tum
 from slam.pose import FloatArray
 from slam.run.results.run_record import RunRecord
 from slam.run.scoring import pose_errors
-from slam.run.scoring.pose_errors import PoseErrors
+from slam.run.scoring.pose_errors import PoseErrors, Trajectory
 
 Unit = Literal["m", "frames"]
-
-
-class Trajectory(NamedTuple):
-    """Stamps (N,), seconds, and poses (N, 3), metres and radians."""
-
-    stamps: FloatArray
-    poses: FloatArray
 
 
 class Score(NamedTuple):

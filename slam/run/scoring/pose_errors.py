@@ -14,11 +14,18 @@ from slam.errors import LogError
 from slam.files.fields import table_row
 from slam.files.text_lines import read_lines
 from slam.lines.segments import IntArray
-from slam.pose import FloatArray, path_lengths, relative_poses
+from slam.pose import FloatArray, compose_poses, path_lengths, relative_poses, wrap_angles
 
 MAX_GAP: Final = 10.0
 """Seconds to the nearest pose on both sides, at most, for a pose between two scans."""
 _RELATION: Final = "t1 t2 x y z roll pitch yaw"
+
+
+class Trajectory(NamedTuple):
+    """Stamps (N,), seconds, and poses (N, 3), metres and radians."""
+
+    stamps: FloatArray
+    poses: FloatArray
 
 
 class InterpolatedPoses(NamedTuple):
@@ -36,6 +43,21 @@ def poses_at(times: FloatArray, stamps: FloatArray, poses: FloatArray, max_gap: 
     known = inside | (np.minimum(np.abs(before_gap), np.abs(after_gap)) < 1e-3)
     columns = [poses[:, 0], poses[:, 1], np.unwrap(poses[:, 2])]
     return InterpolatedPoses(np.column_stack([np.interp(times, stamps, column) for column in columns]), known)
+
+
+def carried_poses(times: FloatArray, trajectory: Trajectory, odometry: Trajectory) -> InterpolatedPoses:
+    """The trajectory at these times: carried there by the odometry from the pose before and from the pose after, and
+    between the two in proportion. For poses that are far apart, where a straight line would cut corners."""
+    stamps, poses = trajectory
+    known = (times >= stamps[0]) & (times <= stamps[-1])
+    after = np.clip(np.searchsorted(stamps, times), 1, len(stamps) - 1)
+    wheels = poses_at(times, *odometry, np.inf).poses
+    wheels_then = poses_at(stamps, *odometry, np.inf).poses
+    begin, end = (compose_poses(poses[k], relative_poses(wheels_then[k], wheels)) for k in (after - 1, after))
+    share = np.clip((times - stamps[after - 1]) / (stamps[after] - stamps[after - 1]), 0.0, 1.0)
+    difference = end - begin
+    difference[:, 2] = wrap_angles(difference[:, 2])
+    return InterpolatedPoses(begin + share[:, None] * difference, known)
 
 
 class PoseErrors(NamedTuple):
@@ -104,7 +126,11 @@ def read_relations(path: Path) -> FloatArray:
 
 def relation_errors(relations: FloatArray, stamps: FloatArray, poses: FloatArray, gap: float = MAX_GAP) -> PoseErrors:
     """Errors of every relation whose two times the trajectory covers."""
-    first, second = (poses_at(relations[:, column], stamps, poses, gap) for column in (0, 1))
+    return errors_between(relations, *(poses_at(relations[:, column], stamps, poses, gap) for column in (0, 1)))
+
+
+def errors_between(relations: FloatArray, first: InterpolatedPoses, second: InterpolatedPoses) -> PoseErrors:
+    """Errors of those relations both of whose poses are known."""
     errors = relative_poses(relations[:, 2:], relative_poses(first.poses, second.poses))[first.known & second.known]
     return _sizes(errors)
 

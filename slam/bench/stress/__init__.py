@@ -1,0 +1,1 @@
+"""Recorded logs made harder in known ways, and how the method stands them."""

@@ -1,0 +1,79 @@
+"""Runs of the method on logs made harder, and their errors."""
+
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.bench.log_runs import run_on
+from slam.bench.stress.odometry_steps import mended
+from slam.bench.stress.variants import made_harder, with_chance
+from slam.config import SlamConfig
+from slam.files.logs import Log, read_log
+from slam.files.tum import read_tum
+from slam.run.scoring.pose_errors import (
+    Trajectory,
+    absolute_error,
+    carried_poses,
+    errors_between,
+    read_relations,
+)
+
+
+class StressCase(NamedTuple):
+    """A log and what is done to it."""
+
+    log: Path
+    mended: bool
+    """Whether the odometry's lost signs are put back, by the reference, before all else."""
+    variant: str
+
+
+class StressRun(NamedTuple):
+    """Result of the method on a log made harder."""
+
+    error: float
+    """Metres: mean error of the relations where the log has some, else the ATE ..."""
+    odometry_error: float
+    """... and that of the odometry alone."""
+    scans: int
+    lost: int
+    odometry_only: int
+
+
+def run_stressed(case: StressCase, seed: int, config: SlamConfig) -> StressRun:
+    """Make the log harder, run the method on it, and score what it found."""
+    log = _log(case.log, case.mended)
+    run = run_on(made_harder(log, with_chance(case.variant), seed), case.log.name, config)
+    wheels = Trajectory(log.stamps, log.T_odom_base)
+    error, odometry_error = (
+        _error(Trajectory(run.log.stamps, poses), wheels, case.log) for poses in (run.poses, run.odometry)
+    )
+    return StressRun(error, odometry_error, len(run.poses), run.lost, run.odometry_only)
+
+
+def reference_of(log: Path, kind: str = "gt.tum") -> Path:
+    """Where the reference of a log lies, beside it: ``gt.tum``, or ``relations.gz``."""
+    return log.with_name(f"{log.name.split('.')[0]}.{kind}")
+
+
+@lru_cache(maxsize=2)
+def _log(path: Path, mend: bool) -> Log:
+    log = read_log(path)
+    if not mend:
+        return log
+    reference = Trajectory(*read_tum(reference_of(path)))
+    return replace(log, T_odom_base=mended(log.stamps, log.T_odom_base, reference))
+
+
+def _error(trajectory: Trajectory, wheels: Trajectory, log: Path) -> float:
+    """Error against the relations of a log, or against its reference, at all of their times."""
+    if (path := reference_of(log, "relations.gz")).is_file():
+        relations = read_relations(path)
+        first, second = (carried_poses(relations[:, column], trajectory, wheels) for column in (0, 1))
+        return float(np.mean(errors_between(relations, first, second).metres))
+    times, truth = read_tum(reference_of(log))
+    found = carried_poses(times, trajectory, wheels)
+    return absolute_error(found.poses[found.known], truth[found.known])

@@ -1,0 +1,162 @@
+"""Variants of a recorded log that are harder, each a function of the log: fewer scans, worse odometry, worse ranges."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.random import Generator
+
+from slam.bench.stress.odometry_steps import chained, size_of_steps, steps
+from slam.errors import InputError
+from slam.files.logs import Log
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray, path_lengths
+
+SLIP: Final = float(np.radians(10.0))
+"""Radians by which a slip turns the heading, to either side."""
+LARGE_STEPS: Final = 5
+"""A step that the wheels miss is among the largest, so many times as are missed."""
+MIN_RANGE: Final = 0.02
+"""Metres: no noise makes a range shorter."""
+STRETCHES: Final = np.linspace(0.08, 0.9, 6)
+"""Where clutter begins, as shares of the way, ..."""
+STRETCH: Final = 3.0
+"""... and for how many metres it goes on."""
+CLUTTER: Final = 0.4, 0.8
+"""Metres: the nearest clutter, and the least range before which there may be some."""
+
+TINY_NOISE: Final = "noise=0.002"
+"""So little that it changes nothing but luck."""
+
+
+def every(log: Log, n: float, _: Generator) -> Log:
+    """Every n-th scan."""
+    return _kept(log, np.arange(0, len(log), int(n)))
+
+
+def beams(log: Log, n: float, _: Generator) -> Log:
+    """Every n-th beam of every scan."""
+    ranges, lidar = log.ranges[:, :: int(n)], log.lidar
+    lidar = replace(lidar, angle_increment=lidar.angle_increment * int(n), beams=ranges.shape[1])
+    return replace(log, lidar=lidar, ranges=ranges, time_increment=log.time_increment * int(n))
+
+
+def jitter(log: Log, metres: float, random: Generator) -> Log:
+    """White noise on every place of the odometry, with this standard deviation."""
+    odometry = log.T_odom_base.copy()
+    odometry[:, :2] += random.normal(0.0, metres, (len(log), 2))
+    return replace(log, T_odom_base=odometry)
+
+
+def scale(log: Log, share: float, random: Generator) -> Log:
+    """Motions longer by this share, and each turn larger or smaller by it."""
+    moved = steps(log.T_odom_base)
+    to_left = moved[:, 2] > 0.0
+    turn = np.concatenate([[0], np.cumsum(to_left[1:] != to_left[:-1])])
+    moved[:, :2] *= 1.0 + share
+    moved[:, 2] *= 1.0 + share * random.choice([-1.0, 1.0], turn[-1] + 1)[turn]
+    return replace(log, T_odom_base=chained(log.T_odom_base[0], moved))
+
+
+def slips(log: Log, count: float, random: Generator) -> Log:
+    """The heading of the odometry jumps by SLIP to either side at so many scans."""
+    moved = steps(log.T_odom_base)
+    at = random.choice(np.arange(5, len(moved)), int(count), replace=False)
+    moved[at, 2] += SLIP * random.choice([-1.0, 1.0], len(at))
+    return replace(log, T_odom_base=chained(log.T_odom_base[0], moved))
+
+
+def blind(log: Log, count: float, random: Generator) -> Log:
+    """The wheels miss so many of the largest steps, as where a log has a hole."""
+    moved = steps(log.T_odom_base)
+    largest = np.argsort(-size_of_steps(moved), kind="stable")[: LARGE_STEPS * int(count)]
+    moved[random.choice(largest, int(count), replace=False)] = 0.0
+    return replace(log, T_odom_base=chained(log.T_odom_base[0], moved))
+
+
+def stale(log: Log, share: float, random: Generator) -> Log:
+    """This share of the scans carries the odometry of the scan before; the next one makes it good."""
+    late = np.flatnonzero(random.random(len(log)) < share)
+    late = late[late > 0]
+    late = late[np.diff(late, prepend=-1) > 1]
+    odometry = log.T_odom_base.copy()
+    odometry[late] = odometry[late - 1]
+    return replace(log, T_odom_base=odometry)
+
+
+def coarse(log: Log, step: float, _: Generator) -> Log:
+    """Ranges in steps of so many metres."""
+    return replace(log, ranges=np.where(np.isfinite(log.ranges), np.round(log.ranges / step) * step, log.ranges))
+
+
+def noise(log: Log, sigma: float, random: Generator) -> Log:
+    """White noise on the ranges, with this standard deviation in metres."""
+    noisy = np.maximum(log.ranges + random.normal(0.0, sigma, log.ranges.shape), MIN_RANGE)
+    return replace(log, ranges=np.where(np.isfinite(log.ranges), noisy, log.ranges))
+
+
+def scatter(log: Log, share: float, random: Generator) -> Log:
+    """Clutter in six stretches of the way: this share of the beams ends somewhere before the wall, as at chair legs."""
+    way = path_lengths(log.T_odom_base)
+    begins = STRETCHES * way[-1]
+    cluttered = ((way[:, None] >= begins) & (way[:, None] < begins + STRETCH)).any(axis=1)
+    nearest, least = CLUTTER
+    hit = (
+        (random.random(log.ranges.shape) < share) & cluttered[:, None] & np.isfinite(log.ranges) & (log.ranges > least)
+    )
+    before = nearest + random.random(log.ranges.shape) * (np.where(hit, log.ranges, 1.0) - nearest - 0.1)
+    return replace(log, ranges=np.where(hit, before, log.ranges))
+
+
+Variation = Callable[[Log, float, Generator], Log]
+VARIATIONS: Final[dict[str, Variation]] = {
+    variation.__name__: variation
+    for variation in (every, beams, jitter, scale, slips, blind, stale, coarse, noise, scatter)
+}
+"""What may be done to a log, by name."""
+
+
+def made_harder(log: Log, variant: str, seed: int) -> Log:
+    """The log after every part of a variant such as ``every=5,blind=10``; the empty one changes nothing.
+
+    Each part has random numbers of its own, by the seed and its place. InputError where a part is none.
+    """
+    for place, (variation, value) in enumerate(_parts(variant)):
+        log = variation(log, value, np.random.default_rng([seed, place]))
+    return log
+
+
+def with_chance(variant: str) -> str:
+    """The same variant, with TINY_NOISE on the ranges where another seed would not make another log."""
+    if any(variation not in (every, beams, coarse) for variation, _ in _parts(variant)):
+        return variant
+    return ",".join(filter(None, (TINY_NOISE, variant)))
+
+
+def _parts(variant: str) -> list[tuple[Variation, float]]:
+    return [_part(variant, text.strip()) for text in variant.split(",") if text.strip()]
+
+
+def _part(variant: str, text: str) -> tuple[Variation, float]:
+    name, _, value = text.partition("=")
+    try:
+        number = float(value)
+        if name not in VARIATIONS or not (number >= 1.0 if name in ("every", "beams") else 0.0 < number < np.inf):
+            raise ValueError
+    except ValueError:
+        raise InputError(
+            f"variant {variant!r}: {text!r} is none; need NAME=NUMBER with one of {', '.join(VARIATIONS)}, as in "
+            "every=5,blind=10"
+        ) from None
+    return VARIATIONS[name], number
+
+
+def _kept(log: Log, rows: IntArray) -> Log:
+    def some(array: FloatArray | None) -> FloatArray | None:
+        return None if array is None else array[rows]
+
+    return replace(
+        log, stamps=log.stamps[rows], ranges=log.ranges[rows], T_odom_base=log.T_odom_base[rows],
+        twists=some(log.twists), T_map_base=some(log.T_map_base),
+    )  # fmt: skip

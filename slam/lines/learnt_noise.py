@@ -1,0 +1,180 @@
+"""The noise of a lidar's ranges, learnt over its scans.
+
+Along a straight wall 1/r is a sinusoid of the bearing, so that of three neighbouring echoes at equal steps the second
+difference u(-1) - 2 cos(step) u(0) + u(+1) of u = 1/r is noise alone, of variance 6 sigma^2 / r^4. Corners, gaps and
+clutter give differences too, of any size; a scan among chair legs has little else. So differences are counted over many
+scans, by range and by size. In the logarithm of the size noise is a peak of known width, and clutter a ground that
+rises slowly. The noise is that whose peaks, one in each half octave of range, are most likely on such a ground.
+"""
+
+from functools import lru_cache
+from math import erf, frexp, log2, sqrt
+from typing import Final, Self
+
+import numpy as np
+
+from slam.compiled import compiled
+from slam.config import ChiSquareConfig, HoppingConfig, OwnMethod
+from slam.lines.range_noise import RANGE_FLOOR, RangeNoise, noise_of_sensor
+from slam.pose import FloatArray
+from slam.scan import COS, SIN, LaserScan
+
+AnyLineConfig = HoppingConfig | ChiSquareConfig | OwnMethod
+NEAREST: Final = 2.0**-4
+"""Metres, begin of the first band of range."""
+BANDS: Final = 18
+"""Half an octave of range each; the last one ends at 32 m. Few beams go farther, and most of them into clutter."""
+OCTAVE: Final = 4
+"""Bins of size to an octave; the noise is sought among their edges, and between them by a parabola."""
+BAND: Final = OCTAVE // 2
+"""Bins as wide as a band."""
+MIDDLE: Final = 2.0 ** (0.5 * BAND / OCTAVE)
+"""The middle of a band over its begin."""
+BAND_OF_1_M: Final = int(-log2(NEAREST)) * OCTAVE // BAND
+SMALLEST: Final = 2.0**-12
+"""Begin of the first bin: metres, from 1 m on shares of where the band begins. What is less shows the step of the
+ranges and no noise: on a wall straight ahead all are equal."""
+SIZES: Final = 9 * OCTAVE
+"""Bins, up to 1/8. What is larger is never noise."""
+EDGES: Final = 7 * OCTAVE + 3
+"""Edges of bins at which the noise is sought: near by up to 44 mm, far off to 3.7 %, and no higher whatever is seen."""
+GROUNDS: Final = (0.1, 0.4, 0.9)
+"""Shares that the ground may have in a band; the likeliest is taken."""
+MEMORY: Final = 1e4
+"""Differences in a band that are remembered: they tell its noise to 1 %, and come from some fifty scans."""
+PRIOR: Final = 2.5
+"""Differences in each band that the noise is worth with which one begins: a scan has some hundred in a few bands."""
+ASSUMED: Final = RangeNoise(0.01, 1.0, 0.01, RANGE_FLOOR)
+"""The noise with which one begins where no sensor is named."""
+
+
+def named_noise(config: AnyLineConfig | None) -> RangeNoise | None:
+    """The noise of the sensor that the settings name; None where they name none."""
+    if not isinstance(config, ChiSquareConfig) or config.sensor is None:
+        return None
+    return noise_of_sensor(config.sensor, config.bound_sigmas)
+
+
+def _size(edge: float) -> float:
+    """The size at an edge of the bins."""
+    return float(SMALLEST * 2.0 ** (edge / OCTAVE))
+
+
+def _peak_of_noise(sigma: float) -> FloatArray:
+    """Share of each bin in the differences of this noise that are counted, (SIZES,)."""
+    below = np.array([erf(_size(k) / (sqrt(2.0) * sigma)) for k in range(SIZES + 1)])
+    return np.asarray(np.diff(below) / (below[-1] - below[0]))
+
+
+def _log_likelihood() -> FloatArray:
+    """Log likelihood of a difference in each bin, by the edge where the noise is and the share of the ground.
+
+    On the ground half of the differences are of all sizes alike, in metres, and half in octaves.
+    """
+    sizes = np.array([_size(k) for k in range(SIZES + 1)])
+    ground = 0.5 * np.diff(sizes) / (sizes[-1] - sizes[0]) + 0.5 / SIZES
+    peaks = np.stack([_peak_of_noise(_size(i)) for i in range(EDGES)])
+    return np.hstack([np.log((1.0 - share) * peaks + share * ground).T for share in GROUNDS])
+
+
+@lru_cache
+def _expected_counts(noise: RangeNoise) -> FloatArray:
+    """PRIOR differences in each band as this noise spreads them, (BANDS, SIZES); not to be written to."""
+    begins = NEAREST * 2.0 ** (BAND / OCTAVE * np.arange(BANDS))
+    sigmas = noise.sigma(np.asarray(begins * MIDDLE, np.float64)) / np.maximum(begins, 1.0)
+    return PRIOR * np.stack([_peak_of_noise(sigma) for sigma in sigmas.tolist()])
+
+
+LOG_LIKELIHOOD: Final = _log_likelihood()
+"""Shape (SIZES, GROUNDS x EDGES)."""
+
+
+class LearntNoise:
+    """The noise of one sensor: to begin with that of its name, or what is usual; then what its scans say."""
+
+    def __init__(self, counts: FloatArray) -> None:
+        self.counts = counts
+        """Differences by range and size, (BANDS, SIZES); they are all that is remembered."""
+
+    @classmethod
+    def start(cls, config: AnyLineConfig | None = None) -> Self:
+        """What these settings know of the sensor before its first scan."""
+        return cls(_expected_counts(named_noise(config) or ASSUMED).copy())
+
+    def observe(self, scan: LaserScan) -> RangeNoise:
+        """Learn from the next scan, and return the noise that is likely now."""
+        _count_differences(self.counts, scan.ranges, scan.fan, (scan.range_min, scan.range_max))
+        return self.noise
+
+    @property
+    def noise(self) -> RangeNoise:
+        """The noise that is likely by what was seen."""
+        near, far = _most_likely(self.counts @ LOG_LIKELIHOOD)
+        near, slope = _size(near), _size(far) / MIDDLE
+        return RangeNoise(near, near / slope, slope, RANGE_FLOOR)
+
+
+@compiled
+def _count_differences(counts: FloatArray, ranges: FloatArray, fan: FloatArray, reach: tuple[float, float]) -> None:
+    """Count the differences of every three neighbouring echoes at equal steps, and forget in bands that are full."""
+    c_1 = s_1 = u_1 = c_0 = s_0 = u_0 = 0.0
+    echoes = 0
+    for j in range(len(ranges)):
+        if not (reach[0] <= ranges[j] <= reach[1]):
+            continue
+        c, s, u = fan[COS, j], fan[SIN, j], 1.0 / ranges[j]
+        cos_step, sin_step, sin_before = c * c_0 + s * s_0, s * c_0 - c * s_0, s_0 * c_1 - c_0 * s_1
+        if echoes >= 2 and abs(sin_step - sin_before) < 0.1 * abs(sin_step):
+            difference = abs(u_1 - 2.0 * cos_step * u_0 + u) / (u_0 * u_0 * np.sqrt(6.0))
+            band = _quarter_octaves(1.0 / (u_0 * NEAREST)) // BAND
+            size = _quarter_octaves(difference / SMALLEST) - BAND * max(band - BAND_OF_1_M, 0)
+            if 0 <= band < BANDS and 0 <= size < SIZES:
+                counts[band, size] += 1.0
+        c_1, s_1, u_1, c_0, s_0, u_0 = c_0, s_0, u_0, c, s, u
+        echoes += 1
+    for band in range(BANDS):
+        total = counts[band].sum()
+        if total > MEMORY:
+            counts[band] *= MEMORY / total
+
+
+@compiled
+def _quarter_octaves(x: float) -> int:
+    """Whole quarters of an octave from 1 to ``x``: a logarithm, but quicker."""
+    mantissa, exponent = frexp(x)
+    return int(4 * exponent - 4 + (mantissa >= 0.5**0.75) + (mantissa >= 0.5**0.5) + (mantissa >= 0.5**0.25))
+
+
+@compiled
+def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
+    """Edges, with a fraction, of the noise near by, and of that which grows with the range, amid the band from 1 m; the
+    larger of the two holds. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) has the log likelihood of each band."""
+    scores = scores_on_grounds[:, :EDGES].copy()
+    for begin in range(EDGES, len(GROUNDS) * EDGES, EDGES):
+        scores = np.maximum(scores, scores_on_grounds[:, begin : begin + EDGES])
+    near, far = np.zeros((BANDS + 1, EDGES)), np.zeros((BANDS + 1, EDGES))
+    for band in range(BANDS):  # of the bands before this one, where the noise near by is larger
+        beyond = BAND * max(band - BAND_OF_1_M, 0)
+        for i in range(EDGES):
+            near[band + 1, i] = near[band, i] + scores[band, max(i - beyond, 0)]
+    for band in range(BANDS - 1, -1, -1):  # of this band and those behind it, where the noise far off is
+        short = BAND * max(BAND_OF_1_M - band, 0)
+        for j in range(EDGES):
+            far[band, j] = far[band + 1, j] + scores[band, max(j - short, 0)]
+    total = np.empty((EDGES, EDGES))
+    for i in range(EDGES):
+        for j in range(EDGES):
+            begin = min(max((i - j) // BAND + 1 + BAND_OF_1_M, 0), BANDS)
+            total[i, j] = near[begin, i] + far[begin, j]
+    k = int(np.argmax(total))
+    i, j = k // EDGES, k % EDGES
+    return i + _peak(total[:, j], i), j + _peak(total[i], j)
+
+
+@compiled
+def _peak(values: FloatArray, k: int) -> float:
+    """Where the parabola through a greatest value and its neighbours peaks, seen from there."""
+    if k == 0 or k == len(values) - 1:
+        return 0.0
+    bend = values[k - 1] - 2.0 * values[k] + values[k + 1]
+    return 0.5 * (values[k - 1] - values[k + 1]) / bend if bend < 0.0 else 0.0

@@ -1,0 +1,99 @@
+"""The view that the map predicts from a pose, beside that of a scan, compiled: how far the two agree.
+
+Facets that find no wall say little where the robot looks at what it has not seen before. Beams that should have met a
+wall of the map, and did not, speak against a pose wherever it is.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.compiled import compiled
+from slam.mapping.free_space import FreeBeams, cells_around
+from slam.mapping.surfel_grid import NX, NY, Grid, X, Y
+from slam.pose import FloatArray
+
+TOLERANCE = 0.15  # metres across a wall, within which a reading lies on it
+EDGE_ON = 0.2  # cosine of incidence, below which a wall is too edge-on to be predicted
+HIDDEN_WEIGHT = 0.25  # of a beam that ends before the wall, against one that passed it
+LEAST_PREDICTED = 0.2  # share of the beams for which a wall is predicted: below it the map says nothing
+CLUSTER_WIDTH = 0.05  # metres to each side
+
+
+class View(NamedTuple):
+    """Shares of the beams with a reading; the map predicts no wall for the rest."""
+
+    agreeing: float
+    """End on the wall that the map predicts."""
+    through: float
+    """Go on beyond it."""
+    hidden: float
+    """End before it."""
+
+    @property
+    def against(self) -> float:
+        """The share that speaks against the pose: what is hidden less, as something new may stand before a wall."""
+        return self.through + HIDDEN_WEIGHT * self.hidden
+
+    @property
+    def borne_out(self) -> float:
+        """Of the beams for which the map predicts a wall, the share that ends there; 1 where that is hardly any."""
+        predicted = self.agreeing + self.against
+        return self.agreeing / predicted if predicted > LEAST_PREDICTED else 1.0
+
+
+@compiled
+def compare_view(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float) -> View:
+    """Compare the readings with the first wall of the map within ``reach`` that each beam from ``pose`` (3,) meets."""
+    count = len(beams.ranges)
+    nearest, across = np.full(count, np.inf), np.zeros(count)
+    low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
+    for row in range(low_row, high_row):
+        for column in range(low_column, high_column):
+            k = grid.head[row, column]
+            while k >= 0:
+                _predict(grid.surfels[k], beams, pose, reach, 0.5 * grid.cell, nearest, across)
+                k = grid.next[k]
+    readings = agreeing = through = hidden = 0
+    for j in range(count):
+        r = beams.ranges[j]
+        if r <= 0.0:
+            continue
+        readings += 1
+        if nearest[j] < np.inf:
+            if abs(r - nearest[j]) * across[j] < TOLERANCE:
+                agreeing += 1
+            elif r > nearest[j] + 0.1:
+                through += 1
+            elif r < nearest[j]:
+                hidden += 1
+    return View(agreeing / max(readings, 1), through / max(readings, 1), hidden / max(readings, 1))
+
+
+@compiled
+def _predict(
+    s: FloatArray, beams: FreeBeams, pose: FloatArray, reach: float, half: float, nearest: FloatArray,
+    across: FloatArray,
+) -> None:  # fmt: skip
+    """Take the surfel as what the beams towards it meet, where nothing nearer is known."""
+    dx, dy = s[X] - pose[0], s[Y] - pose[1]
+    distance = np.sqrt(dx * dx + dy * dy)
+    if not half < distance < reach:
+        return
+    wall = s[NX] != 0.0 or s[NY] != 0.0
+    cosine = (dx * s[NX] + dy * s[NY]) / distance if wall else 1.0
+    if cosine < EDGE_ON:
+        return
+    width = half * cosine if wall else CLUSTER_WIDTH
+    bearing = np.arctan2(dy, dx) - pose[2] - beams.angle_min
+    bearing -= 2.0 * np.pi * np.floor(bearing / (2.0 * np.pi))
+    middle, span = bearing / beams.angle_increment, width / distance / beams.angle_increment
+    for j in range(max(int(np.ceil(middle - span)), 0), min(int(middle + span) + 1, len(nearest))):
+        t = beams.angle_min + j * beams.angle_increment + pose[2]
+        ux, uy = np.cos(t), np.sin(t)
+        c = ux * s[NX] + uy * s[NY] if wall else 1.0
+        if c < 0.5 * EDGE_ON:
+            continue
+        d = (dx * s[NX] + dy * s[NY]) / c if wall else distance
+        if d < nearest[j]:
+            nearest[j], across[j] = d, c

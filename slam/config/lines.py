@@ -48,7 +48,7 @@ class ChiSquareConfig(Section):
     """Two neighbouring segments are merged where that raises chi-square by less than this."""
     min_points: int = Field(5, ge=3)
     """Least number of points of a segment."""
-    min_length: float = Field(0.14, ge=0)
+    min_length: float = Field(0.10, ge=0)
     """Least length of a segment, metres."""
     max_angle_sigma: float = Field(0.15, gt=0)
     """Greatest standard deviation of a segment's direction, radians."""

@@ -81,7 +81,8 @@ METRICS = {
     **{f"{who}{key}": 1.0 for who in ("", "odometry_") for key in (
         "ate_rmse_m", "ate_max_m", "final_m", "x_max_abs_m", "y_max_abs_m", "heading_rmse_deg", "heading_max_abs_deg")},
     "scans": 9, "updates": 8, "path_m": 1.0, "duration_s": 1.0, "real_time_factor": 1.0, "iterations_mean": 1.0,
-    "iterations_max": 2, "not_converged": 0, "slam_ms_median": 1.0, "slam_ms_p99": 1.0, "map_points": 1, "segments": 1,
+    "iterations_max": 2, "not_converged": 0, "odometry_only": 0, "odometry_only_share": 0.0,
+    "slam_ms_median": 1.0, "slam_ms_p99": 1.0, "map_points": 1, "segments": 1,
     "lost_scans": 0, "sure_after_s": 1.0,
 }  # fmt: skip
 

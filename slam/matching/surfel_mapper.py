@@ -55,7 +55,7 @@ class SurfelMapper:
         at_prior = propagate(state.covariance, last, prior) + state.odometry_inflation * motion
         predicted = propagate(at_prior + excess_covariance(state.odometry_excess), prior, T_map_laser)
         beams, settings = free_beams(scan, self.map.config.no_echo_reach), _for_noise(self._settings, segments.noise)
-        scene = Scene(self._facets, beams, self.map.grid, settings)
+        scene = Scene(self._facets, beams, scan.echoes, self.map.grid, settings)
         x0 = T_map_laser.as_array()
         fit, searched, odometry_failed, self._contradicted = self._search.find(
             scene, x0, predicted, (last @ self.T_base_laser).as_array()

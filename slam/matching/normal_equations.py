@@ -14,7 +14,7 @@ from slam.pose import FloatArray
 PAIR_COSINE = 0.85  # between the normals of a facet and of its surfel, at least
 ALONG_WEIGHT = 0.1  # what a square metre along the wall counts in choosing a surfel, against one across
 CLUSTER_SIGMA = 0.03  # metres: what a cluster shows of itself differs from place to place
-SHIFT_SIGMA = 0.1  # metres by which small things may have moved till then, all together
+SHIFT_SIGMA = 0.05  # metres by which small things may have moved till then, all together
 
 
 @compiled

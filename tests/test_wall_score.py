@@ -57,6 +57,14 @@ def test_what_stands_against_another_solid_is_no_face() -> None:
     assert sorted(np.round(true_walls([left, low]).lengths, 6)) == [0.5, 0.5, 1.0, 1.0, 1.0, 2.0]
 
 
+def test_a_wall_ends_at_its_corners_and_goes_on_behind_a_thin_wall_that_stands_against_it() -> None:
+    walls = true_walls([*room(), rectangle((1.0, 1.0), 0.1, 2.0, 0.0)])
+    inner = (walls.faces[:, :, 1] == 0.0).all(axis=1)
+    assert sorted(np.round(walls.lengths[inner], 6)) == [0.95, 2.95]
+    assert walls.is_end[inner].sum() == 2
+    assert walls.is_end[~inner].all()
+
+
 def test_a_world_without_walls_has_no_faces_and_an_empty_map_no_precision() -> None:
     walls = true_walls([])
     found = wall_metrics(score(walls, np.empty((0, 2, 2))))
@@ -73,7 +81,7 @@ def test_a_perfect_map_is_all_wall_and_has_all_walls() -> None:
     assert found.doubled == pytest.approx(0.0, abs=1e-9)
     assert (found.free_air, found.phantom) == (0.0, 0.0)
     assert np.abs(found.length_errors).max() < 1e-9
-    assert len(found.end_errors) == 2 * len(walls.faces)
+    assert len(found.end_errors) == walls.is_end.sum() == 2 * len(walls.faces)
     assert found.end_errors.max() < 1e-9
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
@@ -14,6 +15,8 @@ ASIDE: Final = 1e-3
 """Metres before a face where nothing may stand, for it to be free; faces on one line no farther apart are one."""
 ROUNDING: Final = 1e-6
 """Metres: a part that is shorter has no direction."""
+BRIDGED: Final = 0.2
+"""Metres: faces on one line no farther apart are one wall, against which something stands, such as a thin wall."""
 SHORTEST: Final = 5e-3
 """Metres: what is left of a face between two solids and is shorter is none."""
 
@@ -23,6 +26,8 @@ class TrueWalls(NamedTuple):
 
     faces: FloatArray
     """(F, 2, 2): [face, start or end, x or y]. The free side is to the left, as the lidar is of a mapped segment."""
+    is_end: NDArray[np.bool_]
+    """True where a wall ends with its face, and does not go on behind what stands against it, (F, 2)."""
     samples: FloatArray
     """(N, 2): middles of equal parts of each face, in its order ..."""
     face_of: IntArray
@@ -89,27 +94,52 @@ def _left_free(hidden: Sequence[tuple[float, float]]) -> Iterator[tuple[float, f
         yield at, 1.0
 
 
+class _Placed(NamedTuple):
+    """Lines (M, 2, 2) on the line that each lies on."""
+
+    line: IntArray
+    """Number of that line and of its side, (M,)."""
+    begin: FloatArray
+    """Place of the start along it, metres, (M,) ..."""
+    end: FloatArray
+    """... and of the end."""
+    order: IntArray
+    """Line by line, each from its first start to its last."""
+
+
+def _placed(lines: FloatArray) -> _Placed:
+    way = lines[:, 1] - lines[:, 0]
+    along = way / np.hypot(*way.T)[:, None]
+    rho = along[:, 0] * lines[:, 0, 1] - along[:, 1] * lines[:, 0, 0]
+    begin, end = (np.sum(along * lines[:, side], axis=1) for side in (0, 1))
+    line = np.unique(np.round(np.column_stack([along, rho]), 6) + 0.0, axis=0, return_inverse=True)[1].ravel()
+    return _Placed(line, begin, end, np.lexsort([begin, line]))
+
+
 def _joined(parts: FloatArray) -> FloatArray:
     """Parts that touch or overlap on one line, facing the same way, as one face each."""
-    way = parts[:, 1] - parts[:, 0]
-    along = way / np.hypot(*way.T)[:, None]
-    rho = along[:, 0] * parts[:, 0, 1] - along[:, 1] * parts[:, 0, 0]
-    begin, end = (np.sum(along * parts[:, side], axis=1) for side in (0, 1))
-    keys = np.round(np.column_stack([along, rho]), 6) + 0.0
-    order = np.lexsort([begin, *keys.T])
+    line, begin, end, order = _placed(parts)
     faces: list[FloatArray] = []
-    last, reach = -1, -np.inf
+    at, reach = -1, -np.inf
     for k in order:
-        if last >= 0 and np.array_equal(keys[k], keys[last]) and begin[k] <= reach + ASIDE:
-            if end[k] > reach:
-                faces[-1][1], reach = parts[k, 1], end[k]
-        else:
+        if line[k] != at or begin[k] > reach + ASIDE:
             faces.append(parts[k].copy())
-            reach = end[k]
-        last = k
+            at, reach = line[k], end[k]
+        elif end[k] > reach:
+            faces[-1][1], reach = parts[k, 1], end[k]
     joined = np.array(faces).reshape(-1, 2, 2)
     lengths: FloatArray = np.hypot(*(joined[:, 1] - joined[:, 0]).T)
     return np.asarray(joined[lengths >= SHORTEST])
+
+
+def _is_end(faces: FloatArray) -> NDArray[np.bool_]:
+    """True for the starts and ends of faces (F, 2) behind which the wall does not go on."""
+    line, begin, end, order = _placed(faces)
+    first, second = order[:-1], order[1:]
+    goes_on = (line[first] == line[second]) & (begin[second] - end[first] <= BRIDGED)
+    are = np.ones((len(faces), 2), np.bool_)
+    are[first[goes_on], 1] = are[second[goes_on], 0] = False
+    return are
 
 
 def _sampled(faces: FloatArray) -> TrueWalls:
@@ -119,4 +149,4 @@ def _sampled(faces: FloatArray) -> TrueWalls:
     place = np.arange(len(face_of)) - np.repeat(np.cumsum(counts) - counts, counts)
     share = ((place + 0.5) / counts[face_of])[:, None]
     samples = (1.0 - share) * faces[face_of, 0] + share * faces[face_of, 1]
-    return TrueWalls(faces, samples, face_of, (lengths / np.maximum(counts, 1))[face_of])
+    return TrueWalls(faces, _is_end(faces), samples, face_of, (lengths / np.maximum(counts, 1))[face_of])

@@ -239,8 +239,9 @@ def _end_errors(walls: TrueWalls, required: NDArray[np.bool_], pieces: _Pieces, 
     errors = []
     for f in np.unique(face):
         ends = lines[line[face == f]].reshape(-1, 2)
-        for end, sample in zip(walls.faces[f], (first[f], first[f + 1] - 1), strict=True):
-            if required[sample]:
+        samples = first[f], first[f + 1] - 1
+        for end, is_end, sample in zip(walls.faces[f], walls.is_end[f], samples, strict=True):
+            if is_end and required[sample]:
                 errors.append(np.hypot(*(ends - end).T).min())
     return np.array(errors)
 

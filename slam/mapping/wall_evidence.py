@@ -24,7 +24,7 @@ BEYOND_SHARE = 0.02
 
 
 def evidence_of_hits(surfels: FloatArray) -> NDArray[np.int8]:
-    """The evidence (S, 9) of surfels (S, 7) of which none was kept: each is wall in its own cell."""
+    """The evidence (S, 9) of surfels (S, 8) of which none was kept: each is wall in its own cell."""
     evidence = np.zeros((len(surfels), PIECES + 1), np.int8)
     own = slice(PIECES_A_CELL // 2, PIECES_A_CELL // 2 + PIECES_A_CELL)
     evidence[:, own] = np.minimum(surfels[:, HITS], MOST)[:, None]

@@ -35,7 +35,7 @@ SHORTEST: Final = 0.15
 
 
 def wall_segments(surfels: FloatArray, evidence: Evidence, cell: float) -> FloatArray:
-    """Start and end of the walls that these surfels (S, 7) make, shape (M, 2, 2): [wall, start or end, x or y]; metres,
+    """Start and end of the walls that these surfels (S, 8) make, shape (M, 2, 2): [wall, start or end, x or y]; metres,
     map frame. ``evidence`` (S, 9) is that of their pieces. Walls are grown in the order of their surest surfel."""
     known = ((surfels[:, NX] != 0.0) | (surfels[:, NY] != 0.0)) & (evidence[:, :PIECES] >= WALL).any(axis=1)
     surest_first = np.flatnonzero(known)[np.argsort(-surfels[known, INFORMATION], kind="stable")]

@@ -35,6 +35,9 @@ class SavedGrid(Section):
     surfels: tuple[SurfelRow, ...]
     evidence: tuple[EvidenceRow, ...] = ()
     """Grid.evidence; none, in a map from before there was any."""
+    way: Metres = 0.0
+    born: tuple[float, ...] = ()
+    """The last column of the surfels; without it, as in older files, all were there from the first."""
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
@@ -43,6 +46,8 @@ class SavedGrid(Section):
             raise ValueError(f"shape is {rows} x {columns} cells; {MOST_CELLS} cells are the most")
         if len(self.evidence) not in (0, len(self.surfels)):
             raise ValueError(f"evidence: has {len(self.evidence)} rows for {len(self.surfels)} surfels")
+        if self.born and len(self.born) != len(self.surfels):
+            raise ValueError(f"born has {len(self.born)} numbers, for {len(self.surfels)} surfels")
         seen = np.zeros(len(self.surfels), np.bool_)
         for row, column, first in self.cells:
             if not (0 <= row - self.corner[0] < rows and 0 <= column - self.corner[1] < columns):

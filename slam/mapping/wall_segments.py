@@ -30,7 +30,7 @@ MOST_UNKNOWN: Final = 0.2
 """Metres of a wall without any beam, at most, over which it goes on."""
 ALONG_AXIS: Final = 0.5
 """Cosine between a wall and the axis along which the pieces of a surfel are cut, at least."""
-SHORTEST: Final = 0.15
+SHORTEST: Final = 0.2
 """Metres: what is shorter is no wall."""
 
 

@@ -69,4 +69,4 @@ def updated_excess(
         correction[2] ** 2 - BEYOND * motion[2, 2],
     ]
     memory, most = config.motion.memory, np.array([config.search.window, config.search.window_angle]) / 3.0
-    return np.minimum(memory * excess + (1.0 - memory) * np.maximum(beyond, 0.0), most**2)
+    return np.minimum(np.maximum(memory * excess, beyond), most**2)

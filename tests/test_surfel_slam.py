@@ -76,7 +76,6 @@ def test_a_leap_of_the_wheels_is_survived() -> None:
     path, wheels = round_trip(1.0)
     leap = Pose2D(0.8, -0.6, 0.5)
     run = drive(ROOM, path, [w if k < 20 else wheels[19] @ leap @ wheels[19].between(w) for k, w in enumerate(wheels)])
-    assert run[20].match.searched
     for truth, estimate in list(zip(path, run, strict=True))[20:]:
         assert truth.distance(estimate.T_map_base) < 0.03
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from slam.bench.log_runs import LogRun
+from slam.bench.wall_faults import WallFaults, wall_faults
 from slam.console.result_table import ResultTable
 from slam.deskew import deskewed
 from slam.files.logs import Log
@@ -45,15 +46,27 @@ class LoopGap(NamedTuple):
 def shape_table(found: Sequence[tuple[str, LogRun]]) -> ResultTable:
     """Table of the maps' shapes, a row a log."""
     columns = (
-        "log", f"walls of\n{LONG_WALL:g} m", "off axes\nrms, deg", "most\ndeg", "open along\nm", "across\nm",
-        "heading\ndeg", "agree", "unmoved",
+        "log", f"walls of\n{LONG_WALL:g} m", "off axes\nrms, deg", "most\ndeg", "all walls\nm", "lines\na metre",
+        "radial\nm", "parallel\nm", "unseen\nm", "open along\nm", "across\nm", "heading\ndeg", "agree", "unmoved",
     )  # fmt: skip
     notes = (
         "Off axes: the directions of the walls, modulo 90 deg, about their mean, weighed by length; a building with "
-        "walls at other angles has more. Open: what lays the last scans onto the first, along and across the first "
-        "heading; the share of their points, one a 5 cm cell, that then agree, and that did before."
+        "walls at other angles has more. Radial: lines along most of the beams that saw them; parallel: beside a "
+        "longer line that faces the same way, within 0.3 m; unseen: no echo within 0.1 m. Open: what lays the last "
+        "scans onto the first, along and across the first heading; the share of their points, one a 5 cm cell, that "
+        "then agree, and that did before."
     )
-    return ResultTable("Shapes", columns, [(name, *_walls(run.walls), *_loop(run)) for name, run in found], notes)
+    rows = [(name, *_walls(run.walls), *_faults(faults_of(run)), *_loop(run)) for name, run in found]
+    return ResultTable("Shapes", columns, rows, notes)
+
+
+def faults_of(run: LogRun) -> WallFaults:
+    """Faults of the line map of a run beside the echoes of all its scans, each as its pose was then."""
+    deskew = run.log.time_increment > 0.0
+    echoes = [end_points(run.log, k, pose, 0, np.inf, deskew) for k, pose in enumerate(run.poses)]
+    lasers = [(Pose2D(*pose.tolist()) @ run.log.T_base_laser).translation for pose in run.poses]
+    origins = np.repeat(np.array(lasers), [len(points) for points in echoes], axis=0)
+    return wall_faults(run.walls, np.concatenate(echoes), origins)
 
 
 def crispness(log: Log, poses: FloatArray, cut: int, reach: float, deskew: bool) -> float:
@@ -109,6 +122,11 @@ def _walls(walls: FloatArray) -> tuple[str, str, str]:
     angles, lengths = angles_off_main_axes(long)
     spread = np.sqrt(np.average(angles**2, weights=lengths))
     return str(len(long)), f"{np.degrees(spread):.2f}", f"{np.degrees(np.abs(angles).max()):.1f}"
+
+
+def _faults(found: WallFaults) -> tuple[str, ...]:
+    metres = f"{found.radial:.1f}", f"{found.parallel:.1f}", f"{found.unseen:.1f}"
+    return f"{found.length:.0f}", f"{found.lines_per_metre:.2f}", *metres
 
 
 def _loop(run: LogRun) -> tuple[str, ...]:

@@ -27,6 +27,7 @@ BENCHES: Final = {
     "match": "slam.cli.bench_methods:bench_match",
     "sweep": "slam.cli.bench_costs:bench_sweep",
     "slam-sim": "slam.cli.bench_methods:bench_slam_sim",
+    "walls": "slam.cli.bench_methods:bench_walls",
     "viewer": "slam.cli.bench_costs:bench_viewer",
     "start": "slam.cli.bench_costs:bench_start",
     "sim": "sim.cli.bench_sim:bench_sim",
@@ -39,7 +40,7 @@ console = Terminal()
 
 @app.callback()
 def _bench() -> None:
-    """Measure the paper's figures, extractors, matchers, localisation, SLAM, simulator, drivers, sweeps, start-up."""
+    """Measure the paper's figures, extractors, matchers, SLAM, line maps, simulator, drivers, sweeps, start-up."""
 
 
 def use_one_thread() -> None:

@@ -40,7 +40,7 @@ def bench_lines(
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, max=60, help="Seeds of each family of floor plan.")] = 60,
     sensor: Annotated[
-        str | None, typer.Option(metavar="NAME", help="With --log: whose noise ours expects; estimated without it.")
+        str | None, typer.Option(metavar="NAME", help="With --log: whose noise ours expects before it learns.")
     ] = None,
     out: TablesFile = None,
 ) -> None:
@@ -207,3 +207,34 @@ def bench_slam_sim(
     runs = range(first_seed, first_seed + seeds)
     tables = sim_tables(scenarios or [], runs, hour, tuple(settings or ()), console, tuple(allow_modules or ()))
     print_tables(tables, out, "SLAM in the simulator")
+
+
+def bench_walls(
+    scenarios: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENARIO]...", help="Names or files; four without one.", autocompletion=complete_scenario
+        ),
+    ] = None,
+    seeds: Annotated[int, typer.Option(min=1, max=1000, help="Runs of each scenario.")] = 10,
+    first_seed: Annotated[int, typer.Option(min=0, help="Of these runs; the others follow.")] = 0,
+    settings: Settings = None,
+    allow_modules: AllowModules = None,
+    out: TablesFile = None,
+) -> None:
+    """Measure the line map against the true walls in the simulator, beside other line maps of the same poses.
+
+    The runs are those of hopslam run; the last table has the command that repeats the worst.
+
+    [bold]Examples[/bold]
+
+    hopslam bench walls
+
+    hopslam bench walls office_loop my_flat.yaml --seeds 3 --out /tmp/walls.md
+    """
+    use_one_thread()
+    from slam.bench.walls_report import wall_tables
+
+    runs = range(first_seed, first_seed + seeds)
+    tables = wall_tables(scenarios or [], runs, settings or [], console, allow_modules or [])
+    print_tables(tables, out, "Line maps against the true walls")

@@ -29,7 +29,7 @@ class Lines(Protocol):
 
     @property
     def ends(self) -> FloatArray:
-        """Shape (M, 2, 2): [line, start or end, x or y]; metres, map frame."""
+        """Shape (M, 2, 2): [line, start or end, x or y]; metres, map frame; the lidar saw it from the left."""
         ...
 
 

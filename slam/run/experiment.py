@@ -27,6 +27,8 @@ from slam.run.results.recorder import Recorder
 from slam.run.results.run_folder import make_run_folder
 from slam.run.results.run_log import RunLog
 from slam.run.robot_env import RobotEnv
+from slam.run.scoring.seen_walls import SeenWalls
+from slam.run.scoring.wall_score import score_walls, wall_metrics
 from slam.run.step import Watcher
 from slam.run.viewer.live_run import RunViewer
 from slam.run.viewer.scene import Scene, planned_route
@@ -95,9 +97,10 @@ class Experiment:
     def _run_in(self, folder: Path, viewers: Viewers, console: Terminal, pictures: bool) -> Outcome:
         write_atomic(folder / "config.yaml", dump_scenario(self.scenario))
         began, date = perf_counter(), datetime.now().astimezone().isoformat(timespec="seconds")
+        seen = SeenWalls(self.outlines, self.slam.T_base_laser)
         with Interruption() as interruption:
-            ending, error = self._drive(folder, viewers, console, interruption)
-            metrics = self._measure(folder, ending, perf_counter() - began) | {"began": date}
+            ending, error = self._drive(folder, viewers, console, seen, interruption)
+            metrics = self._measure(folder, ending, perf_counter() - began, seen) | {"began": date}
             if error is not None:
                 metrics["error"] = str(error)
             if (made := map_made_by(self.slam)) is not None and metrics["scans"]:
@@ -118,13 +121,13 @@ class Experiment:
             draw_errors(folder)
 
     def _drive(
-        self, folder: Path, viewers: Viewers, console: Terminal, interruption: Interruption
+        self, folder: Path, viewers: Viewers, console: Terminal, seen: SeenWalls, interruption: Interruption
     ) -> tuple[Ending, HopslamError | None]:
         """The loop, with its watchers, whose files are closed whatever ends it."""
         with ExitStack() as stack:
             T_map_odom, T_base_laser = self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser
             watchers: list[Watcher] = [stack.enter_context(Recorder(folder, T_map_odom, T_base_laser))]
-            watchers.append(stack.enter_context(RunLog(folder, T_base_laser)))
+            watchers += [stack.enter_context(RunLog(folder, T_base_laser)), seen]
             viewer = None
             if (broadcast := viewers.open(self.scene, folder)) is not None:
                 viewer = RunViewer(stack.enter_context(broadcast), self.scene)
@@ -154,10 +157,12 @@ class Experiment:
         deskew, outlines = self.scenario.slam.deskew, tuple(self.outlines)
         return Scene(self.slam.T_base_laser, odom, self.slam, deskew, outlines, planned_route(self.scenario))
 
-    def _measure(self, folder: Path, ending: Ending, wall_time: float) -> dict[str, Any]:
+    def _measure(self, folder: Path, ending: Ending, wall_time: float, seen: SeenWalls) -> dict[str, Any]:
         metrics = self.measures(folder) | self.notes
         if (noise := noise_learnt_by(self.slam)) is not None and metrics["scans"]:
             metrics |= noise_metrics(noise, named_noise(self.scenario.slam.lines))
+        if seen.scans.any() and not isinstance(self.slam, DeadReckoning):
+            metrics |= wall_metrics(score_walls(seen.walls, seen.seen, self.slam.lines.ends))
         metrics["ending"] = ending
         metrics["real_time_factor"] = round(metrics.get("duration_s", 0.0) / wall_time, 3)
         return metrics | {"seed": self.seed, "version": version("hopslam")}

@@ -15,9 +15,16 @@ from slam.run.viewer.viewers import Viewers
 _ERRORS: Final = (
     "ate_rmse_m", "ate_max_m", "final_m", "x_max_abs_m", "y_max_abs_m", "heading_rmse_deg", "heading_max_abs_deg",
 )  # fmt: skip
+_WALL_SHARES: Final = ("wall_precision", "wall_recall")
+_WALL_ERRORS: Final = ("wall_length_error_m", "wall_end_error_m", "wall_end_error_p90_m")
+_WALL_FAULTS: Final = ("wall_free_air_m", "wall_phantom_m", "wall_doubled_m")
 _AFTER: Final = ("sure_after_s", "right_after_s")
 _FACTS: Final = (
     ("scans (mapped)", "{scans} ({updates})"),
+    (
+        "odometry alone",
+        "{odometry_only} of {updates} matched scans ({odometry_only_share:.1%}) said nothing to be trusted",
+    ),
     ("path, time", "{path_m:.1f} m, {duration_s:.1f} s ({real_time_factor:.1f} x real time)"),
     ("iterations", "mean {iterations_mean:.0f}, max {iterations_max}; {not_converged} of {updates} did not settle"),
     ("SLAM a mapped scan", "median {slam_ms_median:.2f} ms, p99 {slam_ms_p99:.2f} ms"),
@@ -51,6 +58,8 @@ def summary_tables(metrics: dict[str, Any]) -> Iterator[TerminalTable]:
     facts = [(label, text.format(**metrics)) for label, text in _FACTS] if metrics["scans"] else []
     if "range_noise_m" in metrics:
         facts.append(("range noise", _range_noise(metrics)))
+    if "wall_mapped_m" in metrics:
+        facts += list(_walls(metrics))
     if found or facts:
         yield TerminalTable(("", ""), [*found, *facts], bold_rows=len(found))
 
@@ -66,6 +75,21 @@ def _range_noise(metrics: dict[str, Any]) -> str:
     near, far = metrics["range_noise_m"], metrics["range_noise_share"]
     named = f"; as named: {1e3 * metrics['named_range_noise_m']:.0f} mm" if "named_range_noise_m" in metrics else ""
     return f"{1e3 * near:.0f} mm, {100 * far:.1f} % beyond {near / far:.1f} m{named}"
+
+
+def _walls(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Rows on the line map beside the true walls."""
+    known = {key: METRICS[key].shown(metrics[key]) for key in metrics if key.startswith("wall_")}
+    share = {key: "none" if metrics[key] is None else f"{100 * metrics[key]:.1f} %" for key in _WALL_SHARES}
+    precision, recall = share.values()
+    yield (
+        "line map",
+        "{} of {} m is wall, {} of {} m of seen wall is in it".format(
+            precision, known["wall_mapped_m"], recall, known["wall_seen_m"]
+        ),
+    )
+    yield "walls off", "lengths {} m, ends {} m (median), {} m (90 %)".format(*(known[key] for key in _WALL_ERRORS))
+    yield "walls too many", "{} m in free air, longest {} m; {} m doubled".format(*(known[key] for key in _WALL_FAULTS))
 
 
 def _localization(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:

@@ -18,6 +18,8 @@ _CREEP: Final = 0.02, 0.05
 """m/s and rad/s: less is no motion; twice of it is a command."""
 _TOO_LONG: Final = {"duration over", "no more scans"}
 """Endings of a run that had no time to arrive; the second is what older runs say."""
+_PHANTOM: Final = 0.10
+"""Metres of a mapped wall in free air, in one piece, from which on it is a fault."""
 _NAMED: Final = 3
 """Number of times that are named; the others are counted."""
 
@@ -39,6 +41,9 @@ def _how_it_ended(record: RunRecord, metrics: Mapping[str, Any]) -> Iterator[str
         yield f"The robot failed: {metrics['error']}."
     if ending in _TOO_LONG and "log" not in metrics:
         yield f"It did not arrive within the {record.config.duration:g} s of the scenario."
+    if metrics.get("wall_phantom_m", 0.0) > _PHANTOM:
+        free, longest = metrics["wall_free_air_m"], metrics["wall_phantom_m"]
+        yield f"The line map has {free:.1f} m of walls in free air, of which {longest:.1f} m in one piece."
 
 
 def _on_the_way(traces: Traces) -> Iterator[str]:
@@ -46,6 +51,8 @@ def _on_the_way(traces: Traces) -> Iterator[str]:
     matched = (steps["mapped"] == 1) & (steps["iterations"] > 0)
     stuck = matched & (steps["converged"] == 0)
     yield from _counted("{n} of {all} scans: the robot was lost", steps["lost"] == 1, stamps)
+    alone = "{n} of {all} scans: the scan said nothing that could be trusted, and the pose is odometry alone"
+    yield from _counted(alone, traces.odometry_only, stamps)
     share = f"{{n}} of {int(matched.sum())} matches did not settle within the cap of iterations"
     yield from _counted(share, stuck, stamps)
     period = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0

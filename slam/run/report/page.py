@@ -82,9 +82,16 @@ def is_comparable(run: Mapping[str, Any]) -> bool:
 def _cells(metric: Metric, runs: Sequence[Mapping[str, Any]]) -> list[Cell]:
     texts = [metric.shown(run.get(metric.key)) for run in runs]
     rivals = [run[metric.key] for run in runs if is_comparable(run) and run.get(metric.key) is not None]
-    best = metric.shown(min(rivals)) if metric.less_is_better and len(rivals) > 1 else None
+    best = _best(metric, rivals) if len(rivals) > 1 else None
     apart = len({metric.shown(value) for value in rivals}) > 1
     return [Cell(text, apart and is_comparable(run) and text == best) for text, run in zip(texts, runs, strict=True)]
+
+
+def _best(metric: Metric, values: Sequence[Any]) -> str | None:
+    """The best of the values as the table has it; None where none is better than another."""
+    if not metric.less_is_better and not metric.more_is_better:
+        return None
+    return metric.shown(min(values) if metric.less_is_better else max(values))
 
 
 def _reckoned(metric: Metric, runs: Sequence[Mapping[str, Any]]) -> list[Cell]:

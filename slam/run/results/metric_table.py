@@ -16,7 +16,8 @@ class Metric:
     meaning: str
     form: str = ".3f"
     less_is_better: bool = False
-    """Otherwise no value of it is better than another."""
+    more_is_better: bool = False
+    """With neither, no value of it is better than another."""
 
     @property
     def name(self) -> str:
@@ -41,7 +42,30 @@ _METRICS: Final = (
     Metric("sure_after_s", "sure after", "", "s", "Time until the robot knew its place in the saved map.", ".1f", True),
     Metric("right_after_s", "right after", "", "s", "Time until it was sure and right.", ".1f", True),
     Metric("lost_scans", "lost", "", "scans", "Scans in which the robot did not know its place.", "d", True),
+    Metric("odometry_only", "odometry alone", "", "scans", "Matched scans that said nothing to be trusted.", "d", True),
+    Metric("odometry_only_share", "odometry alone", "share", "", "The same as a share of the matched.", ".3f", True),
     Metric("wrong_scans", "sure but wrong", "", "scans", "Scans in which it was sure of a wrong place.", "d", True),
+    Metric(
+        "wall_precision",
+        "walls",
+        "precision",
+        "",
+        "Share of the mapped length that is true wall.",
+        ".3f",
+        False,
+        True,
+    ),
+    Metric(
+        "wall_recall", "walls", "recall", "", "Share of the walls seen three times that is mapped.", ".3f", False, True
+    ),
+    Metric("wall_free_air_m", "walls", "in free air", "m", "Mapped length 0.1 m off all that stands.", ".2f", True),
+    Metric("wall_phantom_m", "walls", "longest phantom", "m", "Longest piece of it in one line.", ".2f", True),
+    Metric("wall_doubled_m", "walls", "doubled", "m", "Mapped length beyond the first line on a wall.", ".2f", True),
+    Metric("wall_length_error_m", "wall lengths", "median", "m", "Error of the length of a whole wall.", ".3f", True),
+    Metric("wall_end_error_m", "wall ends", "median", "m", "From the end of a wall to the mapped one.", ".3f", True),
+    Metric("wall_end_error_p90_m", "wall ends", "90 %", "m", "Nine of ten ends are no farther off.", ".3f", True),
+    Metric("wall_mapped_m", "walls", "mapped", "m", "Length of all lines of the map.", ".1f"),
+    Metric("wall_seen_m", "walls", "seen", "m", "Length of the true walls that were seen three times.", ".1f"),
     Metric("scans", "scans", "", "", "Scans that the robot took.", "d"),
     Metric("updates", "mapped", "", "scans", "Scans that were matched and put into the map.", "d"),
     Metric("path_m", "path", "", "m", "Length of the way, true where the truth is known.", ".1f"),
@@ -68,3 +92,8 @@ _METRICS: Final = (
 
 METRICS: Final = {metric.key: metric for metric in _METRICS}
 """Every metric by its key, in the order in which tables show them."""
+
+
+def more_is_better(key: str) -> bool:
+    """True for a metric whose greatest value is the best; false for all other keys, also those that no table shows."""
+    return key in METRICS and METRICS[key].more_is_better

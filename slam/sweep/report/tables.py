@@ -8,6 +8,7 @@ from scipy.stats import bootstrap
 
 from slam.console.result_table import ResultTable
 from slam.pose import FloatArray
+from slam.run.results.metric_table import more_is_better
 from slam.sweep.report.groups import RunGroup, group_by_name
 
 _CONFIDENCE: Final = 0.95
@@ -33,7 +34,7 @@ def tables(groups: list[RunGroup], metric: str) -> list[ResultTable]:
     made = [
         table
         for name, (first, *others) in group_by_name(groups).items()
-        for table in (_summary(f"{name}: {metric}", [first, *others]), _comparisons(f"{name}: {metric}", first, others))
+        for table in (_summary(name, metric, [first, *others]), _comparisons(f"{name}: {metric}", first, others))
     ]
     return [table for table in made if table.rows]
 
@@ -49,13 +50,13 @@ def paired_difference(group: RunGroup, baseline: RunGroup) -> PairedDifference |
     return PairedDifference(len(pairs), float(np.median(differences)), low, high, float(np.mean(differences < 0)))
 
 
-def _summary(title: str, groups: list[RunGroup]) -> ResultTable:
+def _summary(name: str, metric: str, groups: list[RunGroup]) -> ResultTable:
     rows = [
-        [group.label, str(group.runs), str(len(group.failures)), str(group.collided), *_spread_cells(group)]
+        [group.label, str(group.runs), str(len(group.failures)), str(group.collided), *_spread_cells(group, metric)]
         for group in groups
     ]
     columns = ("case", "runs", "failed", "collided", "median", "p5", "p95", "worst")
-    return ResultTable(title, columns, rows)
+    return ResultTable(f"{name}: {metric}", columns, rows)
 
 
 def _comparisons(title: str, first: RunGroup, others: list[RunGroup]) -> ResultTable:
@@ -65,11 +66,12 @@ def _comparisons(title: str, first: RunGroup, others: list[RunGroup]) -> ResultT
     return ResultTable(f"{title} less that of {first.label}", columns, rows, notes)
 
 
-def _spread_cells(group: RunGroup) -> list[str]:
+def _spread_cells(group: RunGroup, metric: str) -> list[str]:
     if not group.values:
         return ["-"] * 4
     low, high = np.percentile(group.values, [5, 95])
-    return [f"{value:.3g}" for value in (np.median(group.values), low, high, np.max(group.values))]
+    worst = min(group.values) if more_is_better(metric) else max(group.values)
+    return [f"{value:.3g}" for value in (np.median(group.values), low, high, worst)]
 
 
 def _difference_cells(found: PairedDifference | None) -> tuple[str, str, str, str]:

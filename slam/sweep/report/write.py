@@ -12,6 +12,7 @@ from jinja2 import Environment
 
 from slam.console.result_table import ResultTable
 from slam.errors import InputError
+from slam.run.results.metric_table import more_is_better
 from slam.sweep.folder import Folder
 from slam.sweep.lock import SweepLock
 from slam.sweep.report.groups import RunGroup, group_runs, pick_metric
@@ -71,13 +72,14 @@ def write_report(out: str, metric: str | None = None) -> SweepReport:
 
 
 def worst_runs(groups: list[RunGroup], metric: str) -> list[NotableRun]:
-    """Runs with the largest values, over all cases, the largest first."""
+    """The worst runs, over all cases, the worst first: those with the largest values, but where more is better."""
     runs = [
         (value, NotableRun(run, f"{group.name}: {group.label}, seed {seed}", f"{metric} {value:.3g}", command))
         for group in groups
         for value, seed, (run, command) in zip(group.values, group.seeds, group.commands, strict=True)
     ]
-    return [run for _, run in sorted(runs, key=lambda run: -run[0])[:_MOST]]
+    sign = 1.0 if more_is_better(metric) else -1.0
+    return [run for _, run in sorted(runs, key=lambda run: sign * run[0])[:_MOST]]
 
 
 def failed_runs(groups: list[RunGroup]) -> list[NotableRun]:

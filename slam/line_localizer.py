@@ -46,7 +46,8 @@ class LineLocalizer:
         self.config, self.T_base_laser = config, T_base_laser
         self.points = self.lines = surfel_map
         self.noise = noise or LearntNoise.start(config.lines)  # of the ranges
-        self._tracking = config.matching
+        search = config.matching.search.model_copy(update={"anywhere": 0.0})  # that of the whole map is surer
+        self._tracking = config.matching.model_copy(update={"search": search})
         self._without_search = config.matching.model_copy(update={"search": NO_SEARCH})
         self._search = GlobalSearch.of_map(surfel_map)
         self._hypotheses = [] if T_map_base is None else [self._hypothesis(T_map_base, self._tracking)]

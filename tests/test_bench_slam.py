@@ -1,6 +1,8 @@
 """The measures of bench slam, by hand and beside evo."""
 
 import gzip
+import json
+import shlex
 from io import StringIO
 from pathlib import Path
 
@@ -8,16 +10,19 @@ import numpy as np
 import pytest
 from evo.core import metrics
 from evo.core.trajectory import PosePath3D
+from typer.testing import CliRunner
 
 from slam.bench.log_runs import odometry_with_doubled_noise, run_log
 from slam.bench.map_shape import angles_off_main_axes, crispness, loop_gap
 from slam.bench.sim_report import hour_tables, sim_tables, unconstrained_tables
-from slam.bench.sim_runs import run_scenario
+from slam.bench.sim_runs import repeating_command, run_scenario
 from slam.bench.slam_report import slam_tables
 from slam.bench.wall_faults import parallel_length, wall_faults
+from slam.cli.main import app
 from slam.config import SlamConfig
 from slam.console.terminal import Terminal
-from slam.pose import FloatArray
+from slam.files.tum import format_tum
+from slam.pose import FloatArray, Pose2D
 from slam.run.scoring.pose_errors import absolute_error, poses_at, read_relations, relation_errors, relative_error
 
 
@@ -97,10 +102,25 @@ def test_a_run_in_the_simulator_is_measured_against_the_truth() -> None:
 
 
 def test_the_tables_of_the_simulator() -> None:
-    each, together = sim_tables(["cluttered_room"], range(3, 4), False, ("duration=1",), Terminal(quiet=True))
+    each, together, again = sim_tables(["cluttered_room"], range(3, 4), False, ("duration=1",), Terminal(quiet=True))
     assert each.rows[0][0] == "cluttered_room, 3"
     assert together.rows[0][:2] == ("cluttered_room", "1")
+    assert again.rows[0][2] == "hopslam run cluttered_room --seed 3 --set lidar.caster=exact --set duration=1"
     assert {len(row) for row in each.rows} == {len(each.columns)}
+
+
+def test_the_command_of_a_run_repeats_it(tmp_path: Path) -> None:
+    """To the digit that the run's folder keeps."""
+    arguments = "crowded_corridor", 4, ("duration=3", "slam.map.free_margin=0.1")
+    run, words = run_scenario(*arguments), shlex.split(repeating_command(*arguments))
+    assert CliRunner().invoke(app, [*words[1:], "--out", str(tmp_path / "run")]).exit_code == 0
+    for name, poses in (("trajectory", run.poses), ("groundtruth", run.truth)):
+        lines = (tmp_path / "run" / f"{name}.tum").read_text().splitlines()
+        stamps = [float(line.split()[0]) for line in lines]
+        again = [format_tum(stamp, Pose2D.from_array(pose)) for stamp, pose in zip(stamps, poses, strict=True)]
+        assert lines == again
+    saved = json.loads((tmp_path / "run" / "map.json").read_text())
+    assert saved["robot"]["T_map_base"] == run.poses[-1].tolist()
 
 
 def test_walls_are_off_the_axes_of_their_building() -> None:

@@ -153,10 +153,18 @@ def test_faults_are_found_and_named(run: Path, tmp_path: Path) -> None:
     record = RunRecord.open(bad)
     record.traces.stamps[12:] += 1.0
     record.traces.steps["lost"][5:8] = 1
+    record.traces.steps["odometry_only"][8:10] = 1
+    record.traces.steps["mapped"][9] = 0
     record.traces.steps["v"][:] = 0.4
     record.traces.odometry[:] = record.traces.odometry[0]
     text = " ".join(faults(record, {"ending": "collided"}))
-    for part in ("hit something", "3 of 25 scans: the robot was lost", "1 times no scan came", "(stall)"):
+    for part in (
+        "hit something",
+        "3 of 25 scans: the robot was lost",
+        "1 of 25 scans: the scan said nothing",
+        "1 times no scan came",
+        "(stall)",
+    ):
         assert part in text
 
 

@@ -74,7 +74,7 @@ def write_run(folder: Path) -> None:
     for name, seed, noise in (("trajectory", 1, 0.05), ("odometry", 2, 0.2), ("groundtruth", 3, 0.0)):
         lines = [format_tum(0.1 * k, pose) + "\n" for k, pose in enumerate(random_walk(seed, noise))]
         (folder / f"{name}.tum").write_text("".join(lines))
-    row = "0.0,1,7,1,100,3,0.1,2.5,0.5,0.0,0,,,,,,\n"
+    row = "0.0,1,7,1,100,3,0.1,2.5,0.5,0.0,0,,,,,,,0\n"
     (folder / "steps.csv").write_text(",".join(STEP_COLUMNS) + "\n" + 50 * row)
 
 
@@ -107,8 +107,10 @@ def test_metrics_have_all_that_is_promised(tmp_path: Path) -> None:
 def test_the_work_is_that_of_the_scans_that_were_mapped(tmp_path: Path) -> None:
     """The first scan has nothing to be matched to, and the last one is not mapped."""
     write_run(tmp_path)
-    mapped = [(k, 1, 10 * k, k % 2, 3 * k, 2, 0.1 * k, k, 0.5, 0.0, 0, *6 * [""]) for k in range(49)]
-    rows = [*mapped, (49, 0, 0, 0, 150, 0, 1000, 1000, 0.5, 0.0, 0, *6 * [""])]
+    mapped = [
+        (k, 1, 10 * k, k % 2, 3 * k, 2, 0.1 * k, k, 0.5, 0.0, 0, *6 * [""], int(k in (5, 6, 7))) for k in range(49)
+    ]
+    rows = [*mapped, (49, 0, 0, 0, 150, 0, 1000, 1000, 0.5, 0.0, 0, *6 * [""], 1)]
     text = "".join(",".join(map(str, row)) + "\n" for row in rows)
     (tmp_path / "steps.csv").write_text(",".join(STEP_COLUMNS) + "\n" + text)
     known = {
@@ -117,6 +119,8 @@ def test_the_work_is_that_of_the_scans_that_were_mapped(tmp_path: Path) -> None:
         "iterations_mean": 245.0,
         "iterations_max": 480,
         "not_converged": 24,
+        "odometry_only": 3,
+        "odometry_only_share": 0.0612,
         "slam_ms_median": 24.0,
         "slam_ms_p99": 47.52,
         "slam_s_total": 2.176,

@@ -14,6 +14,7 @@ from slam.errors import InputError
 from slam.files.maps.file import read_map, write_map
 from slam.line_slam import Estimate, LineSlam
 from slam.lines.learnt_noise import LearntNoise
+from slam.mapping.surfel_grid import BORN
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 from slam.saved_slam import relocate, resume, save
@@ -68,6 +69,15 @@ def test_what_is_read_is_what_was_written(half: tuple[LineSlam, Path]) -> None:
     assert path.with_name("again").read_text() == path.read_text()
 
 
+def test_a_map_of_an_older_file_stood_from_the_first(half: tuple[LineSlam, Path]) -> None:
+    _, path = half
+    document = json.loads(path.read_text())
+    assert max(document["grid"].pop("born")) > 1.0
+    del document["grid"]["way"]
+    path.write_text(json.dumps(document))
+    assert (read_map(path, SlamConfig()).mapper.map.surfels[:, BORN] <= -1.0).all()
+
+
 def test_a_map_from_before_noise_was_learnt_begins_anew(half: tuple[LineSlam, Path]) -> None:
     slam, path = half
     assert read_map(path, SlamConfig()).noise.noise == slam.noise.noise
@@ -104,6 +114,7 @@ def test_the_papers_map_is_not_saved() -> None:
         ("grid.surfels.0.2", 3.0, "has a normal whose length is not 1"),
         ("grid.surfels.0.0", float("inf"), "grid.surfels.0.0: "),
         ("grid.surfels.0.4", -1.0, "information above 0"),
+        ("grid.born", [1.0], "grid: born has 1 numbers, for"),
         ("grid.cells", [], "is in no list"),
         ("robot.covariance.0.0", -1.0, "robot: covariance"),
         ("robot.tile", [99, 99], "is none of the tiles"),

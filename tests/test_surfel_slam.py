@@ -17,6 +17,7 @@ from slam.lines.extraction import extract_segments
 from slam.lines.facets import COUNT, NX, NY, X, Y, facets_of
 from slam.mapping.map_uncertainty import MapUncertainty
 from slam.mapping.surfel_map import SurfelMap
+from slam.matching.normal_equations import SHIFT_SIGMA, _free_shift
 from slam.motion_model import propagate
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
@@ -69,6 +70,19 @@ def test_it_follows_the_truth_whatever_the_wheels_say(scale: float) -> None:
         assert truth.distance(estimate.T_map_base) < 0.02
         assert abs(truth.between(estimate.T_map_base).theta) < np.radians(0.5)
         assert not estimate.lost
+
+
+@pytest.mark.parametrize("noise", [0.003, 0.05])
+def test_a_coarse_sensor_agrees_with_its_map_too(noise: float) -> None:
+    """5 cm are beyond the kernel of a fine sensor, 3 cm, which grows with the noise that is learnt."""
+    path, wheels = round_trip(1.05)
+    estimates = drive(ROOM, path, wheels, noise)
+    segments, match = estimates[-1].segments, estimates[-1].match
+    assert segments is not None
+    assert segments.noise is not None
+    assert segments.noise.near == pytest.approx(min(noise, 0.044), rel=0.2)
+    assert match.inliers > 0.75 * match.points
+    assert estimates[-1].T_map_base.distance(path[-1]) < 0.01 + 0.5 * noise
 
 
 def test_a_leap_of_the_wheels_is_survived() -> None:
@@ -204,6 +218,32 @@ def test_surfels_keep_both_sides_of_a_thin_wall_apart() -> None:
         surfels.add(facet, scan, Pose2D())
         surfels.add(facet, scan, Pose2D())
     np.testing.assert_allclose(np.sort(surfels.points[:, 1]), [1.00, 1.08], atol=1e-9)
+
+
+def test_what_is_small_and_new_counts_as_if_it_had_moved_by_an_unknown_shift() -> None:
+    random = np.random.default_rng(0)
+    J, w, r = random.normal(size=(6, 3)), random.uniform(1e2, 1e4, 6), random.normal(size=6)
+    full = np.column_stack([J, J[:, :2]])  # of the pose, and of the shift
+    H = full.T @ (w[:, None] * full) + np.diag([0.0, 0.0, 0.0, *np.full(2, SHIFT_SIGMA**-2)])
+    g = -full.T @ (w * r)
+    marginal, gradient = J.T @ (w[:, None] * J), -J.T @ (w * r)
+    _free_shift(marginal, gradient)
+    np.testing.assert_allclose(marginal, H[:3, :3] - H[:3, 3:] @ np.linalg.solve(H[3:, 3:], H[3:, :3]), rtol=1e-9)
+    np.testing.assert_allclose(gradient, g[:3] - H[:3, 3:] @ np.linalg.solve(H[3:, 3:], g[3:]), rtol=1e-9)
+    assert np.linalg.eigvalsh(np.linalg.inv(marginal))[-1] > SHIFT_SIGMA**2
+
+
+def test_somebody_who_walks_along_does_not_carry_the_robot_away() -> None:
+    """In a corridor without an end, whose walls say nothing of the way along it."""
+    slam, size = LineSlam(SlamConfig(), Pose2D()), 0.12
+    for k in range(100):
+        pose, x = Pose2D(0.05 * k), 0.8 + 0.08 * k  # a box at 0.8 m/s, ahead of the robot
+        box = np.array([[x, 0.4], [x, 0.4 + size], [x + size, 0.4 + size], [x + size, 0.4], [x, 0.4]])
+        ranges = np.minimum(ranges_in(CORRIDOR, pose), ranges_in(box, pose))
+        ranges += 0.005 * np.random.default_rng(k).normal(size=len(BEARINGS))
+        scan = LaserScan(0.1 * k, BEARINGS[0], 0.01, 0.05, 8.0, ranges)
+        slam.update(scan, Odometry(0.1 * k, Pose2D(1.01 * pose.x)))
+    assert slam.T_map_base.distance(Pose2D(1.01 * pose.x)) < 0.03
 
 
 def test_coming_back_to_an_old_place_brings_back_its_covariance() -> None:

@@ -81,7 +81,8 @@ METRICS = {
     **{f"{who}{key}": 1.0 for who in ("", "odometry_") for key in (
         "ate_rmse_m", "ate_max_m", "final_m", "x_max_abs_m", "y_max_abs_m", "heading_rmse_deg", "heading_max_abs_deg")},
     "scans": 9, "updates": 8, "path_m": 1.0, "duration_s": 1.0, "real_time_factor": 1.0, "iterations_mean": 1.0,
-    "iterations_max": 2, "not_converged": 0, "slam_ms_median": 1.0, "slam_ms_p99": 1.0, "map_points": 1, "segments": 1,
+    "iterations_max": 2, "not_converged": 0, "odometry_only": 0, "odometry_only_share": 0.0,
+    "slam_ms_median": 1.0, "slam_ms_p99": 1.0, "map_points": 1, "segments": 1,
     "lost_scans": 0, "sure_after_s": 1.0,
 }  # fmt: skip
 
@@ -92,6 +93,12 @@ def test_the_summary_of_a_run_has_its_units(width: int | None) -> None:
     assert (text.count("[m]"), text.count("[deg]")) in {(5, 2), (10, 4)}  # one block, or two
     for unit in ("1.0 m,", "1.0 s", "1.00 ms"):
         assert unit in text
+
+
+@pytest.mark.parametrize(("named", "end"), [({}, ""), ({"named_range_noise_m": 0.003}, "; as named: 3 mm")])
+def test_the_summary_says_what_noise_was_learnt(named: dict[str, float], end: str) -> None:
+    text = shown(*summary_tables(METRICS | {"range_noise_m": 0.008, "range_noise_share": 0.008} | named))
+    assert f"8 mm, 0.8 % beyond 1.0 m{end}" in text
 
 
 def test_what_is_printed_is_what_was_said() -> None:

@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,12 +23,13 @@ from slam.console.terminal import Terminal
 from slam.errors import InputError
 from slam.line_slam import Estimate
 from slam.lines.segments import Segments
+from slam.matching.match import NO_MATCH
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.run.step import Step
 from slam.run.viewer.broadcast import Broadcast
-from slam.run.viewer.live_run import EventDetector, RunViewer, coloured, frame_of
+from slam.run.viewer.live_run import ODOMETRY_ONLY, EventDetector, RunViewer, coloured, frame_of
 from slam.run.viewer.palette import NO_SEGMENT, wall_colours
 from slam.run.viewer.scene import PLOTS, Scene
 from slam.run.viewer.viewers import NO_DISPLAY, Target, Viewers, parse_target, parse_targets
@@ -167,6 +169,16 @@ def test_events_are_told_once_and_when_they_end() -> None:
         (3, "INFO", "the wheels turn again"),
         (4, "ERROR", "collided"),
     ]
+
+
+def test_odometry_alone_is_told_and_scans_between_updates_are_not() -> None:
+    detector, told = EventDetector(), []
+    segments = Segments(*(np.zeros(0, np.int64) for _ in "12"), *(np.zeros(0) for _ in "12"), *2 * [np.zeros((0, 2))])
+    for number, (matched, alone) in enumerate([(1, 0), (0, 0), (1, 1), (0, 0), (1, 1), (1, 0)]):
+        match = replace(NO_MATCH, odometry_only=bool(alone))
+        estimate = replace(step(number).estimate, segments=segments if matched else None, match=match)
+        told += [event.text for event in detector.detect(replace(step(number), estimate=estimate))]
+    assert told[1:] == [text for _, text in ODOMETRY_ONLY]
 
 
 # --- recordings ---

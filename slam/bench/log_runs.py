@@ -45,7 +45,7 @@ class LogRun:
     lost: int
     """... or were lost ..."""
     odometry_only: int
-    """... or have a pose that is odometry alone."""
+    """... or were matched and have a pose that is odometry alone."""
     map_points: FloatArray
     """After every scan, (N,)."""
     walls: FloatArray
@@ -80,7 +80,7 @@ def run_on(log: Log, name: str, config: SlamConfig, odometry: FloatArray | None 
         unconstrained=sum(match.unconstrained is not None and len(match.unconstrained) > 0 for match in matches),
         searched=sum(match.searched for match in matches),
         lost=sum(match.lost for match in matches),
-        odometry_only=sum(row.odometry_only for row in rows),
+        odometry_only=sum(match.odometry_only for match in matches),
         map_points=np.array([row.map_points for row in rows]),
         walls=slam.lines.ends,
     )

@@ -1,6 +1,6 @@
 """``hopslam bench slam-sim``: errors, covariances and costs in the simulator, also over an hour."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from itertools import product
@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.bench.sim_runs import HOUR, SimRun, run_scenario
+from slam.bench.sim_runs import HOUR, SimRun, repeating_command, run_scenario
 from slam.bench.stopwatch import milliseconds
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
@@ -46,7 +46,12 @@ def sim_tables(
         with console.progress() as bar:
             done = bar.track(futures, description="driving in the simulator")
             runs = [(name, seed, future.result()) for name, seed, future in done]
-        made = [_run_table(runs), _scenario_table(runs), *unconstrained_tables(runs)] if runs else []
+        again = partial(repeating_command, settings=settings, allow_modules=allow_modules)
+        made = (
+            [_run_table(runs), _scenario_table(runs), _worst_table(runs, again), *unconstrained_tables(runs)]
+            if runs
+            else []
+        )
         if hour:
             with console.waiting(f"driving around {HOUR_SCENARIO} for an hour of its time"):
                 made += hour_tables(pool.submit(run_scenario, HOUR_SCENARIO, 0, settings, True).result())
@@ -84,11 +89,12 @@ def hour_tables(run: SimRun) -> list[ResultTable]:
 def _run_table(runs: Sequence[tuple[str, int, SimRun]]) -> ResultTable:
     columns = (
         "scenario, seed", "ending", "scans", "final\ncm", "ATE\ncm", "most\ncm", "most x\ncm", "odometry\nmost x, cm",
-        "most y\ncm", "open", "in bound", "lost", "ms", "p99 ms",
+        "most y\ncm", "open", "in bound", "lost", "odometry\nonly", "ms", "p99 ms",
     )  # fmt: skip
     notes = (
         "Against the truth, without alignment. Open: scans that left a direction to odometry. In bound: normalised "
-        "squared error within 95 % of chi-square. Milliseconds of processor time an update, extraction included."
+        "squared error within 95 % of chi-square. Odometry only: scans that said nothing that could be "
+        "trusted. Milliseconds of processor time an update, extraction included."
     )
     return ResultTable("In the simulator", columns, [_run_row(*run) for run in runs], notes)
 
@@ -100,7 +106,7 @@ def _run_row(name: str, seed: int, run: SimRun) -> tuple[str, ...]:
         f"{name}, {seed}", run.ending, str(len(run.poses)), f"{distance[-1]:.1f}",
         f"{np.sqrt(np.mean(distance**2)):.1f}", f"{distance.max():.1f}", f"{offsets[:, 0].max():.1f}",
         f"{wheels[:, 0].max():.1f}", f"{offsets[:, 1].max():.1f}", f"{100 * run.unconstrained[1:].mean():.0f} %",
-        f"{100 * np.mean(run.normalised_errors < CHI_SQUARE_95):.0f} %", str(run.lost),
+        f"{100 * np.mean(run.normalised_errors < CHI_SQUARE_95):.0f} %", str(run.lost), str(run.odometry_only),
         *milliseconds(run.times),
     )  # fmt: skip
 
@@ -115,10 +121,25 @@ def _scenario_table(runs: Sequence[tuple[str, int, SimRun]]) -> ResultTable:
 
 
 def _scenario_row(name: str, runs: Sequence[SimRun]) -> tuple[str, ...]:
-    final = max(float(np.hypot(*run.offsets[-1, :2])) for run in runs)
+    final = max(map(_final, runs))
     errors = np.concatenate([run.normalised_errors for run in runs])
     lost = sum(run.lost > 0 or run.ending != "arrived" for run in runs)
     return name, str(len(runs)), f"{100 * final:.1f}", str(lost), f"{100 * np.mean(errors < CHI_SQUARE_95):.1f} %"
+
+
+def _worst_table(runs: Sequence[tuple[str, int, SimRun]], again: Callable[[str, int], str]) -> ResultTable:
+    """The run of each scenario that ends farthest off, and the command that repeats it."""
+    worst: dict[str, tuple[int, SimRun]] = {}
+    for name, seed, run in runs:
+        if name not in worst or _final(run) > _final(worst[name][1]):
+            worst[name] = seed, run
+    rows = [(f"{name}, {seed}", f"{100 * _final(run):.1f}", again(name, seed)) for name, (seed, run) in worst.items()]
+    return ResultTable("The worst runs again", ("scenario, seed", "final\ncm", "command"), rows)
+
+
+def _final(run: SimRun) -> float:
+    """Metres off at the end."""
+    return float(np.hypot(*run.offsets[-1, :2]))
 
 
 def _unconstrained_errors(run: SimRun) -> FloatArray:

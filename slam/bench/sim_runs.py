@@ -1,5 +1,6 @@
 """Runs of the method in the simulator, where the truth is known."""
 
+import shlex
 from contextlib import closing
 from dataclasses import dataclass, field
 from time import process_time
@@ -20,6 +21,8 @@ from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
 from slam.scenario.schema import Scenario
 
+CASTER: Final = "lidar.caster=exact"
+"""Setting of all runs, which ``hopslam run`` has not by itself: each ray caster rounds in its own way."""
 HOUR: Final = 3600.0
 """Seconds of the long run."""
 
@@ -51,6 +54,7 @@ class _Recorder:
     covariances: list[FloatArray] = field(default_factory=list)
     unconstrained: list[bool] = field(default_factory=list)
     lost: int = 0
+    odometry_only: int = 0
     map_points: list[int] = field(default_factory=list)
 
     def on_step(self, step: Step) -> None:
@@ -63,6 +67,7 @@ class _Recorder:
         self.covariances.append(estimate.covariance)
         self.unconstrained.append(estimate.unconstrained is not None and len(estimate.unconstrained) > 0)
         self.lost += estimate.lost
+        self.odometry_only += estimate.match.odometry_only
         self.map_points.append(estimate.map_points)
 
 
@@ -80,6 +85,9 @@ class SimRun:
     unconstrained: FloatArray
     """1 where a direction was left to odometry, (N,)."""
     lost: int
+    """Scans in which the robot was lost ..."""
+    odometry_only: int
+    """... or which were matched and said nothing that could be trusted."""
     times: FloatArray
     """Seconds of processor time of every update, (N,)."""
     map_points: FloatArray
@@ -119,7 +127,7 @@ def run_scenario(
     name: str, seed: int, settings: tuple[str, ...], hour: bool = False, allow_modules: tuple[str, ...] = ()
 ) -> SimRun:
     """Drive the shipped scenario with this seed; with ``hour`` around its route for an hour."""
-    scenario = load_scenario(name, ["lidar.caster=exact", *settings, f"seed={seed}"], allow_modules)
+    scenario = load_scenario(name, [CASTER, *settings, f"seed={seed}"], allow_modules)
     if hour:
         laps = scenario.route.model_copy(update={"waypoints": 100 * scenario.route.waypoints})
         scenario = scenario.model_copy(update={"route": laps, "duration": HOUR})
@@ -136,10 +144,18 @@ def run_scenario(
         covariances=np.array(recorder.covariances),
         unconstrained=np.array(recorder.unconstrained, np.float64),
         lost=recorder.lost,
+        odometry_only=recorder.odometry_only,
         times=np.array(slam.times),
         map_points=np.array(recorder.map_points, np.float64),
         map_bytes=np.array(slam.nbytes, np.float64),
     )
+
+
+def repeating_command(name: str, seed: int, settings: tuple[str, ...] = (), allow_modules: tuple[str, ...] = ()) -> str:
+    """Shell command that repeats the run of ``run_scenario`` with these arguments, to the bit."""
+    words = [word for text in (CASTER, *settings) for word in ("--set", text)]
+    words += [word for module in allow_modules for word in ("--allow-module", module)]
+    return shlex.join(["hopslam", "run", name, "--seed", str(seed), *words])
 
 
 def _offsets(poses: FloatArray, truth: FloatArray) -> FloatArray:

@@ -66,13 +66,16 @@ class SearchConfig(Section):
     below: float = Field(0.4, ge=0, le=1)
     """Search when a smaller share of the scan than this agrees with the map."""
     distance: float = Field(0.3, ge=0)
-    """Search after a motion of more than this, metres."""
+    """Search after a motion of more than this, metres, or where three standard deviations of the prior are more."""
     angle: float = Field(0.3, ge=0)
-    """Search after a turn of more than this, radians."""
+    """Search after a turn of more than this, radians, or where three standard deviations of the prior are more."""
     window: float = Field(1.5, gt=0)
     """Greatest search to each side, metres; it goes as far as three standard deviations of the prior."""
     window_angle: float = Field(0.6, gt=0)
     """Greatest search to each side of the heading, radians; also three standard deviations of the prior."""
+    anywhere: float = Field(2.0, ge=0)
+    """Where what is found is in doubt, every heading is tried this far around the last pose, metres, and as much
+    farther as the wheels went; 0 for never."""
     reach: float = Field(15.0, gt=0)
     """Walls farther than this from the sensor, metres, take no part."""
     gain: float = Field(1.5, ge=0)

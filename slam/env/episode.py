@@ -114,5 +114,6 @@ class Episode:
                 "slam_covariance": np.full((3, 3), np.nan) if covariance is None else covariance.copy(),
                 "slam_error": state.slam_error,
                 "slam_lost": state.lost,
+                "slam_odometry_only": state.estimate.odometry_only,
             }
         return info

@@ -156,6 +156,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     | `slam_pose` | (3,) | x, y (m), theta (rad), map frame |
     | `slam_covariance` | (3, 3) | of `slam_pose`, map frame; nan in paper mode, which has none |
     | `slam_lost` | bool | SLAM says that it is lost |
+    | `slam_odometry_only` | bool | `slam_pose` is odometry since a scan before: this one said nothing, or is not used |
     | `slam_error` | float | from the true position to the estimated one, m; nan without the truth |
     | `observation` | `Observation` | what the robot said, whole: scan, odometry, truth, bumpers, sonar, people |
 

@@ -7,6 +7,7 @@ wall of the map, and did not, speak against a pose wherever it is.
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.compiled import compiled
 from slam.mapping.free_space import FreeBeams, cells_around
@@ -16,7 +17,8 @@ from slam.pose import FloatArray
 TOLERANCE = 0.15  # metres across a wall, within which a reading lies on it
 EDGE_ON = 0.2  # cosine of incidence, below which a wall is too edge-on to be predicted
 HIDDEN_WEIGHT = 0.25  # of a beam that ends before the wall, against one that passed it
-LEAST_PREDICTED = 0.2  # share of the beams for which a wall is predicted: below it the map says nothing
+CORE = 0.5  # share of a surfel's width, about its middle, that is surely wall
+LEAST_PREDICTED = 0.1  # share of the beams for which a wall is predicted: below it the map says nothing
 CLUSTER_WIDTH = 0.05  # metres to each side
 
 
@@ -38,21 +40,26 @@ class View(NamedTuple):
     @property
     def borne_out(self) -> float:
         """Of the beams for which the map predicts a wall, the share that ends there; 1 where that is hardly any."""
-        predicted = self.agreeing + self.against
-        return self.agreeing / predicted if predicted > LEAST_PREDICTED else 1.0
+        if self.agreeing + self.through + self.hidden < LEAST_PREDICTED:
+            return 1.0
+        return self.agreeing / max(self.agreeing + self.against, 1e-9)
 
 
 @compiled
-def compare_view(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float) -> View:
-    """Compare the readings with the first wall of the map within ``reach`` that each beam from ``pose`` (3,) meets."""
+def compare_view(grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], pose: FloatArray, reach: float) -> View:
+    """Compare the readings with the first wall of the map within ``reach`` that each beam from ``pose`` (3,) meets.
+
+    ``echoes`` (N,) tells the beams that ended on something. What only grazes the end of a surfel is not asked: the wall
+    may be shorter.
+    """
     count = len(beams.ranges)
-    nearest, across = np.full(count, np.inf), np.zeros(count)
+    nearest, across, surely = np.full(count, np.inf), np.zeros(count), np.zeros(count, np.bool_)
     low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
     for row in range(low_row, high_row):
         for column in range(low_column, high_column):
             k = grid.head[row, column]
             while k >= 0:
-                _predict(grid.surfels[k], beams, pose, reach, 0.5 * grid.cell, nearest, across)
+                _predict(grid.surfels[k], beams, pose, reach, 0.5 * grid.cell, nearest, across, surely)
                 k = grid.next[k]
     readings = agreeing = through = hidden = 0
     for j in range(count):
@@ -60,12 +67,12 @@ def compare_view(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float) -
         if r <= 0.0:
             continue
         readings += 1
-        if nearest[j] < np.inf:
-            if abs(r - nearest[j]) * across[j] < TOLERANCE:
+        if surely[j]:
+            if echoes[j] and abs(r - nearest[j]) * across[j] < TOLERANCE:
                 agreeing += 1
-            elif r > nearest[j] + 0.1:
+            elif r > nearest[j]:
                 through += 1
-            elif r < nearest[j]:
+            elif echoes[j]:
                 hidden += 1
     return View(agreeing / max(readings, 1), through / max(readings, 1), hidden / max(readings, 1))
 
@@ -73,7 +80,7 @@ def compare_view(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float) -
 @compiled
 def _predict(
     s: FloatArray, beams: FreeBeams, pose: FloatArray, reach: float, half: float, nearest: FloatArray,
-    across: FloatArray,
+    across: FloatArray, surely: NDArray[np.bool_],
 ) -> None:  # fmt: skip
     """Take the surfel as what the beams towards it meet, where nothing nearer is known."""
     dx, dy = s[X] - pose[0], s[Y] - pose[1]
@@ -96,4 +103,4 @@ def _predict(
             continue
         d = (dx * s[NX] + dy * s[NY]) / c if wall else distance
         if d < nearest[j]:
-            nearest[j], across[j] = d, c
+            nearest[j], across[j], surely[j] = d, c, abs(j - middle) < CORE * span

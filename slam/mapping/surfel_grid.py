@@ -9,11 +9,11 @@ from slam.compiled import compiled
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
-X, Y, NX, NY, INFORMATION, HITS, MISSES = range(7)
-"""Columns of surfels (S, 7): centre (m, map frame), unit normal away from where it was seen (0, 0 for a cluster of
-points), information along the normal (m^-2), how often it was hit, and missed since. The first four are those of facets
-too."""
-COLUMNS: Final = 7
+X, Y, NX, NY, INFORMATION, HITS, MISSES, BORN = range(8)
+"""Columns of surfels (S, 8): centre (m, map frame), unit normal away from where it was seen (0, 0 for a cluster of
+points), information along the normal (m^-2), how often it was hit, and missed since, and the ``way`` when it was seen
+first. The first four are those of facets too."""
+COLUMNS: Final = 8
 TAKEN, FREE, ALIVE = range(3)
 """Places in ``Grid.counts``."""
 MARGIN: Final = 64
@@ -34,6 +34,8 @@ class Grid(NamedTuple):
     """Metres."""
     counts: IntArray
     """(3,): how many rows of ``surfels`` were ever taken, the first of the free list or -1, and how many are alive."""
+    way: float
+    """How far the sensor has travelled and turned while this map was made, metres and radians together."""
 
 
 def empty_grid(cell: float) -> Grid:
@@ -45,6 +47,7 @@ def empty_grid(cell: float) -> Grid:
         corner=np.array([-MARGIN, -MARGIN]),
         cell=cell,
         counts=np.array([0, -1, 0]),
+        way=0.0,
     )
 
 

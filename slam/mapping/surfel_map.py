@@ -27,7 +27,7 @@ class SurfelMap:
 
     @property
     def surfels(self) -> FloatArray:
-        """The surfels alive, with the columns of surfel_grid.py, shape (S, 7), map frame."""
+        """The surfels alive, with the columns of surfel_grid.py, shape (S, 8), map frame."""
         taken = self.grid.surfels[: self.grid.counts[TAKEN]]
         return taken[taken[:, HITS] > 0.0]
 
@@ -47,9 +47,13 @@ class SurfelMap:
         """Memory of the map."""
         return sum(array.nbytes for array in self.grid if isinstance(array, np.ndarray))
 
-    def add(self, facets: FloatArray, scan: LaserScan, T_map_laser: Pose2D) -> None:
-        """Put the facets (F, 7) of a scan into the map, and let fade what its beams went through."""
+    def add(self, facets: FloatArray, scan: LaserScan, T_map_laser: Pose2D, moved: float = 0.0) -> None:
+        """Put the facets (F, 7) of a scan into the map, and let fade what its beams went through.
+
+        The sensor ``moved`` so far since the scan before, metres and radians together.
+        """
         config, pose = self.config, T_map_laser.as_array()
+        self.grid = self.grid._replace(way=self.grid.way + moved)
         if len(facets):
             self.grid = with_room(self.grid, *room_needed(facets, pose, config.cell))
             put(self.grid, facets, pose, config.gate, float(config.max_hits), config.pose_sigma)

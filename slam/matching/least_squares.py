@@ -23,7 +23,7 @@ MIN_INFORMATION = 100.0  # m^-2: below it a scan says nothing of a direction
 
 
 class SolverSettings(NamedTuple):
-    """The settings of LeastSquaresConfig that the compiled loop needs."""
+    """The settings of LeastSquaresConfig that the compiled loop needs, and for how long a small thing is new."""
 
     gate: float
     floor: float
@@ -33,6 +33,7 @@ class SolverSettings(NamedTuple):
     tolerance: float
     lever: float
     weak: float
+    standing_way: float
 
 
 class Fit(NamedTuple):
@@ -62,7 +63,9 @@ def solve(
     projector, inliers, kernel, done, q = np.zeros((3, 3)), 0.0, settings.first_kernel, False, 0
     while q < settings.max_iterations and not done:
         wide = q < WIDE_ITERATIONS
-        inliers = fill_normal_equations(facets, pose, grid, settings.gate, settings.floor, kernel, wide, H, g)
+        inliers = fill_normal_equations(
+            facets, pose, grid, settings.gate, settings.floor, kernel, wide, settings.standing_way, H, g
+        )
         q += 1
         A = H / np.outer(scale, scale)
         d = pose - prior

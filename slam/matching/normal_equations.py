@@ -1,30 +1,36 @@
-"""Pairs of facets and surfels, and the normal equations of their residuals, compiled: see least_squares.py."""
+"""Pairs of facets and surfels, and the normal equations of their residuals, compiled: see least_squares.py.
+
+What is small and new in the map may walk: the legs of people, in a corridor often the only things that tell the way
+along it. Such facets have a say as if all had moved by one unknown shift since they were seen, which is eliminated.
+"""
 
 import numpy as np
 
 from slam.compiled import compiled
-from slam.lines.facets import NX, NY, VARIANCE, X, Y
-from slam.mapping.surfel_grid import INFORMATION, Grid
+from slam.lines.facets import LINKED, NX, NY, VARIANCE, X, Y
+from slam.mapping.surfel_grid import BORN, INFORMATION, Grid
 from slam.pose import FloatArray
 
 PAIR_COSINE = 0.85  # between the normals of a facet and of its surfel, at least
 ALONG_WEIGHT = 0.1  # what a square metre along the wall counts in choosing a surfel, against one across
 CLUSTER_SIGMA = 0.03  # metres: what a cluster shows of itself differs from place to place
+SHIFT_SIGMA = 0.05  # metres by which small things may have moved till then, all together
 
 
 @compiled
 def fill_normal_equations(
     facets: FloatArray, pose: FloatArray, grid: Grid, gate: float, floor: float, kernel: float, wide: bool,
-    H: FloatArray, g: FloatArray,
+    standing_way: float, H: FloatArray, g: FloatArray,
 ) -> float:  # fmt: skip
     """Fill H (3, 3) and g (3,) for x, y, theta; returns the sum of the robust weights, which is at most 1 a facet.
 
     A facet is paired with a surfel nearer than ``gate``, metres, up to a whole cell away where the search is ``wide``.
+    What is small is new until the sensor has made ``standing_way`` since it saw it first.
     """
     c, s = np.cos(pose[2]), np.sin(pose[2])
     H[:] = 0.0
     g[:] = 0.0
-    inliers = 0.0
+    inliers, H_new, g_new = 0.0, np.zeros((3, 3)), np.zeros(3)
     for f in range(len(facets)):
         fx, fy, fnx, fny = facets[f, X], facets[f, Y], facets[f, NX], facets[f, NY]
         lx, ly = c * fx - s * fy, s * fx + c * fy
@@ -36,17 +42,54 @@ def fill_normal_equations(
         surfel = grid.surfels[k]
         dx, dy = x - surfel[X], y - surfel[Y]
         v = facets[f, VARIANCE] + floor**2 + 1.0 / surfel[INFORMATION]
+        to_H, to_g = (H_new, g_new) if grid.way - surfel[BORN] < standing_way and _is_alone(facets, f) else (H, g)
         if nx != 0.0 or ny != 0.0:
-            inliers += _add_residual(surfel[NX], surfel[NY], dx, dy, lx, ly, v, kernel, H, g)
+            inliers += _add_residual(surfel[NX], surfel[NY], dx, dy, lx, ly, v, kernel, to_H, to_g)
         else:
             v += CLUSTER_SIGMA**2
             t = (dx * dx + dy * dy) / (kernel * kernel + v)
             inliers += 1.0 / (1.0 + t) ** 2
             v *= (1.0 + t) ** 2
-            _add_residual(1.0, 0.0, dx, 0.0, lx, ly, v, np.inf, H, g)
-            _add_residual(0.0, 1.0, 0.0, dy, lx, ly, v, np.inf, H, g)
-    H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
+            _add_residual(1.0, 0.0, dx, 0.0, lx, ly, v, np.inf, to_H, to_g)
+            _add_residual(0.0, 1.0, 0.0, dy, lx, ly, v, np.inf, to_H, to_g)
+    _mirror(H_new)
+    _free_shift(H_new, g_new)
+    H += H_new
+    g += g_new
+    _mirror(H)
     return inliers
+
+
+@compiled
+def _is_alone(facets: FloatArray, f: int) -> bool:
+    """True for a cluster, and for a segment of one facet: as small as a leg."""
+    return bool(facets[f, LINKED] == 0.0 and (f + 1 == len(facets) or facets[f + 1, LINKED] == 0.0))
+
+
+@compiled
+def _mirror(H: FloatArray) -> None:
+    """Fill the lower triangle of a symmetric (3, 3) from the upper."""
+    H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
+
+
+@compiled
+def _free_shift(H: FloatArray, g: FloatArray) -> None:
+    """Let all of what gave H (3, 3) and g (3,) be shifted together by an unknown (dx, dy), which is eliminated.
+
+    That leaves the Schur complements H - U S U^T and g - U S g_xy, with U the first two columns of H and
+    S = (H_xy + I / SHIFT_SIGMA^2)^-1: however many facets there are, they say no more than one of that sigma.
+    """
+    if H[0, 0] + H[1, 1] == 0.0:
+        return
+    p, q, r = H[0, 0] + SHIFT_SIGMA**-2, H[0, 1], H[1, 1] + SHIFT_SIGMA**-2
+    determinant = p * r - q * q
+    sxx, sxy, syy = r / determinant, -q / determinant, p / determinant
+    u, gx, gy = H[:, :2].copy(), g[0], g[1]
+    for i in range(3):
+        x, y = u[i, 0] * sxx + u[i, 1] * sxy, u[i, 0] * sxy + u[i, 1] * syy
+        g[i] -= x * gx + y * gy
+        for j in range(3):
+            H[i, j] -= x * u[j, 0] + y * u[j, 1]
 
 
 @compiled

@@ -11,6 +11,7 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.config import SearchConfig
 from slam.mapping.free_space import FreeBeams
@@ -28,10 +29,11 @@ MIN_WINDOW, MIN_WINDOW_ANGLE = 0.3, 0.1  # metres and radians to each side: the 
 WALL_TURN = np.radians(2.0)  # how far walls may turn a prior, beside its own three standard deviations ...
 MAX_WALL_TURN = np.radians(8.0)  # ... and at most
 WALL_TURN_FOUND = np.radians(4.0)  # how far they may turn a pose that was found by search
+SETTLED = 0.9, 0.7  # of the map that the scan bears out, and of the scan: above both no other pose is looked for
 AGAINST = 0.5  # what a share of beams that passed a wall takes from the share of the scan that agrees
 DOUBTED = 0.25, 0.5  # agreement of the scan with the map, of the map with the scan: in doubt below either ...
 CONTRADICTED = 0.3, 0.35  # ... and the scan is not believed below both
-ANYWHERE, FARTHEST = 2.0, 4.0  # metres about the last pose, beside the step that the wheels told, and at most
+FARTHEST = 4.0  # metres about the last pose that are searched, at most
 MAX_PLACES = 20  # poses from anywhere that are followed up
 ANYWHERE_SIGMA = 1.0  # metres and radians: all that is known of them
 FOUND_SHARE = 1 / 3  # of the scan that must agree at a pose from anywhere ...
@@ -58,6 +60,8 @@ class Scene(NamedTuple):
     facets: FloatArray
     """(F, 7)"""
     beams: FreeBeams
+    echoes: NDArray[np.bool_]
+    """(N,): beams that ended on something."""
     grid: Grid
     settings: SolverSettings
 
@@ -89,7 +93,7 @@ class PoseSearch:
         )
         fit = solve(scene.facets, refined, refined, refined_information, scene.grid, scene.settings)
         unsure = width > config.distance or angle > config.angle
-        if not (far or unsure) and fit.inliers >= config.below * count:
+        if not far and fit.inliers >= config.below * count and (not unsure or self._settled(scene, fit)):
             return Found(fit)
         weighted: FloatArray = config.prior_weight * information
         fits = [fit]
@@ -104,9 +108,10 @@ class PoseSearch:
         share, borne_out = best.inliers / max(count, 1), self._view(scene, best).borne_out
         if share >= DOUBTED[0] and borne_out >= DOUBTED[1]:
             return Found(best, True)
-        elsewhere = self._anywhere(scene, last, float(np.hypot(*(prior - last)[:2])), self._value(scene, best))
-        if elsewhere is not None:
-            return Found(elsewhere, True, odometry_failed=True)
+        if config.anywhere > 0.0:
+            elsewhere = self._anywhere(scene, last, float(np.hypot(*(prior - last)[:2])), self._value(scene, best))
+            if elsewhere is not None:
+                return Found(elsewhere, True, odometry_failed=True)
         return Found(best, True, contradicted=share < CONTRADICTED[0] and borne_out < CONTRADICTED[1])
 
     def _best(self, scores: list[float]) -> int:
@@ -136,7 +141,7 @@ class PoseSearch:
     def _anywhere(self, scene: Scene, last: FloatArray, step: float, doubtful: float) -> Fit | None:
         """The pose about ``last`` (3,) for which the scan speaks as for no other, and more than for the one of value
         ``doubtful``; None where there is none. ``step`` is how far the wheels went, in whatever direction."""
-        count, around = len(scene.facets), min(ANYWHERE + step, FARTHEST)
+        count, around = len(scene.facets), min(self._config.anywhere + step, FARTHEST)
         weak: FloatArray = self._config.prior_weight / ANYWHERE_SIGMA**2 * np.eye(3)
         fits = []
         for place in GlobalSearch(scene.grid, last[:2] - around, last[:2] + around).places(scene.facets, MAX_PLACES):
@@ -157,8 +162,12 @@ class PoseSearch:
         """Facets that agree, less the beams that do not agree with the map, counted as facets."""
         return fit.inliers - AGAINST * self._view(scene, fit).against * len(scene.facets)
 
+    def _settled(self, scene: Scene, fit: Fit) -> bool:
+        agrees = fit.inliers >= SETTLED[1] * len(scene.facets)
+        return agrees and self._view(scene, fit).borne_out >= SETTLED[0]
+
     def _view(self, scene: Scene, fit: Fit) -> View:
-        return compare_view(scene.grid, scene.beams, fit.pose, self._reach)
+        return compare_view(scene.grid, scene.beams, scene.echoes, fit.pose, self._reach)
 
 
 def _unrefined(prior: FloatArray, information: FloatArray, *_: float) -> tuple[FloatArray, FloatArray]:

@@ -1,7 +1,6 @@
 """This project's matcher and map: the facets of a scan are matched to surfels, with odometry as a prior."""
 
 from dataclasses import replace
-from math import hypot
 
 import numpy as np
 
@@ -16,9 +15,10 @@ from slam.matching.pose_search import PoseSearch, Scene, pose_offset
 from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.matching.wall_heading import WallHeading
 from slam.motion_model import excess_covariance, motion_covariance, propagate, updated_excess
-from slam.pose import FloatArray, Pose2D, wrap_angle
+from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
+STANDING_WAY = 1.0  # of the sensor until a small thing is believed to stand, metres and radians: legs do not so long
 KERNEL_SIGMAS, FLOOR_SIGMAS = 2.0, 0.6  # least kernel and floor, in standard deviations of a near range
 UNSUPPORTED = 0.1  # share of the facets that agree, below which a scan says nothing of the pose
 
@@ -32,7 +32,7 @@ class SurfelMapper:
         self.state = state
         self.points = self.lines = self.map = state.map
         self.config, self.T_base_laser, self._odometry = config, T_base_laser, odometry
-        self._settings = SolverSettings(*(getattr(config, name) for name in SolverSettings._fields))
+        self._settings = _solver_settings(config, odometry)
         self._facets = np.empty((0, 7))
         self._walls = WallHeading(state.directions, config.directions == "auto")
         self._search = PoseSearch(config.search, state.map.config.carve_reach, self._walls)
@@ -54,7 +54,7 @@ class SurfelMapper:
         at_prior = propagate(state.covariance, last, prior) + state.odometry_inflation * motion
         predicted = propagate(at_prior + excess_covariance(state.odometry_excess), prior, T_map_laser)
         beams, settings = free_beams(scan, self.map.config.no_echo_reach), _for_noise(self._settings, segments.noise)
-        scene = Scene(self._facets, beams, self.map.grid, settings)
+        scene = Scene(self._facets, beams, scan.echoes, self.map.grid, settings)
         x0 = T_map_laser.as_array()
         fit, searched, odometry_failed, self._contradicted = self._search.find(
             scene, x0, predicted, (last @ self.T_base_laser).as_array()
@@ -96,12 +96,11 @@ class SurfelMapper:
         if self._lost or self._contradicted:
             return
         config, added = self.map.config, self.state.T_map_added
-        if added is None or (
-            added.distance(T_map_laser) >= config.update_distance
-            or abs(wrap_angle(T_map_laser.theta - added.theta)) >= config.update_angle
-        ):
+        motion = added.between(T_map_laser) if added else Pose2D()
+        distance, turn = motion.distance(Pose2D()), abs(motion.theta)
+        if added is None or distance >= config.update_distance or turn >= config.update_angle:
             self.state = replace(self.state, T_map_added=T_map_laser)
-            self.map.add(self._facets, scan, T_map_laser)
+            self.map.add(self._facets, scan, T_map_laser, distance + turn)
             self._walls.add_walls(T_map_laser.theta)
 
     def _motion_covariance(self, last: Pose2D, prior: Pose2D) -> FloatArray:
@@ -130,8 +129,14 @@ class SurfelMapper:
         return covariance, unconstrained
 
 
+def _solver_settings(config: LeastSquaresConfig, odometry: bool) -> SolverSettings:
+    """Without odometry all that is seen is believed to stand: there is nothing else to tell the motion by."""
+    shared = {name: getattr(config, name) for name in SolverSettings._fields if name != "standing_way"}
+    return SolverSettings(**shared, standing_way=STANDING_WAY if odometry else 0.0)
+
+
 def _for_noise(settings: SolverSettings, noise: RangeNoise | None) -> SolverSettings:
     """The settings with a kernel and a floor as wide as the noise of a coarse sensor asks for."""
-    near = 0.0 if noise is None else hypot(noise.near, noise.floor)
+    near = 0.0 if noise is None else noise.near
     kernel, floor = max(settings.kernel, KERNEL_SIGMAS * near), max(settings.floor, FLOOR_SIGMAS * near)
     return settings._replace(kernel=kernel, floor=floor)

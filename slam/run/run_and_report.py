@@ -21,6 +21,10 @@ _WALL_FAULTS: Final = ("wall_free_air_m", "wall_phantom_m", "wall_doubled_m")
 _AFTER: Final = ("sure_after_s", "right_after_s")
 _FACTS: Final = (
     ("scans (mapped)", "{scans} ({updates})"),
+    (
+        "odometry alone",
+        "{odometry_only} of {updates} matched scans ({odometry_only_share:.1%}) said nothing to be trusted",
+    ),
     ("path, time", "{path_m:.1f} m, {duration_s:.1f} s ({real_time_factor:.1f} x real time)"),
     ("iterations", "mean {iterations_mean:.0f}, max {iterations_max}; {not_converged} of {updates} did not settle"),
     ("SLAM a mapped scan", "median {slam_ms_median:.2f} ms, p99 {slam_ms_p99:.2f} ms"),

@@ -18,7 +18,7 @@ from slam.files.maps.schema import VERSION, MapDocument, SavedGrid
 from slam.lines.learnt_noise import LearntNoise
 from slam.mapping.directions import Directions
 from slam.mapping.map_uncertainty import MapUncertainty
-from slam.mapping.surfel_grid import ALIVE, COLUMNS, FREE, HITS, TAKEN, Grid
+from slam.mapping.surfel_grid import ALIVE, BORN, COLUMNS, FREE, HITS, TAKEN, Grid
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import Pose2D
@@ -113,7 +113,7 @@ def _grid_text(grid: Grid) -> str:
     cells = np.column_stack([rows + grid.corner[0], columns + grid.corner[1], grid.head[rows, columns]]).tolist()
     surfels = [
         [*surfel, following]
-        for surfel, following in zip(grid.surfels[:taken].tolist(), grid.next[:taken].tolist(), strict=True)
+        for surfel, following in zip(grid.surfels[:taken, :BORN].tolist(), grid.next[:taken].tolist(), strict=True)
     ]
     parts: dict[str, str] = {
         "cell": json.dumps(grid.cell),
@@ -122,6 +122,8 @@ def _grid_text(grid: Grid) -> str:
         "free": json.dumps(int(grid.counts[FREE])),
         "cells": _lines(cells),
         "surfels": _lines(surfels),
+        "way": json.dumps(grid.way),
+        "born": json.dumps(grid.surfels[:taken, BORN].tolist()),
     }
     return "{\n" + ",\n".join(f'"{key}": {text}' for key, text in parts.items()) + "\n}"
 
@@ -134,7 +136,10 @@ def _lines(items: list[Any]) -> str:
 def _grid(saved: SavedGrid) -> Grid:
     """The grid, with room for nothing more yet: it grows when something comes."""
     count = len(saved.surfels)
-    table = np.array(saved.surfels, np.float64).reshape(count, COLUMNS + 1)
+    table = np.array(saved.surfels, np.float64).reshape(count, BORN + 1)
+    surfels = np.zeros((count, COLUMNS))
+    surfels[:, :BORN] = table[:, :BORN]
+    surfels[:, BORN] = saved.born or -1.0
     head = np.full(saved.shape, -1, np.int32)
     corner = np.array(saved.corner, np.int64)
     cells = np.array(saved.cells, np.int64).reshape(-1, 3)
@@ -143,11 +148,12 @@ def _grid(saved: SavedGrid) -> Grid:
     counts[TAKEN], counts[FREE], counts[ALIVE] = count, saved.free, (table[:, HITS] > 0.0).sum()
     return Grid(
         head=head,
-        next=table[:, COLUMNS].astype(np.int32),
-        surfels=np.ascontiguousarray(table[:, :COLUMNS]),
+        next=table[:, BORN].astype(np.int32),
+        surfels=surfels,
         corner=corner,
         cell=saved.cell,
         counts=counts,
+        way=saved.way,
     )
 
 

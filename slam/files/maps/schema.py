@@ -30,12 +30,17 @@ class SavedGrid(Section):
     free: Annotated[int, Field(ge=-1)]
     cells: tuple[CellRow, ...]
     surfels: tuple[SurfelRow, ...]
+    way: Metres = 0.0
+    born: tuple[float, ...] = ()
+    """The last column of the surfels; without it, as in older files, all were there from the first."""
 
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
         rows, columns = self.shape
         if rows * columns > MOST_CELLS:
             raise ValueError(f"shape is {rows} x {columns} cells; {MOST_CELLS} cells are the most")
+        if self.born and len(self.born) != len(self.surfels):
+            raise ValueError(f"born has {len(self.born)} numbers, for {len(self.surfels)} surfels")
         seen = np.zeros(len(self.surfels), np.bool_)
         for row, column, first in self.cells:
             if not (0 <= row - self.corner[0] < rows and 0 <= column - self.corner[1] < columns):

@@ -51,6 +51,8 @@ def _on_the_way(traces: Traces) -> Iterator[str]:
     matched = (steps["mapped"] == 1) & (steps["iterations"] > 0)
     stuck = matched & (steps["converged"] == 0)
     yield from _counted("{n} of {all} scans: the robot was lost", steps["lost"] == 1, stamps)
+    alone = "{n} of {all} scans: the scan said nothing that could be trusted, and the pose is odometry alone"
+    yield from _counted(alone, traces.odometry_only, stamps)
     share = f"{{n}} of {int(matched.sum())} matches did not settle within the cap of iterations"
     yield from _counted(share, stuck, stamps)
     period = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0

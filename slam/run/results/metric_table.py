@@ -42,6 +42,8 @@ _METRICS: Final = (
     Metric("sure_after_s", "sure after", "", "s", "Time until the robot knew its place in the saved map.", ".1f", True),
     Metric("right_after_s", "right after", "", "s", "Time until it was sure and right.", ".1f", True),
     Metric("lost_scans", "lost", "", "scans", "Scans in which the robot did not know its place.", "d", True),
+    Metric("odometry_only", "odometry alone", "", "scans", "Matched scans that said nothing to be trusted.", "d", True),
+    Metric("odometry_only_share", "odometry alone", "share", "", "The same as a share of the matched.", ".3f", True),
     Metric("wrong_scans", "sure but wrong", "", "scans", "Scans in which it was sure of a wrong place.", "d", True),
     Metric(
         "wall_precision",

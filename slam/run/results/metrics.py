@@ -28,7 +28,7 @@ def measure(folder: Path) -> dict[str, Any]:
     metrics["path_m"] = round(float(np.hypot(*steps.T).sum()), 4)
     if truth is not None:
         metrics |= _errors(traces.estimate, truth, "") | _errors(traces.odometry, truth, "odometry_")
-    return metrics | _work(traces.steps)
+    return metrics | _work(traces.steps) | _odometry_only(traces)
 
 
 def _errors(poses: FloatArray, truth: FloatArray, prefix: str) -> dict[str, float]:
@@ -73,6 +73,12 @@ def noise_metrics(noise: RangeNoise, named: RangeNoise | None) -> dict[str, floa
     if named is not None:
         metrics["named_range_noise_m"] = named.near
     return {name: round(value, 6) for name, value in metrics.items()}
+
+
+def _odometry_only(traces: Traces) -> dict[str, Any]:
+    """Number of the matched scans whose pose is odometry alone, and their share."""
+    count, updates = int(traces.odometry_only.sum()), int((traces.steps["mapped"] == 1).sum())
+    return {"odometry_only": count, "odometry_only_share": round(count / max(updates, 1), 4)}
 
 
 def measure_localization(folder: Path) -> dict[str, Any]:

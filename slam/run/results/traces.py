@@ -26,6 +26,14 @@ class Traces:
     steps: NDArray[Any]
     """(K,) records, named as the columns of ``steps.csv``."""
 
+    @property
+    def odometry_only(self) -> NDArray[np.bool_]:
+        """True for a scan that was matched and said nothing that could be trusted, so that its pose is odometry alone,
+        (K,). A scan between two updates is none, nor is any of an older run, which did not write it down."""
+        if "odometry_only" not in (self.steps.dtype.names or ()):
+            return np.zeros(len(self.steps), np.bool_)
+        return np.asarray((self.steps["odometry_only"] == 1) & (self.steps["mapped"] == 1))
+
     @classmethod
     def read(cls, folder: Path) -> Self | None:
         """The traces of a run folder; None when it has no step."""

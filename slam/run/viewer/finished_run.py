@@ -12,6 +12,7 @@ from slam.deskew import deskewed
 from slam.files.atomic_files import atomic_file, require_writable
 from slam.pose import FloatArray, Pose2D
 from slam.run.results.run_record import RunRecord
+from slam.run.viewer.live_run import LOST, ODOMETRY_ONLY
 from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
 from slam.run.viewer.scene import Event, Frame, Scene, planned_route
 
@@ -57,13 +58,17 @@ def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:
     saved = record.saved_map
     points = np.empty((0, 2)) if saved is None else saved.mapper.map.points
     broadcast.send(list(map_chunks(0, float(record.traces.stamps[0]), points, record.walls)))
-    lost = False
+    steps = record.traces.steps
+    matched = np.maximum.accumulate(np.where(steps["mapped"] == 1, np.arange(len(steps)), 0))  # the last one, of each
+    told = [(LOST, steps["lost"] == 1), (ODOMETRY_ONLY, record.traces.odometry_only[matched])]
+    changes = [(texts, are, np.append(are[:1], are[1:] != are[:-1])) for texts, are in told]
     for frame in frames_of(record):
-        now = bool(record.traces.steps["lost"][frame.index])
-        text = "lost: the scans do not fit the map" if now else "sure of its place again"
-        broadcast.show(frame, [Event(frame.index, frame.stamp, "WARN", text)] if now != lost else [])
-        lost = now
-        yield frame.index
+        k = frame.index
+        broadcast.show(
+            frame,
+            [Event(k, frame.stamp, *texts[not are[k]]) for texts, are, changed in changes if changed[k]],
+        )
+        yield k
     ending = "cut off" if record.metrics is None else str(record.metrics["ending"])
     broadcast.add_event(Event(len(record.traces.stamps) - 1, float(record.traces.stamps[-1]), "INFO", ending))
 

@@ -17,6 +17,13 @@ from slam.run.viewer.scene import Event, Frame, Level, Scene
 if TYPE_CHECKING:  # it imports rerun
     from slam.run.viewer.broadcast import Broadcast
 
+News = tuple[Level, str]
+LOST: Final[tuple[News, News]] = ("WARN", "lost: the scans do not fit the map"), ("INFO", "sure of its place again")
+"""What is told when it begins, and when it ends."""
+ODOMETRY_ONLY: Final[tuple[News, News]] = (
+    ("WARN", "odometry alone: the scan says nothing that can be trusted"),
+    ("INFO", "the scans say where it is again"),
+)
 _NO_ENDS: Final = np.empty((0, 2, 2))
 
 
@@ -41,7 +48,8 @@ class RunViewer:
 
 
 class EventDetector:
-    """Turns steps into events: each thing is told when it begins, and being lost and stalled also when it ends."""
+    """Turns steps into events: each thing is told when it begins, and being lost, on odometry alone and stalled also
+    when it ends."""
 
     def __init__(self) -> None:
         self._on: dict[str, bool] = {}
@@ -51,14 +59,16 @@ class EventDetector:
         for level, text in self._news(step):
             yield Event(step.index, step.estimate.stamp, level, text)
 
-    def _news(self, step: Step) -> Iterator[tuple[Level, str]]:
+    def _news(self, step: Step) -> Iterator[News]:
         seen, match = step.observation, step.estimate.match
         if step.index == 0:
             yield "INFO", f"first scan: {len(seen.scan.ranges)} beams to {seen.scan.range_max:g} m"
         if step.timeouts:
             yield "WARN", f"the robot was silent: {step.timeouts} timeout{'s' * (step.timeouts > 1)} before this scan"
         if (lost := self._changed("lost", step.estimate.lost)) is not None:
-            yield ("WARN", "lost: the scans do not fit the map") if lost else ("INFO", "sure of its place again")
+            yield LOST[not lost]
+        if step.estimate.mapped and (alone := self._changed("odometry only", match.odometry_only)) is not None:
+            yield ODOMETRY_ONLY[not alone]
         if self._changed("searched", match.searched):
             yield "INFO", f"odometry in doubt: searched around it, {match.inliers:.0f} of {match.points} pieces agree"
         if (stalled := self._changed("stalled", seen.stalled)) is not None:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from slam.config import LeastSquaresConfig, SlamConfig
 from slam.line_slam import Estimate, LineSlam
-from slam.mapping.free_space import free_beams
+from slam.mapping.free_beams import free_beams
 from slam.mapping.predicted_view import View, compare_view
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.surfel_mapper import SurfelMapper

@@ -1,50 +1,36 @@
 """Surfels that beams went through, compiled: counted, and taken out of the grid when that was too often."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from slam.compiled import compiled
+from slam.mapping.free_beams import FreeBeams, beam_towards, is_hidden
 from slam.mapping.surfel_grid import ALIVE, FREE, HITS, MISSES, NX, NY, Grid, X, Y
 from slam.pose import FloatArray
-from slam.scan import LaserScan
 
 EDGE_ON_COSINE = 0.35  # of incidence, below which it is not asked whether a beam went through a surfel
 FORGIVEN_MISSES = 2.0  # misses that a surfel may have more than its hits allow
 MIN_DISTANCE = 0.1  # metres: nothing nearer to the sensor is asked for
 
 
-class FreeBeams(NamedTuple):
-    """Beams of a scan, each with the range over which it was certainly free."""
-
-    ranges: FloatArray
-    """(N,), metres: 0 for an error or a reading that is too near."""
-    angle_min: float
-    angle_increment: float
-
-
-def free_beams(scan: LaserScan, no_echo_reach: float) -> FreeBeams:
-    """Free ranges of a scan; a beam without an echo is believed to have been free for ``no_echo_reach`` metres."""
-    ranges = np.where(scan.echoes, scan.ranges, 0.0)
-    ranges[scan.ranges == np.inf] = min(no_echo_reach, scan.range_max)
-    return FreeBeams(ranges, scan.angle_min, scan.angle_increment)
-
-
 @compiled
 def carve(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: float, miss_ratio: float) -> None:
     """Count a miss for every surfel within ``reach`` that the beams from ``pose`` (3,) passed by more than ``margin``
     metres, and remove those missed too often."""
+    surfels, farthest = grid.surfels, beams.farthest
+    x, y, c, s = pose[0], pose[1], np.cos(pose[2]), np.sin(pose[2])
     low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
     for row in range(low_row, high_row):
         for column in range(low_column, high_column):
             before, k = -1, grid.head[row, column]
             while k >= 0:
                 after = grid.next[k]
-                s = grid.surfels[k]
-                if _seen_through(s, beams, pose, reach, margin):
-                    s[MISSES] += 1.0
-                if s[MISSES] > FORGIVEN_MISSES + miss_ratio * s[HITS]:
-                    s[HITS] = 0.0
+                dx, dy = surfels[k, X] - x, surfels[k, Y] - y
+                beyond = np.sqrt(dx * dx + dy * dy) + margin
+                hidden = is_hidden(farthest, c * dx + s * dy, c * dy - s * dx, beyond)
+                if not hidden and _seen_through(surfels[k], beams, pose, reach, margin):
+                    surfels[k, MISSES] += 1.0
+                if surfels[k, MISSES] > FORGIVEN_MISSES + miss_ratio * surfels[k, HITS]:
+                    surfels[k, HITS] = 0.0
                     if before < 0:
                         grid.head[row, column] = after
                     else:
@@ -95,9 +81,7 @@ def _seen_through(s: FloatArray, beams: FreeBeams, pose: FloatArray, reach: floa
     wall = s[NX] != 0.0 or s[NY] != 0.0
     if wall and abs(dx * s[NX] + dy * s[NY]) < EDGE_ON_COSINE * distance:
         return False
-    bearing = np.arctan2(dy, dx) - pose[2] - beams.angle_min
-    bearing -= 2.0 * np.pi * np.floor(bearing / (2.0 * np.pi))
-    j = int(bearing / beams.angle_increment + 0.5)
+    j = beam_towards(beams, pose, dx, dy)
     if not 1 <= j < len(ranges) - 1:
         return False
     return bool(min(ranges[j - 1], ranges[j], ranges[j + 1]) > distance + margin)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.compiled import compiled
-from slam.mapping.free_space import FreeBeams, cells_around
+from slam.mapping.free_beams import FreeBeams
+from slam.mapping.free_space import cells_around
 from slam.mapping.surfel_grid import NX, NY, Grid, X, Y
 from slam.pose import FloatArray
 

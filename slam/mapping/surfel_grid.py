@@ -14,6 +14,11 @@ X, Y, NX, NY, INFORMATION, HITS, MISSES, BORN = range(8)
 points), information along the normal (m^-2), how often it was hit, and missed since, and the ``way`` when it was seen
 first. The first four are those of facets too."""
 COLUMNS: Final = 8
+PIECES_A_CELL: Final = 4
+PIECES: Final = 2 * PIECES_A_CELL
+AXIS: Final = PIECES
+"""Columns of evidence (S, 9): a count for each piece of the surfel's line, see wall_evidence.py, and 1 where they are
+cut along y, 0 along x."""
 TAKEN, FREE, ALIVE = range(3)
 """Places in ``Grid.counts``."""
 MARGIN: Final = 64
@@ -28,6 +33,7 @@ class Grid(NamedTuple):
     next: NDArray[np.int32]
     """(S,): the next surfel of the same cell, or of the free list, -1 for none."""
     surfels: FloatArray
+    evidence: NDArray[np.int8]
     corner: IntArray
     """(2,): row and column of the map frame in which ``head[0, 0]`` lies."""
     cell: float
@@ -44,6 +50,7 @@ def empty_grid(cell: float) -> Grid:
         head=np.full((2 * MARGIN, 2 * MARGIN), -1, np.int32),
         next=np.full(1024, -1, np.int32),
         surfels=np.zeros((1024, COLUMNS)),
+        evidence=np.zeros((1024, PIECES + 1), np.int8),
         corner=np.array([-MARGIN, -MARGIN]),
         cell=cell,
         counts=np.array([0, -1, 0]),
@@ -63,8 +70,10 @@ def with_room(grid: Grid, low: IntArray, high: IntArray, more: int) -> Grid:
     if grid.counts[TAKEN] + more > len(grid.surfels):
         size = 2 * len(grid.surfels) + more
         surfels, following = np.zeros((size, COLUMNS)), np.full(size, -1, np.int32)
+        evidence = np.zeros((size, PIECES + 1), np.int8)
         surfels[: len(grid.surfels)], following[: len(grid.next)] = grid.surfels, grid.next
-        grid = grid._replace(surfels=surfels, next=following)
+        evidence[: len(grid.evidence)] = grid.evidence
+        grid = grid._replace(surfels=surfels, next=following, evidence=evidence)
     return grid
 
 

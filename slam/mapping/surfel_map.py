@@ -6,9 +6,11 @@ It grows with the area that was seen and not with time: a cell has one surfel fo
 import numpy as np
 
 from slam.config import SurfelMapConfig
-from slam.mapping.free_space import carve, free_beams
-from slam.mapping.surfel_grid import ALIVE, HITS, NX, NY, TAKEN, Grid, empty_grid, room_needed, with_room
+from slam.mapping.free_beams import free_beams
+from slam.mapping.free_space import carve
+from slam.mapping.surfel_grid import ALIVE, HITS, TAKEN, Grid, empty_grid, room_needed, with_room
 from slam.mapping.surfel_updates import put
+from slam.mapping.wall_evidence import weigh_walls
 from slam.mapping.wall_segments import wall_segments
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
@@ -39,8 +41,9 @@ class SurfelMap:
     @property
     def ends(self) -> FloatArray:
         """Start and end of every wall, shape (M, 2, 2): [wall, start or end, x or y]; metres, map frame."""
-        surfels = self.surfels
-        return wall_segments(surfels[(surfels[:, NX] != 0.0) | (surfels[:, NY] != 0.0)], self.config.cell)
+        taken = int(self.grid.counts[TAKEN])
+        alive = self.grid.surfels[:taken, HITS] > 0.0
+        return wall_segments(self.grid.surfels[:taken][alive], self.grid.evidence[:taken][alive], self.config.cell)
 
     @property
     def nbytes(self) -> int:
@@ -58,4 +61,5 @@ class SurfelMap:
             self.grid = with_room(self.grid, *room_needed(facets, pose, config.cell))
             put(self.grid, facets, pose, config.gate, float(config.max_hits), config.pose_sigma)
         beams = free_beams(scan, config.no_echo_reach)
+        weigh_walls(self.grid, beams, scan.echoes, pose, config.carve_reach, config.gate)
         carve(self.grid, beams, pose, config.carve_reach, config.free_margin, config.miss_ratio)

@@ -4,7 +4,7 @@ import numpy as np
 
 from slam.compiled import compiled
 from slam.lines.facets import LINKED, VARIANCE
-from slam.mapping.surfel_grid import ALIVE, BORN, FREE, HITS, INFORMATION, MISSES, NX, NY, TAKEN, Grid, X, Y
+from slam.mapping.surfel_grid import ALIVE, AXIS, BORN, FREE, HITS, INFORMATION, MISSES, NX, NY, TAKEN, Grid, X, Y
 from slam.pose import FloatArray
 
 JOIN_COSINE = 0.8  # between the normals of a surfel and of a facet that may join it, at least
@@ -49,6 +49,8 @@ def _put_one(
     k = _take_row(grid)
     s = grid.surfels[k]
     s[X], s[Y], s[NX], s[NY], s[INFORMATION], s[HITS], s[MISSES] = x, y, nx, ny, information, 1.0, 0.0
+    grid.evidence[k] = 0
+    grid.evidence[k, AXIS] = abs(nx) > abs(ny)
     s[BORN] = grid.way
     grid.next[k] = first
     grid.head[row, column] = k

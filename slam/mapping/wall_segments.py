@@ -1,37 +1,121 @@
-"""The walls of the map: surfels that lie on one line and touch are one segment."""
+"""The walls of the map: surfels that lie on one line and touch are one wall, where beams tell that there is wall."""
+
+from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.compiled import compiled
 from slam.lines.segments import IntArray
-from slam.mapping.surfel_grid import INFORMATION, NX, NY, X, Y
+from slam.mapping.surfel_grid import AXIS, INFORMATION, NX, NY, PIECES, PIECES_A_CELL, X, Y
+from slam.mapping.wall_corners import meet_at_corners
+from slam.mapping.wall_doubles import without_doubles
 from slam.pose import FloatArray
 
+Evidence = NDArray[np.int8]
 W, WX, WY, WXX, WXY, WYY = range(6)
 """The weighted sums from which a line is fitted: of 1, x, y, xx, xy and yy."""
+LINE_NX, LINE_NY, LINE_X, LINE_Y = range(4)
+"""Columns of lines (M, 4): normal away from where it was seen, and a point; map frame."""
 NEIGHBOURS = 2  # cells to each side in which a wall may go on
 MAX_GAP = 2.2  # cells: surfels of one wall are no farther apart than this along it
-MAX_OFFSET = 0.03  # metres by which a surfel may lie off the wall that it joins
+MAX_OFFSET = 0.05  # metres by which a surfel may lie off the wall that it joins
 WALL_COSINE = 0.9  # between its normal and the wall's, at least
 SIGMA_FLOOR = 0.01  # metres: no surfel is surer than this, one standard deviation
-MIN_SURFELS = 2  # of a wall
+WALL: Final = 2
+"""Echoes less passes, from which on there is wall."""
+BIN: Final = 0.025
+"""Metres along a wall in which the pieces of its surfels are put together."""
+MOST_UNKNOWN: Final = 0.2
+"""Metres of a wall without any beam, at most, over which it goes on."""
+ALONG_AXIS: Final = 0.5
+"""Cosine between a wall and the axis along which the pieces of a surfel are cut, at least."""
+SHORTEST: Final = 0.2
+"""Metres: what is shorter is no wall."""
 
 
-def wall_segments(surfels: FloatArray, cell: float) -> FloatArray:
-    """Start and end of the walls that these surfels (S, 7) with a normal make, shape (M, 2, 2): [wall, start or end, x
-    or y]; metres, map frame. Walls are grown in the order of their surest surfel."""
-    surest_first = np.ascontiguousarray(surfels[np.argsort(-surfels[:, INFORMATION], kind="stable")])
-    columns_rows = np.floor(surest_first[:, :2] / cell).astype(np.int64)
+def wall_segments(surfels: FloatArray, evidence: Evidence, cell: float) -> FloatArray:
+    """Start and end of the walls that these surfels (S, 8) make, shape (M, 2, 2): [wall, start or end, x or y]; metres,
+    map frame. ``evidence`` (S, 9) is that of their pieces. Walls are grown in the order of their surest surfel."""
+    known = ((surfels[:, NX] != 0.0) | (surfels[:, NY] != 0.0)) & (evidence[:, :PIECES] >= WALL).any(axis=1)
+    surest_first = np.flatnonzero(known)[np.argsort(-surfels[known, INFORMATION], kind="stable")]
+    surfels, evidence = surfels[surest_first], evidence[surest_first]
+    columns_rows = np.floor(surfels[:, :2] / cell).astype(np.int64)
     columns_rows += NEIGHBOURS + 1 - columns_rows.min(axis=0, initial=0)
     columns, rows = columns_rows.max(axis=0, initial=0) + NEIGHBOURS + 2
-    wall_of = _wall_numbers(surest_first, columns_rows, np.full((rows, columns), -1, np.int64), cell)
+    wall_of = _wall_numbers(surfels, columns_rows, np.full((rows, columns), -1, np.int64), cell)
     by_wall = np.argsort(wall_of, kind="stable")
     begins = np.searchsorted(wall_of[by_wall], np.arange(wall_of.max(initial=-1) + 2))
-    kept = np.flatnonzero(np.diff(begins) >= MIN_SURFELS)
-    ends = np.empty((len(kept), 2, 2))
-    for m, wall in enumerate(kept):
-        _fit(surest_first[by_wall[begins[wall] : begins[wall + 1]]], ends[m])
-    return ends
+    ends, support = _spans_of_walls(surfels[by_wall], evidence[by_wall], begins, cell)
+    return meet_at_corners(without_doubles(ends, support, SHORTEST))
+
+
+@compiled
+def _spans_of_walls(
+    surfels: FloatArray, evidence: Evidence, begins: IntArray, cell: float
+) -> tuple[FloatArray, FloatArray]:
+    """The parts of all walls where there is wall, (M, 2, 2), and the support of each, (M,)."""
+    ends, support = np.empty((PIECES * len(surfels), 2, 2)), np.empty(PIECES * len(surfels))
+    line, count = np.empty(4), 0
+    for m in range(len(begins) - 1):
+        members, seen = surfels[begins[m] : begins[m + 1]], evidence[begins[m] : begins[m + 1]]
+        _fit(members, line)
+        low, counts = _along(members, seen, line, cell)
+        count = _write_spans(low, counts, line, ends, support, count)
+    return ends[:count], support[:count]
+
+
+@compiled
+def _along(members: FloatArray, evidence: Evidence, line: FloatArray, cell: float) -> tuple[float, IntArray]:
+    """The place along the line where the wall may begin, and the counts of its bins from there on; 0 for no beam."""
+    low, high = np.inf, -np.inf
+    spans = np.empty((len(members), PIECES, 2))
+    for k in range(len(members)):
+        along_y = evidence[k, AXIS] > 0
+        slope, middle = (line[LINE_NX], line[LINE_Y]) if along_y else (-line[LINE_NY], line[LINE_X])
+        begin = (np.floor((members[k, Y] if along_y else members[k, X]) / cell) - 0.5) * cell - middle
+        spans[k] = 0.0
+        for p in range(PIECES if abs(slope) > ALONG_AXIS else 0):
+            a = (begin + p * cell / PIECES_A_CELL) / slope
+            b = (begin + (p + 1) * cell / PIECES_A_CELL) / slope
+            spans[k, p, 0], spans[k, p, 1] = min(a, b), max(a, b)
+            low, high = min(low, spans[k, p, 0]), max(high, spans[k, p, 1])
+    counts = np.zeros(max(int((high - low) / BIN), 0) + 2, np.int64)
+    for k in range(len(members)):
+        for p in range(PIECES):
+            n = evidence[k, p]
+            if n != 0 and spans[k, p, 0] < spans[k, p, 1]:
+                first = int((spans[k, p, 0] - low) / BIN + 0.5)
+                for i in range(first, max(int((spans[k, p, 1] - low) / BIN + 0.5), first + 1)):
+                    counts[i] = n if counts[i] == 0 else max(counts[i], n)
+    return low, counts
+
+
+@compiled
+def _write_spans(
+    low: float, counts: IntArray, line: FloatArray, ends: FloatArray, support: FloatArray, count: int
+) -> int:
+    """Write the parts of a wall where there is wall, joined over what no beam judged; returns how many there are."""
+    begin = last = -1
+    weight, unknown = 0.0, 0.0
+    for i in range(len(counts) + 1):
+        if i < len(counts) and counts[i] >= WALL:
+            if begin < 0:
+                begin, weight = i, 0.0
+            last, unknown = i, 0.0
+            weight += counts[i] * BIN
+            continue
+        unknown += BIN
+        if begin >= 0 and (i >= len(counts) or counts[i] < 0 or unknown > MOST_UNKNOWN):
+            if (last + 1 - begin) * BIN >= SHORTEST:
+                for side in range(2):
+                    t = low + (begin if side == 0 else last + 1) * BIN
+                    ends[count, side, 0] = line[LINE_X] - t * line[LINE_NY]
+                    ends[count, side, 1] = line[LINE_Y] + t * line[LINE_NX]
+                support[count] = weight
+                count += 1
+            begin = -1
+    return count
 
 
 @compiled
@@ -115,16 +199,11 @@ def _continues(sums: FloatArray, seed: FloatArray, at: FloatArray, s: FloatArray
 
 
 @compiled
-def _fit(members: FloatArray, ends: FloatArray) -> None:
-    """Fill the ends (2, 2) of the surfels (K, 7) of one wall, on their best line."""
+def _fit(members: FloatArray, line: FloatArray) -> None:
+    """Fill the line (4,) that fits best to the surfels (K, 7) of one wall."""
     sums = np.zeros(6)
     x0, y0 = members[0, X], members[0, Y]
     for k in range(len(members)):
         _include(sums, members[k], x0, y0)
     nx, ny, mx, my = _line(sums, members[0, NX], members[0, NY])
-    low, high = np.inf, -np.inf
-    for k in range(len(members)):
-        t = (members[k, Y] - y0 - my) * nx - (members[k, X] - x0 - mx) * ny
-        low, high = min(low, t), max(high, t)
-    x, y = x0 + mx, y0 + my
-    ends[0, 0], ends[0, 1], ends[1, 0], ends[1, 1] = x - low * ny, y + low * nx, x - high * ny, y + high * nx
+    line[LINE_NX], line[LINE_NY], line[LINE_X], line[LINE_Y] = nx, ny, x0 + mx, y0 + my

@@ -6,7 +6,8 @@ import numpy as np
 
 from slam.config import LeastSquaresConfig, LocalizationConfig
 from slam.lines.segments import Segments
-from slam.mapping.free_space import count_seen_through, free_beams
+from slam.mapping.free_beams import free_beams
+from slam.mapping.free_space import count_seen_through
 from slam.mapping.map_uncertainty import MapUncertainty
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.match import NO_MATCH, Match

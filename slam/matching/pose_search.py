@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.config import SearchConfig
-from slam.mapping.free_space import FreeBeams
+from slam.mapping.free_beams import FreeBeams
 from slam.mapping.predicted_view import View, compare_view
 from slam.mapping.surfel_grid import Grid
 from slam.matching.coarse_search import HEADING, PLACE_X, SCORE, correlative_search

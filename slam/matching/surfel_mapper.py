@@ -8,7 +8,7 @@ from slam.config import LeastSquaresConfig
 from slam.lines.facets import facets_of
 from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import Segments
-from slam.mapping.free_space import free_beams
+from slam.mapping.free_beams import free_beams
 from slam.matching.least_squares import Fit, SolverSettings, fuse
 from slam.matching.match import Match
 from slam.matching.pose_search import PoseSearch, Scene, pose_offset

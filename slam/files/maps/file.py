@@ -20,6 +20,7 @@ from slam.mapping.directions import Directions
 from slam.mapping.map_uncertainty import Frontier, MapUncertainty
 from slam.mapping.surfel_grid import ALIVE, BORN, COLUMNS, FREE, HITS, TAKEN, Grid
 from slam.mapping.surfel_map import SurfelMap
+from slam.mapping.wall_evidence import evidence_of_hits
 from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import Pose2D
 from slam.saved_slam import SavedSlam
@@ -123,6 +124,7 @@ def _grid_text(grid: Grid) -> str:
         "free": json.dumps(int(grid.counts[FREE])),
         "cells": _lines(cells),
         "surfels": _lines(surfels),
+        "evidence": _lines(grid.evidence[:taken].tolist()),
         "way": json.dumps(grid.way),
         "born": json.dumps(grid.surfels[:taken, BORN].tolist()),
     }
@@ -151,6 +153,7 @@ def _grid(saved: SavedGrid) -> Grid:
         head=head,
         next=table[:, BORN].astype(np.int32),
         surfels=surfels,
+        evidence=np.array(saved.evidence, np.int8) if saved.evidence else evidence_of_hits(surfels),
         corner=corner,
         cell=saved.cell,
         counts=counts,

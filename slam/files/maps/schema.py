@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from slam.config import Section
 from slam.lines.learnt_noise import BANDS, SIZES
 from slam.mapping.directions import MAX_CLUSTERS, QUARTER
+from slam.mapping.surfel_grid import PIECES
 
 VERSION = 1
 MOST_CELLS = 50_000_000
@@ -16,6 +17,8 @@ MOST_CELLS = 50_000_000
 PoseRow = tuple[float, float, float]
 CovarianceRows = tuple[PoseRow, PoseRow, PoseRow]
 SurfelRow = tuple[float, float, float, float, float, float, float, Annotated[int, Field(ge=-1)]]
+Count = Annotated[int, Field(ge=-128, le=127)]
+EvidenceRow = Annotated[tuple[Count, ...], Field(min_length=PIECES + 1, max_length=PIECES + 1)]
 CellRow = tuple[int, int, Annotated[int, Field(ge=0)]]
 Metres = Annotated[float, Field(ge=0)]
 Size = Annotated[int, Field(gt=0)]
@@ -30,6 +33,8 @@ class SavedGrid(Section):
     free: Annotated[int, Field(ge=-1)]
     cells: tuple[CellRow, ...]
     surfels: tuple[SurfelRow, ...]
+    evidence: tuple[EvidenceRow, ...] = ()
+    """Grid.evidence; none, in a map from before there was any."""
     way: Metres = 0.0
     born: tuple[float, ...] = ()
     """The last column of the surfels; without it, as in older files, all were there from the first."""
@@ -39,6 +44,8 @@ class SavedGrid(Section):
         rows, columns = self.shape
         if rows * columns > MOST_CELLS:
             raise ValueError(f"shape is {rows} x {columns} cells; {MOST_CELLS} cells are the most")
+        if len(self.evidence) not in (0, len(self.surfels)):
+            raise ValueError(f"evidence: has {len(self.evidence)} rows for {len(self.surfels)} surfels")
         if self.born and len(self.born) != len(self.surfels):
             raise ValueError(f"born has {len(self.born)} numbers, for {len(self.surfels)} surfels")
         seen = np.zeros(len(self.surfels), np.bool_)

@@ -1,0 +1,83 @@
+"""The beams of a scan and how far each was free, with what finds the one that looks towards a place, compiled."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.compiled import compiled
+from slam.pose import FloatArray
+from slam.scan import BEARING, COS, SIN, LaserScan
+
+CORRECTIONS = 3  # steps from the beam of an even fan to that of the fan itself
+MOST_SECTORS = 64
+"""Of the full turn, in which it is known how far any beam was free."""
+BEAMS_A_SECTOR = 4  # of a full turn, so that no sector between two beams is empty
+
+
+class FreeBeams(NamedTuple):
+    """Beams of a scan, each with the range over which it was certainly free."""
+
+    ranges: FloatArray
+    """(N,), metres: 0 for an error or a reading that is too near."""
+    fan: FloatArray
+    """(3, N), see scan.py: that of a deskewed scan is not even, so that a beam is looked up in it."""
+    angle_min: float
+    angle_increment: float
+    """Of the fan as it was before, from which the look-up starts."""
+    farthest: FloatArray
+    """(S,): the greatest range in each sector and its two neighbours; it tells quickly what is hidden."""
+
+
+def free_beams(scan: LaserScan, no_echo_reach: float) -> FreeBeams:
+    """Free ranges of a scan; a beam without an echo is believed to have been free for ``no_echo_reach`` metres."""
+    ranges = np.where(scan.echoes, scan.ranges, 0.0)
+    ranges[scan.ranges == np.inf] = min(no_echo_reach, scan.range_max)
+    sectors = max(min(MOST_SECTORS, len(ranges) // BEAMS_A_SECTOR), 1)
+    return FreeBeams(ranges, scan.fan, scan.angle_min, scan.angle_increment, _farthest(ranges, scan.fan, sectors))
+
+
+@compiled
+def _farthest(ranges: FloatArray, fan: FloatArray, sectors: int) -> FloatArray:
+    farthest = np.zeros(sectors)
+    for j in range(len(ranges)):
+        at = _sector(fan[COS, j], fan[SIN, j], sectors)
+        for sector in (at - 1, at, (at + 1) % sectors):
+            farthest[sector] = max(farthest[sector], ranges[j])
+    return farthest
+
+
+@compiled
+def _sector(x: float, y: float, sectors: int) -> int:
+    """The sector of a direction, without any trigonometry: a quarter turn is a quarter of them, not evenly."""
+    part = y / (abs(x) + abs(y))
+    turn = part if x >= 0.0 else 2.0 - part
+    return int((turn + 1.0) * 0.25 * sectors) % sectors
+
+
+@compiled
+def is_hidden(farthest: FloatArray, x: float, y: float, distance: float) -> bool:
+    """True where no beam towards (x, y), sensor frame, was free for this distance; asked first, as it is quick."""
+    return bool(farthest[_sector(x, y, len(farthest))] <= distance)
+
+
+@compiled
+def beam_towards(beams: FreeBeams, pose: FloatArray, dx: float, dy: float) -> int:
+    """The beam from ``pose`` (3,) nearest to the direction (dx, dy), map frame; below 0, or N and more, for none.
+
+    The beams of a deskewed scan are nearly even: the offset of the one that an even fan would have leads to the right
+    one.
+    """
+    heading = np.arctan2(dy, dx) - pose[2]
+    bearing = heading - beams.angle_min
+    bearing -= 2.0 * np.pi * np.floor(bearing / (2.0 * np.pi))
+    j = int(np.floor(bearing / beams.angle_increment + 0.5))
+    for _ in range(CORRECTIONS):
+        if not 0 <= j < len(beams.ranges):
+            break
+        off = heading - beams.fan[BEARING, j]
+        off -= 2.0 * np.pi * np.floor(off / (2.0 * np.pi) + 0.5)
+        step = int(np.floor(off / beams.angle_increment + 0.5))
+        if step == 0:
+            break
+        j += step
+    return j

@@ -1,0 +1,142 @@
+"""What beams tell of each piece of a surfel, compiled: that there is wall, or that there is none.
+
+A surfel is a line through its cell. Whether there is wall all along it only the beams can tell, so that each surfel
+keeps a count for every piece of its line: up for an echo from there, down for a beam that went through. Pieces are cut
+by a grid of the map, and not by the surfel, whose centre moves. They reach half a cell beyond the surfel's own cell, as
+not every cell that a wall crosses has a surfel. The counts are bounded, so that a wall that has gone can be forgotten.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.compiled import compiled
+from slam.mapping.free_beams import FreeBeams, beam_towards, is_hidden
+from slam.mapping.free_space import cells_around
+from slam.mapping.surfel_grid import AXIS, HITS, NX, NY, PIECES, PIECES_A_CELL, Grid, X, Y
+from slam.pose import FloatArray
+from slam.scan import COS, SIN
+
+MOST, LEAST = 30, -10  # a count is no greater and no less
+GRAZING = 0.2  # cosine of incidence, below which an echo does not tell where a wall is
+NEAREST = 0.1  # metres: nothing nearer to the sensor is judged
+CLEARLY_BEYOND = 0.10  # metres along the beam, and this share of the range, beyond a wall: the beam went through
+BEYOND_SHARE = 0.02
+
+
+def evidence_of_hits(surfels: FloatArray) -> NDArray[np.int8]:
+    """The evidence (S, 9) of surfels (S, 8) of which none was kept: each is wall in its own cell."""
+    evidence = np.zeros((len(surfels), PIECES + 1), np.int8)
+    own = slice(PIECES_A_CELL // 2, PIECES_A_CELL // 2 + PIECES_A_CELL)
+    evidence[:, own] = np.minimum(surfels[:, HITS], MOST)[:, None]
+    evidence[:, AXIS] = np.abs(surfels[:, NX]) > np.abs(surfels[:, NY])
+    return evidence
+
+
+@compiled
+def weigh_walls(
+    grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], pose: FloatArray, reach: float, gate: float
+) -> None:
+    """Count echoes and passes of the beams from ``pose`` (3,) on the pieces of the surfels within ``reach``.
+
+    An echo no farther than ``gate`` metres from a surfel's line, across it, comes from there.
+    """
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    ways = np.empty((len(beams.ranges), 2))
+    for j in range(len(ways)):
+        ways[j, 0] = c * beams.fan[COS, j] - s * beams.fan[SIN, j]
+        ways[j, 1] = s * beams.fan[COS, j] + c * beams.fan[SIN, j]
+    _count_echoes(grid, beams, echoes, ways, pose, gate)
+    surfels, farthest = grid.surfels, beams.farthest
+    x, y = pose[0], pose[1]
+    low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
+    for row in range(low_row, high_row):
+        for column in range(low_column, high_column):
+            k = grid.head[row, column]
+            while k >= 0:
+                dx, dy = surfels[k, X] - x, surfels[k, Y] - y
+                distance = np.sqrt(dx * dx + dy * dy)
+                edge_on = (
+                    abs(dx * surfels[k, NX] + dy * surfels[k, NY]) < GRAZING * distance
+                )  # so is one with no normal
+                if not edge_on and not is_hidden(farthest, c * dx + s * dy, c * dy - s * dx, distance - grid.cell):
+                    _count_passes(grid, k, beams, ways, pose, reach, gate)
+                k = grid.next[k]
+
+
+@compiled
+def _count_echoes(
+    grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], ways: FloatArray, pose: FloatArray, gate: float
+) -> None:
+    """Count up the piece that each echo comes from: of the nearest surfel whose line has a piece there.
+
+    Pieces reach half a cell beyond the surfel's cell, so that it is in one of the four nearest cells. Of many echoes
+    within half a piece the first stands for all.
+    """
+    rows, columns = grid.head.shape
+    last_x = last_y = np.inf
+    last_surfel, last_piece = -1, -1
+    apart = 0.5 * grid.cell / PIECES_A_CELL
+    for j in range(len(ways)):
+        if not echoes[j]:
+            continue
+        x, y = pose[0] + beams.ranges[j] * ways[j, 0], pose[1] + beams.ranges[j] * ways[j, 1]
+        if abs(x - last_x) + abs(y - last_y) < apart:
+            continue
+        last_x, last_y = x, y
+        row = int(np.floor(y / grid.cell - 0.5)) - grid.corner[0]
+        column = int(np.floor(x / grid.cell - 0.5)) - grid.corner[1]
+        best, best_piece, nearest = -1, -1, gate
+        for i in range(max(row, 0), min(row + 2, rows)):
+            for h in range(max(column, 0), min(column + 2, columns)):
+                k = grid.head[i, h]
+                while k >= 0:
+                    f = grid.surfels[k]
+                    across = abs((x - f[X]) * f[NX] + (y - f[Y]) * f[NY])
+                    if across < nearest and ways[j, 0] * f[NX] + ways[j, 1] * f[NY] > GRAZING:
+                        piece = piece_at(grid, k, x, y)
+                        if piece >= 0:
+                            best, best_piece, nearest = k, piece, across
+                    k = grid.next[k]
+        if best >= 0 and not (best == last_surfel and best_piece == last_piece):
+            grid.evidence[best, best_piece] = min(grid.evidence[best, best_piece] + 1, MOST)
+        last_surfel, last_piece = best, best_piece
+
+
+@compiled
+def _count_passes(
+    grid: Grid, k: int, beams: FreeBeams, ways: FloatArray, pose: FloatArray, reach: float, gate: float
+) -> None:
+    """Count down the pieces of a surfel that beams went through; one whose middle is hidden is not judged."""
+    f = grid.surfels[k]
+    dx, dy = f[X] - pose[0], f[Y] - pose[1]
+    distance = np.sqrt(dx * dx + dy * dy)
+    offset = dx * f[NX] + dy * f[NY]
+    if not NEAREST < distance < reach:
+        return
+    middle = beam_towards(beams, pose, dx, dy)
+    if not 0 <= middle < len(ways) or beams.ranges[middle] < distance - grid.cell:
+        return
+    half = int(np.arctan(grid.cell * abs(offset) / (distance * distance)) / beams.angle_increment) + 2
+    before = -1
+    for j in range(max(middle - half, 0), min(middle + half + 1, len(ways))):
+        cosine = ways[j, 0] * f[NX] + ways[j, 1] * f[NY]
+        if cosine * offset <= 0.0 or abs(cosine) < GRAZING:
+            continue
+        r = offset / cosine
+        beyond = beams.ranges[j] - r
+        if beyond * abs(cosine) > gate and beyond > CLEARLY_BEYOND + BEYOND_SHARE * r:
+            piece = piece_at(grid, k, pose[0] + r * ways[j, 0], pose[1] + r * ways[j, 1])
+            if piece >= 0 and piece != before:
+                grid.evidence[k, piece] = max(grid.evidence[k, piece] - 1, LEAST)
+            before = piece
+
+
+@compiled
+def piece_at(grid: Grid, k: int, x: float, y: float) -> int:
+    """The piece of the surfel ``k`` beside a point, -1 for none."""
+    along_y = grid.evidence[k, AXIS] > 0
+    centre, at = (grid.surfels[k, Y], y) if along_y else (grid.surfels[k, X], x)
+    width = grid.cell / PIECES_A_CELL
+    begin = (np.floor(centre / grid.cell) - 0.5) * grid.cell
+    piece = int(np.floor((at - begin) / width))
+    return piece if 0 <= piece < PIECES else -1

@@ -15,7 +15,7 @@ from slam.scan import LaserScan
 
 LIDAR = URG04LX.lidar
 CONFIG = ChiSquareConfig(sensor="urg04lx", bound_sigmas=6.0)
-NOISE = noise_of_sensor("urg04lx", 6.0)
+NOISE = noise_of_sensor("urg04lx", 6.0)._replace(floor=0.0003)  # of walls that are flat
 
 
 def corner_ranges(rho_1: float, theta_1: float, rho_2: float, theta_2: float) -> FloatArray:

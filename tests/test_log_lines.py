@@ -15,6 +15,7 @@ from slam.errors import InputError
 from slam.files.logs import read_log
 from slam.lidars import LIDARS
 from slam.lines.extraction import extract_segments
+from slam.lines.learnt_noise import LearntNoise
 from slam.run.log_lines import (
     CSV_COLUMNS,
     CSV_HEADER,
@@ -80,6 +81,14 @@ def test_lines_of_all_scans_on_the_standard_output(small_log: Path) -> None:
     assert {int(row["scan"]) for row in rows} == set(range(12))
     assert "12 scans" in done.stderr
     assert f"{len(rows)} segments in 12 scans" in done.stderr
+
+
+def test_noise_is_learnt_from_scan_to_scan(small_log: Path, tmp_path: Path) -> None:
+    log, config, noise = read_log(small_log), line_config("chi_square", None), LearntNoise.start()
+    write_lines(log, range(12), config, Outputs(csv=tmp_path / "lines.csv"))
+    learnt = [noise.observe(log.scan(index)) for index in range(12)]
+    expected = "".join(csv_lines(k, extract_segments(log.scan(k), config, learnt[k])) for k in range(12))
+    assert (tmp_path / "lines.csv").read_text() == CSV_HEADER + expected
 
 
 def test_lines_of_one_scan_in_files(small_log: Path, tmp_path: Path) -> None:

@@ -260,6 +260,8 @@ def test_the_mode_names_the_methods_of_the_parts_that_name_none(tmp_path: Path) 
     assert paper.slam.lines == HoppingConfig(psi=0)
     own = load_scenario(write(tmp_path, GOOD + "slam:\n  lines:\n    method: chi_square\n    min_points: 9\n"))
     assert own.slam.lines == ChiSquareConfig(min_points=9)
+    saved_before_noise_was_learnt = {"min_points": 9, "shared_error": 0.02}
+    assert ChiSquareConfig.model_validate(saved_before_noise_was_learnt) == own.slam.lines
     for scenario in (paper, own):
         assert load_scenario(write(tmp_path, dump_scenario(scenario))) == scenario
 

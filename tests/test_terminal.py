@@ -95,6 +95,12 @@ def test_the_summary_of_a_run_has_its_units(width: int | None) -> None:
         assert unit in text
 
 
+@pytest.mark.parametrize(("named", "end"), [({}, ""), ({"named_range_noise_m": 0.003}, "; as named: 3 mm")])
+def test_the_summary_says_what_noise_was_learnt(named: dict[str, float], end: str) -> None:
+    text = shown(*summary_tables(METRICS | {"range_noise_m": 0.008, "range_noise_share": 0.008} | named))
+    assert f"8 mm, 0.8 % beyond 1.0 m{end}" in text
+
+
 def test_what_is_printed_is_what_was_said() -> None:
     text = StringIO()
     terminal = Terminal(file=text, width=300, force_terminal=True)

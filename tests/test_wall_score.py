@@ -9,14 +9,15 @@ from slam.line_slam import Estimate
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
-from slam.run.scoring.seen_walls import SeenWalls
+from slam.run.scoring.seen_walls import SeenWalls, _met
 from slam.run.scoring.true_walls import TrueWalls, true_walls
-from slam.run.scoring.wall_score import WallScore, score_walls, wall_metrics
+from slam.run.scoring.wall_score import WallScore, score_walls, wall_ends, wall_metrics
 from slam.run.step import Step
 from slam.scan import LaserScan
 from slam.scenario.solids import rectangle
-from slam.scenario.wall import Wall
+from slam.scenario.wall import Door, Wall
 
+DOOR = Wall(points=((0.0, 0.0), (4.0, 0.0)), doors=(Door(at=1.0, angle=0.0),))
 BOX = rectangle((2.0, 1.0), 2.0, 1.0, 0.3)
 
 
@@ -57,6 +58,22 @@ def test_what_stands_against_another_solid_is_no_face() -> None:
     assert sorted(np.round(true_walls([left, low]).lengths, 6)) == [0.5, 0.5, 1.0, 1.0, 1.0, 2.0]
 
 
+def test_a_wall_ends_at_its_corners_and_goes_on_behind_a_thin_wall_that_stands_against_it() -> None:
+    walls = true_walls([*room(), rectangle((1.0, 1.0), 0.1, 2.0, 0.0)])
+    inner = (walls.faces[:, :, 1] == 0.0).all(axis=1)
+    assert sorted(np.round(walls.lengths[inner], 6)) == [0.95, 2.95]
+    assert wall_ends(walls)[inner].sum() == 2
+    assert wall_ends(walls)[~inner].all()
+
+
+def test_a_step_of_a_few_centimetres_is_no_end() -> None:
+    """As at a door that is shut, 3 cm behind the faces of its wall."""
+    walls = true_walls([prism.footprint for prism in DOOR.prisms()])
+    long = walls.lengths > 0.2
+    assert sorted(np.round(walls.lengths[long], 6)) == [0.9, 0.9, 1.05, 1.05, 2.15, 2.15]
+    assert wall_ends(walls)[long].sum() == 4
+
+
 def test_a_world_without_walls_has_no_faces_and_an_empty_map_no_precision() -> None:
     walls = true_walls([])
     found = wall_metrics(score(walls, np.empty((0, 2, 2))))
@@ -73,7 +90,7 @@ def test_a_perfect_map_is_all_wall_and_has_all_walls() -> None:
     assert found.doubled == pytest.approx(0.0, abs=1e-9)
     assert (found.free_air, found.phantom) == (0.0, 0.0)
     assert np.abs(found.length_errors).max() < 1e-9
-    assert len(found.end_errors) == 2 * len(walls.faces)
+    assert len(found.end_errors) == wall_ends(walls).sum() == 2 * len(walls.faces)
     assert found.end_errors.max() < 1e-9
 
 
@@ -167,3 +184,54 @@ def test_a_wall_is_seen_by_scans_from_three_places_where_its_echoes_come_from() 
     assert samples[:, 1].min() == pytest.approx(0.4, abs=0.1)
     assert samples[:, 1].max() == pytest.approx(3.0 * np.tan(np.arccos(0.75)), abs=0.1)
     assert seen.scans.max() == 3
+
+
+def test_pieces_are_judged_as_a_plain_loop_does() -> None:
+    random = np.random.default_rng(7)
+    walls = true_walls([*room(), BOX])
+    lines = random.uniform([-0.2, -0.2], [4.2, 3.2], (40, 2, 2))
+    lines[::2] = walls.faces[random.integers(len(walls.faces), size=20)] + random.normal(0.0, 0.04, (20, 2, 2))
+    mapped = right = free = 0.0
+    for start, end in lines:
+        way = end - start
+        length = np.hypot(*way)
+        count = int(np.ceil(length / 0.02))
+        for k in range(count):
+            place = start + way * (k + 0.5) / count
+            near = [face for face in walls.faces if distance(place, face) <= 0.10]
+            same_way = [
+                f for f in near if way @ (f[1] - f[0]) >= np.cos(np.radians(20)) * length * np.hypot(*(f[1] - f[0]))
+            ]
+            mapped, right = mapped + length / count, right + (length / count if same_way else 0.0)
+            free += 0.0 if near else length / count
+    found = score(walls, lines)
+    assert (found.mapped, found.right, found.free_air) == pytest.approx((mapped, right, free), abs=1e-9)
+
+
+def distance(place: FloatArray, face: FloatArray) -> float:
+    """Distance of a point from a face, plainly."""
+    start, way = face[0], face[1] - face[0]
+    share = np.clip((place - start) @ way / (way @ way), 0.0, 1.0)
+    return float(np.hypot(*(place - start - share * way)))
+
+
+def test_a_beam_sees_the_face_that_it_meets_first_as_a_plain_solution_says() -> None:
+    walls = true_walls([*room(), BOX])
+    origin, angles = np.array([0.5, 0.4]), np.linspace(-np.pi, np.pi, 97)
+    beams = np.column_stack([np.cos(angles), np.sin(angles)])
+    face, along = _met(origin, beams, np.full(len(beams), np.nan), walls.faces)
+    assert np.all(face == -1)  # no echo, nothing seen
+    for beam in beams:
+        hits = []
+        for f, (start, end) in enumerate(walls.faces):
+            way = (end - start) / walls.lengths[f]
+            if abs(beam @ [-way[1], way[0]]) < 1e-9:
+                continue
+            r, t = np.linalg.solve(np.column_stack([beam, -way]), start - origin)
+            if r > 0.0 and 0.0 <= t <= walls.lengths[f]:
+                hits.append((r, f, t, abs(beam @ [-way[1], way[0]])))
+        r, f, t, cosine = min(hits)
+        face, along = _met(origin, beam[None], np.array([r + 0.05]), walls.faces)
+        assert face[0] == (f if cosine >= np.cos(np.radians(75.0)) else -1)
+        assert along[0] == pytest.approx(t)
+        assert _met(origin, beam[None], np.array([r + 0.1 * max(r, 1.0) + 0.01]), walls.faces)[0][0] == -1

@@ -40,7 +40,7 @@ def bench_lines(
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, max=60, help="Seeds of each family of floor plan.")] = 60,
     sensor: Annotated[
-        str | None, typer.Option(metavar="NAME", help="With --log: whose noise ours expects; estimated without it.")
+        str | None, typer.Option(metavar="NAME", help="With --log: whose noise ours expects before it learns.")
     ] = None,
     out: TablesFile = None,
 ) -> None:

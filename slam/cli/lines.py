@@ -16,7 +16,7 @@ def lines(
     geojson: Annotated[Path | None, typer.Option(metavar="FILE", help="Write GeoJSON.")] = None,
     png: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the scan of --scan.")] = None,
     sensor: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Whose noise to expect; estimated from each scan without it.")
+        str | None, typer.Option(metavar="NAME", help="Whose noise to expect at first; it is learnt from scan to scan.")
     ] = None,
 ) -> None:
     """The line segments of the scans of a recorded log.

@@ -12,6 +12,7 @@ from slam.scan import COS, SIN, LaserScan
 X, Y, NX, NY, VARIANCE, COUNT, LINKED = range(7)
 """Columns of facets (F, 7): centre, unit normal away from the sensor (0, 0 for a cluster), variance of the centre along
 the normal (m^2), number of points, and 1 where the facet before it is of the same segment, else 0."""
+RANGE_FLOOR = 0.003  # metres: least standard deviation of a range; the matcher adds that walls are not flat
 CLUSTER_GAP = 0.10  # metres between neighbouring points of a cluster, at most
 CLUSTER_SIZE = 0.15  # metres from its first point to its last
 TRUNCATED_SIGMAS = 2.5  # from the end of the reach: nearer to it, only readings that came short are seen
@@ -20,7 +21,7 @@ TRUNCATED_SIGMAS = 2.5  # from the end of the reach: nearer to it, only readings
 def facets_of(scan: LaserScan, segments: Segments, length: float) -> FloatArray:
     """Cut segments, and the points beside them, into facets (F, 7) of at most ``length`` metres, sensor frame."""
     fan, reach = scan.fan, (scan.range_min, scan.range_max)
-    noise = segments.noise or LearntNoise.start().observe(scan)
+    noise = (segments.noise or LearntNoise.start().observe(scan))._replace(floor=RANGE_FLOOR)
     return _facets(scan.ranges, fan, reach, segments.first, segments.last, segments.theta, noise, length)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from slam.compiled import compiled
 from slam.config import ChiSquareConfig, HoppingConfig, OwnMethod
-from slam.lines.range_noise import RANGE_FLOOR, RangeNoise, noise_of_sensor
+from slam.lines.range_noise import ROUGHNESS, RangeNoise, noise_of_sensor
 from slam.pose import FloatArray
 from slam.scan import COS, SIN, LaserScan
 
@@ -44,7 +44,7 @@ MEMORY: Final = 1e4
 """Differences in a band that are remembered: they tell its noise to 1 %, and come from some fifty scans."""
 PRIOR: Final = 2.5
 """Differences in each band that the noise is worth with which one begins: a scan has some hundred in a few bands."""
-ASSUMED: Final = RangeNoise(0.01, 1.0, 0.01, RANGE_FLOOR)
+ASSUMED: Final = RangeNoise(0.01, 1.0, 0.01, ROUGHNESS)
 """The noise with which one begins where no sensor is named."""
 
 
@@ -81,7 +81,8 @@ def _log_likelihood() -> FloatArray:
 def _expected_counts(noise: RangeNoise) -> FloatArray:
     """PRIOR differences in each band as this noise spreads them, (BANDS, SIZES); not to be written to."""
     begins = NEAREST * 2.0 ** (BAND / OCTAVE * np.arange(BANDS))
-    sigmas = noise.sigma(np.asarray(begins * MIDDLE, np.float64)) / np.maximum(begins, 1.0)
+    alone = noise._replace(floor=0.0)
+    sigmas = alone.sigma(np.asarray(begins * MIDDLE, np.float64)) / np.maximum(begins, 1.0)
     return PRIOR * np.stack([_peak_of_noise(sigma) for sigma in sigmas.tolist()])
 
 
@@ -111,7 +112,7 @@ class LearntNoise:
         """The noise that is likely by what was seen."""
         near, far = _most_likely(self.counts @ LOG_LIKELIHOOD)
         near, slope = _size(near), _size(far) / MIDDLE
-        return RangeNoise(near, near / slope, slope, RANGE_FLOOR)
+        return RangeNoise(near, near / slope, slope, ROUGHNESS)
 
 
 @compiled

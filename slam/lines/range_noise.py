@@ -9,12 +9,12 @@ from slam.compiled import compiled
 from slam.lidars import LIDARS, LidarName
 from slam.pose import FloatArray
 
-RANGE_FLOOR = 0.003  # metres: least standard deviation of a range, as no wall is flatter
+ROUGHNESS = 0.01  # metres: by so much real walls are not as flat as lines
 
 
 class RangeNoise(NamedTuple):
     """Standard deviation of a range: ``near`` metres up to ``near_range``, ``far`` times the range beyond; and
-    ``floor`` metres on top, in quadrature."""
+    ``floor`` metres on top, in quadrature, for walls that are not flat."""
 
     near: float
     near_range: float
@@ -34,7 +34,7 @@ def noise_of_sensor(name: LidarName, bound_sigmas: float) -> RangeNoise:
         model.near_accuracy / bound_sigmas,
         model.near_range,
         model.far_accuracy / bound_sigmas,
-        RANGE_FLOOR,
+        ROUGHNESS,
     )
 
 

@@ -18,7 +18,7 @@ TOLERANCE = 0.15  # metres across a wall, within which a reading lies on it
 EDGE_ON = 0.2  # cosine of incidence, below which a wall is too edge-on to be predicted
 HIDDEN_WEIGHT = 0.25  # of a beam that ends before the wall, against one that passed it
 CORE = 0.5  # share of a surfel's width, about its middle, that is surely wall
-LEAST_PREDICTED = 0.2  # share of the beams for which a wall is predicted: below it the map says nothing
+LEAST_PREDICTED = 0.1  # share of the beams for which a wall is predicted: below it the map says nothing
 CLUSTER_WIDTH = 0.05  # metres to each side
 
 
@@ -40,8 +40,9 @@ class View(NamedTuple):
     @property
     def borne_out(self) -> float:
         """Of the beams for which the map predicts a wall, the share that ends there; 1 where that is hardly any."""
-        predicted = self.agreeing + self.against
-        return self.agreeing / predicted if predicted > LEAST_PREDICTED else 1.0
+        if self.agreeing + self.through + self.hidden < LEAST_PREDICTED:
+            return 1.0
+        return self.agreeing / max(self.agreeing + self.against, 1e-9)
 
 
 @compiled

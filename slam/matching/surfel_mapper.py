@@ -1,7 +1,6 @@
 """This project's matcher and map: the facets of a scan are matched to surfels, with odometry as a prior."""
 
 from dataclasses import replace
-from math import hypot
 
 import numpy as np
 
@@ -138,6 +137,6 @@ def _solver_settings(config: LeastSquaresConfig, odometry: bool) -> SolverSettin
 
 def _for_noise(settings: SolverSettings, noise: RangeNoise | None) -> SolverSettings:
     """The settings with a kernel and a floor as wide as the noise of a coarse sensor asks for."""
-    near = 0.0 if noise is None else hypot(noise.near, noise.floor)
+    near = 0.0 if noise is None else noise.near
     kernel, floor = max(settings.kernel, KERNEL_SIGMAS * near), max(settings.floor, FLOOR_SIGMAS * near)
     return settings._replace(kernel=kernel, floor=floor)

@@ -71,13 +71,18 @@ def _met(origin: FloatArray, beams: FloatArray, ranges: FloatArray, faces: Float
     B = len(beams)
     face, along = np.full(B, -1, np.int64), np.zeros(B)
     nearest, cosine = np.full(B, np.inf), np.zeros(B)
+    farthest = 0.0
+    for b in range(B):
+        if ranges[b] > farthest:
+            farthest = ranges[b]
+    reach = (farthest + SAME_RANGE) / (1.0 - SAME_RANGE)  # no echo comes from farther
     for f in range(len(faces)):
         x, y = faces[f, 0, 0] - origin[0], faces[f, 0, 1] - origin[1]
         dx, dy = faces[f, 1, 0] - faces[f, 0, 0], faces[f, 1, 1] - faces[f, 0, 1]
         length = np.hypot(dx, dy)
         dx, dy = dx / length, dy / length
         offset = x * -dy + y * dx  # of the face along its left normal: negative where the origin is to its left
-        if offset >= 0.0:
+        if offset >= 0.0 or -offset > reach or _is_beyond(x, y, length * dx, length * dy, reach):
             continue
         for b in range(B):
             toward = beams[b, 0] * dy - beams[b, 1] * dx  # cosine between the beam and the inward normal
@@ -93,6 +98,14 @@ def _met(origin: FloatArray, beams: FloatArray, ranges: FloatArray, faces: Float
         if not is_there or cosine[b] < MIN_INCIDENCE:
             face[b] = -1
     return face, along
+
+
+@compiled
+def _is_beyond(x: float, y: float, dx: float, dy: float, reach: float) -> bool:
+    """True where the box about the line from (x, y) on by (dx, dy) is farther than ``reach`` in x or in y."""
+    return (
+        min(x, x + dx) > reach or max(x, x + dx) < -reach or min(y, y + dy) > reach or max(y, y + dy) < -reach
+    )  # fmt: skip
 
 
 @compiled

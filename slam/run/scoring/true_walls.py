@@ -1,6 +1,6 @@
 """The true walls of a world as the lidar could see them: the free faces of its solids, cut at the lidar's height."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -14,6 +14,8 @@ ASIDE: Final = 1e-3
 """Metres before a face where nothing may stand, for it to be free; faces on one line no farther apart are one."""
 ROUNDING: Final = 1e-6
 """Metres: a part that is shorter has no direction."""
+BLOCK: Final = 256
+"""Edges, from the left to the right, that are compared at once with the solids above and below them."""
 SHORTEST: Final = 5e-3
 """Metres: what is left of a face between two solids and is shorter is none."""
 
@@ -49,44 +51,67 @@ def true_walls(outlines: Sequence[FloatArray]) -> TrueWalls:
 
 def _free_parts(outlines: Sequence[FloatArray]) -> FloatArray:
     """The parts of all edges before which nothing stands, each with its free side to the left, (F, 2, 2)."""
+    edges = np.concatenate([np.stack([np.roll(outline, -1, axis=0), outline], axis=1) for outline in outlines])
+    way = edges[:, 1] - edges[:, 0]
+    lengths = np.maximum(np.hypot(*way.T), ROUNDING)
+    before = edges + (np.column_stack([-way[:, 1], way[:, 0]]) * (ASIDE / lengths)[:, None])[:, None]
+    edge, solid = _near(before, outlines)
+    begin, end = _parts_within(before[edge], solid, outlines)
+    hidden = begin < end
+    parts = _left_free(edge[hidden], begin[hidden], end[hidden], len(edges))
+    of_edge, shares = np.array([e for e, *_ in parts], np.int64), np.array([share for _, *share in parts])
+    long_enough = np.diff(shares.reshape(-1, 2))[:, 0] * lengths[of_edge] > ROUNDING
+    of_edge, shares = of_edge[long_enough], shares.reshape(-1, 2)[long_enough]
+    return np.asarray(edges[of_edge, :1] + shares[:, :, None] * way[of_edge, None])
+
+
+def _near(edges: FloatArray, outlines: Sequence[FloatArray]) -> tuple[IntArray, IntArray]:
+    """Edges (E, 2, 2) and solids whose boxes overlap, (P,) each."""
     low, high = (np.array([bound(outline, axis=0) for outline in outlines]) for bound in (np.min, np.max))
-    parts = [np.empty((0, 2, 2))]
-    for outline in outlines:
-        for start, end in zip(np.roll(outline, -1, axis=0), outline, strict=True):
-            way = end - start
-            length = max(float(np.hypot(*way)), ROUNDING)
-            before = start + np.array([-way[1], way[0]]) * (ASIDE / length)
-            corners = np.array([before, before + way])
-            near = np.all((corners.max(axis=0) >= low) & (corners.min(axis=0) <= high), axis=1)
-            hidden = [_part_within(before, way, outlines[k]) for k in np.flatnonzero(near).tolist()]
-            free = np.array([part for part in _left_free(hidden) if (part[1] - part[0]) * length > ROUNDING])
-            parts.append(start + free.reshape(-1, 2, 1) * way)
-    return np.concatenate(parts)
+    lower, upper = edges.min(axis=1), edges.max(axis=1)
+    from_the_left, found = np.argsort(lower[:, 0], kind="stable"), []
+    for first in range(0, len(edges), BLOCK):
+        block = from_the_left[first : first + BLOCK]
+        beside = np.flatnonzero((low[:, 0] <= upper[block, 0].max()) & (high[:, 0] >= lower[block[0], 0]))
+        overlap = np.all((upper[block, None] >= low[beside]) & (lower[block, None] <= high[beside]), axis=2)
+        edge, solid = np.nonzero(overlap)
+        found.append(np.stack([block[edge], beside[solid]]))
+    edge, solid = np.concatenate(found, axis=1)
+    return edge, solid
 
 
-def _part_within(start: FloatArray, way: FloatArray, outline: FloatArray) -> tuple[float, float]:
-    """Shares of the way from the start between which it is in the convex solid; begin >= end for never."""
-    edges = np.roll(outline, -1, axis=0) - outline
-    to_start = start - outline
-    here = edges[:, 0] * to_start[:, 1] - edges[:, 1] * to_start[:, 0]  # positive to the left of the edge: inside
-    change = edges[:, 0] * way[1] - edges[:, 1] * way[0]
-    level = np.abs(change) < 1e-12
-    if np.any(here[level] < 0.0):
-        return 1.0, 0.0
-    shares = -here[~level] / change[~level]
-    enters = change[~level] > 0.0
-    return float(shares[enters].max(initial=0.0)), float(shares[~enters].min(initial=1.0))
+def _parts_within(edges: FloatArray, solid: IntArray, outlines: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """Shares of each edge (P, 2, 2) between which it is in its convex solid, (P,) each; begin >= end for never."""
+    begin, end = np.zeros(len(edges)), np.ones(len(edges))
+    start, way = edges[:, 0], edges[:, 1] - edges[:, 0]
+    corners, sizes = np.concatenate(outlines), np.array(list(map(len, outlines)))
+    firsts = np.cumsum(sizes) - sizes
+    for side in range(sizes.max()):
+        at = np.flatnonzero(sizes[solid] > side)
+        first, size = firsts[solid[at]], sizes[solid[at]]
+        corner = corners[first + side]
+        along, to_start = corners[first + (side + 1) % size] - corner, start[at] - corner
+        here = along[:, 0] * to_start[:, 1] - along[:, 1] * to_start[:, 0]  # positive to the left: inside
+        change = along[:, 0] * way[at, 1] - along[:, 1] * way[at, 0]
+        level = np.abs(change) < 1e-12
+        share = -here / np.where(level, 1.0, change)
+        enters, leaves, outside = ~level & (change > 0.0), ~level & (change < 0.0), level & (here < 0.0)
+        begin[at[enters]] = np.maximum(begin[at[enters]], share[enters])
+        end[at[leaves]] = np.minimum(end[at[leaves]], share[leaves])
+        end[at[outside]] = 0.0
+    return begin, end
 
 
-def _left_free(hidden: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float]]:
-    """Yield what these parts leave of the whole, from 0 to 1."""
-    at = 0.0
-    for begin, end in sorted(part for part in hidden if part[0] < part[1]):
-        if begin > at:
-            yield at, begin
-        at = max(at, end)
-    if at < 1.0:
-        yield at, 1.0
+def _left_free(edge: IntArray, begin: FloatArray, end: FloatArray, count: int) -> list[tuple[int, float, float]]:
+    """What the hidden parts leave of the edges, each from 0 to 1: the number of the edge, and from where to where."""
+    left = []
+    reach = np.zeros(count)
+    for k in np.lexsort([begin, edge]):
+        at = edge[k]
+        if begin[k] > reach[at]:
+            left.append((int(at), float(reach[at]), float(begin[k])))
+        reach[at] = max(reach[at], end[k])
+    return left + [(e, float(reach[e]), 1.0) for e in range(count) if reach[e] < 1.0]
 
 
 def _joined(parts: FloatArray) -> FloatArray:
@@ -95,18 +120,15 @@ def _joined(parts: FloatArray) -> FloatArray:
     along = way / np.hypot(*way.T)[:, None]
     rho = along[:, 0] * parts[:, 0, 1] - along[:, 1] * parts[:, 0, 0]
     begin, end = (np.sum(along * parts[:, side], axis=1) for side in (0, 1))
-    keys = np.round(np.column_stack([along, rho]), 6) + 0.0
-    order = np.lexsort([begin, *keys.T])
+    line = np.unique(np.round(np.column_stack([along, rho]), 6) + 0.0, axis=0, return_inverse=True)[1].ravel()
     faces: list[FloatArray] = []
-    last, reach = -1, -np.inf
-    for k in order:
-        if last >= 0 and np.array_equal(keys[k], keys[last]) and begin[k] <= reach + ASIDE:
-            if end[k] > reach:
-                faces[-1][1], reach = parts[k, 1], end[k]
-        else:
+    at, reach = -1, -np.inf
+    for k in np.lexsort([begin, line]):
+        if line[k] != at or begin[k] > reach + ASIDE:
             faces.append(parts[k].copy())
-            reach = end[k]
-        last = k
+            at, reach = line[k], end[k]
+        elif end[k] > reach:
+            faces[-1][1], reach = parts[k, 1], end[k]
     joined = np.array(faces).reshape(-1, 2, 2)
     lengths: FloatArray = np.hypot(*(joined[:, 1] - joined[:, 0]).T)
     return np.asarray(joined[lengths >= SHORTEST])

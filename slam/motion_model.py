@@ -59,14 +59,16 @@ def excess_covariance(excess: FloatArray) -> FloatArray:
 def updated_excess(
     excess: FloatArray, correction: FloatArray, motion: FloatArray, config: LeastSquaresConfig
 ) -> FloatArray:
-    """The running mean (2,), m^2 and rad^2, of squared corrections (3,) of odometry beyond three standard deviations of
-    the covariance (3, 3) of the motion; it never asks for more than the search can look through.
+    """The envelope (2,), m^2 and rad^2, of squared corrections (3,) of odometry beyond three standard deviations of the
+    covariance (3, 3) of the motion: it rises at once, fades by ``memory``, and never asks for more than the search can
+    look through.
 
-    A factor on the variances does not help where the wheels say nothing: nothing times any factor is nothing.
+    A factor on the variances does not help where the wheels say nothing: nothing times any factor is nothing. Wheels
+    that failed once fail again soon, so that a mean over scans that were good between would be too small.
     """
     beyond = [
         0.5 * (correction[0] ** 2 + correction[1] ** 2) - BEYOND * max(motion[0, 0], motion[1, 1]),
         correction[2] ** 2 - BEYOND * motion[2, 2],
     ]
     memory, most = config.motion.memory, np.array([config.search.window, config.search.window_angle]) / 3.0
-    return np.minimum(memory * excess + (1.0 - memory) * np.maximum(beyond, 0.0), most**2)
+    return np.minimum(np.maximum(memory * excess, beyond), most**2)

@@ -82,6 +82,6 @@ def test_runs_are_scored_in_every_way_and_a_row_has_the_command_that_repeats_it(
     twice = total_score([run.scores[OURS]] * 2)
     assert twice.precision == run.scores[OURS].precision
     assert len(twice.end_errors) == 2 * len(run.scores[OURS].end_errors)
-    ways, worst = wall_tables([str(path)], [3], ["lidar.noise=none"], Terminal(quiet=True))
+    ways, worst = wall_tables([str(path)], [3], ("lidar.noise=none",), Terminal(quiet=True))
     assert [row[1] for row in ways.rows] == list(WAYS)
-    assert worst.rows[0][-1] == f"hopslam run '{path}' --seed 3 --set lidar.noise=none"
+    assert worst.rows[0][-1] == f"hopslam run '{path}' --seed 3 --set lidar.caster=exact --set lidar.noise=none"

@@ -1,6 +1,7 @@
 """Finding the robot in a saved map."""
 
 from collections.abc import Callable
+from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 from slam.run.pilots import Wanderer
-from slam.saved_slam import SavedSlam, save
+from slam.saved_slam import SavedSlam, relocate, save
 from slam.scan import LaserScan
 
 MOUNT = Pose2D(0.1, 0.0, 0.0)
@@ -81,6 +82,19 @@ def test_without_odometry_it_finds_itself_by_the_scans_alone(saved: SavedSlam, l
         localizer.update(look(pose, k), Odometry(0.1 * k, Pose2D()))
     assert localizer.sure
     assert localizer.T_map_base.distance(path[-1]) < 0.03
+
+
+@pytest.mark.parametrize("offset", [Pose2D(0.2), Pose2D(-0.2), Pose2D(0.0, 0.2), Pose2D(0.0, -0.2)])
+def test_a_map_pulls_back_a_robot_that_is_20_cm_off(saved: SavedSlam, look: Look, offset: Pose2D) -> None:
+    path = loop(Pose2D(1.0, 0.3, 0.5), 20)
+    wrong = Pose2D(path[0].x + offset.x, path[0].y + offset.y, path[0].theta)
+    for tracking in (
+        LineLocalizer(SlamConfig(), MOUNT, saved.mapper.map, wrong),
+        relocate(SlamConfig(), MOUNT, deepcopy(saved), wrong),
+    ):
+        for k, pose in enumerate(path):
+            tracking.update(look(pose, k), Odometry(0.1 * k, pose))
+        assert tracking.T_map_base.distance(path[-1]) < 0.03
 
 
 def test_moved_without_being_told_it_is_lost_and_finds_itself_again(saved: SavedSlam, look: Look) -> None:

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from slam.cli.main import app
 from slam.errors import InputError
 from slam.run.experiment_setup import scenario_experiment
-from slam.run.report.animation import SeenWalls, write_animation
+from slam.run.report.animation import AppearingWalls, write_animation
 from slam.run.report.faults import faults
 from slam.run.report.figure_files import write_figures
 from slam.run.report.page import metric_rows, write_report
@@ -157,9 +157,10 @@ def test_faults_are_found_and_named(run: Path, tmp_path: Path) -> None:
     record.traces.steps["mapped"][9] = 0
     record.traces.steps["v"][:] = 0.4
     record.traces.odometry[:] = record.traces.odometry[0]
-    text = " ".join(faults(record, {"ending": "collided"}))
+    text = " ".join(faults(record, {"ending": "collided", "wall_free_air_m": 2.54, "wall_phantom_m": 0.9}))
     for part in (
         "hit something",
+        "2.5 m of walls in free air, of which 0.9 m in one piece",
         "3 of 25 scans: the robot was lost",
         "1 of 25 scans: the scan said nothing",
         "1 times no scan came",
@@ -173,6 +174,8 @@ def test_the_best_is_marked_and_only_where_there_is_one() -> None:
     table = {metric.key: cells for metric, cells, _ in metric_rows(runs)}
     assert [cell.best for cell in table["ate_rmse_m"]] == [False, True]
     assert not any(cell.best for cell in table["scans"])
+    walls = [{"wall_recall": share, "ending": "arrived"} for share in (0.9, 0.8)]
+    assert [cell.best for _, cells, _ in metric_rows(walls) for cell in cells] == [True, False]  # more is better
     same = metric_rows([runs[0], runs[0]])
     assert not any(cell.best for _, cells, _ in same for cell in cells)
 
@@ -250,7 +253,7 @@ def test_an_animation_has_a_name_that_says_its_kind(run: Path) -> None:
 
 
 def test_walls_appear_where_they_are_seen_and_once() -> None:
-    lines = SeenWalls(np.array([[[0.0, 0.0], [1.0, 0.0]]]))
+    lines = AppearingWalls(np.array([[[0.0, 0.0], [1.0, 0.0]]]))
     points = np.column_stack([np.linspace(0.0, 0.5, 20), np.zeros(20)])
     first = lines.seen(0, points)
     assert 0.4 < first[:, :, 0].max() < 0.7

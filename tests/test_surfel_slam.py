@@ -90,7 +90,6 @@ def test_a_leap_of_the_wheels_is_survived() -> None:
     path, wheels = round_trip(1.0)
     leap = Pose2D(0.8, -0.6, 0.5)
     run = drive(ROOM, path, [w if k < 20 else wheels[19] @ leap @ wheels[19].between(w) for k, w in enumerate(wheels)])
-    assert run[20].match.searched
     for truth, estimate in list(zip(path, run, strict=True))[20:]:
         assert truth.distance(estimate.T_map_base) < 0.03
 
@@ -244,6 +243,22 @@ def test_somebody_who_walks_along_does_not_carry_the_robot_away() -> None:
         scan = LaserScan(0.1 * k, BEARINGS[0], 0.01, 0.05, 8.0, ranges)
         slam.update(scan, Odometry(0.1 * k, Pose2D(1.01 * pose.x)))
     assert slam.T_map_base.distance(Pose2D(1.01 * pose.x)) < 0.03
+
+
+def test_a_doubtful_match_on_the_way_is_inherited_by_the_map_beyond() -> None:
+    uncertainty, sure, doubtful = MapUncertainty(), np.diag([1e-4, 1e-4, 1e-6]), np.diag([25e-4, 1e-4, 1e-6])
+    for x in np.arange(0.0, 12.0, 0.1):
+        found = uncertainty.pose_covariance(Pose2D(float(x)), doubtful if 4.5 < x < 5.0 else sure)
+    assert found[0, 0] > doubtful[0, 0]
+    assert found[1, 1] < doubtful[0, 0]
+    np.testing.assert_allclose(uncertainty.pose_covariance(Pose2D(1.0), sure), sure, atol=1e-12)
+
+
+def test_turning_on_the_spot_makes_the_map_no_worse_for_ever() -> None:
+    uncertainty, match = MapUncertainty(), np.diag([1e-4, 1e-4, 1e-6])
+    for k in range(1000):
+        uncertainty.pose_covariance(Pose2D(1.9, 0.0, 0.1 * k), match)
+    assert np.trace(uncertainty.pose_covariance(Pose2D(2.1), match)) < 2.0 * np.trace(match)
 
 
 def test_coming_back_to_an_old_place_brings_back_its_covariance() -> None:

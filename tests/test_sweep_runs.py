@@ -15,6 +15,9 @@ from slam.sweep.folder import Folder
 from slam.sweep.job import Job
 from slam.sweep.make_plan import make_plan
 from slam.sweep.process_pool import ProcessPool
+from slam.sweep.report.groups import RunGroup
+from slam.sweep.report.tables import tables
+from slam.sweep.report.write import worst_runs
 from slam.sweep.result_rows import job_columns
 from slam.sweep.result_store import ResultStore
 from slam.sweep.run_job import run_job
@@ -172,3 +175,11 @@ def test_a_log_is_run_and_one_that_cannot_be_read_is_a_row_that_says_so(tmp_path
     assert bad["status"] == "failed"
     assert "other.log" in bad["error"]
     assert [path.name for path in (tmp_path / "runs").iterdir()] == [small["id"]]
+
+
+@pytest.mark.parametrize(("metric", "worst"), [("ate_rmse_m", "3"), ("wall_recall", "1"), ("wall.own", "3")])
+def test_the_worst_run_is_the_one_with_the_greatest_value_but_where_more_is_better(metric: str, worst: str) -> None:
+    group = RunGroup("room", "hopslam", {}, seeds=[4, 5, 6], values=[1.0, 3.0, 2.0], runs=3)
+    group.commands = [(f"id{seed}", "hopslam run") for seed in group.seeds]
+    assert tables([group], metric)[0].rows[0][-1] == worst
+    assert worst_runs([group], metric)[0].reason == f"{metric} {worst}"

@@ -11,12 +11,13 @@ from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
 from slam.run.scoring.seen_walls import SeenWalls, _met
 from slam.run.scoring.true_walls import TrueWalls, true_walls
-from slam.run.scoring.wall_score import WallScore, score_walls, wall_metrics
+from slam.run.scoring.wall_score import WallScore, score_walls, wall_ends, wall_metrics
 from slam.run.step import Step
 from slam.scan import LaserScan
 from slam.scenario.solids import rectangle
-from slam.scenario.wall import Wall
+from slam.scenario.wall import Door, Wall
 
+DOOR = Wall(points=((0.0, 0.0), (4.0, 0.0)), doors=(Door(at=1.0, angle=0.0),))
 BOX = rectangle((2.0, 1.0), 2.0, 1.0, 0.3)
 
 
@@ -61,8 +62,16 @@ def test_a_wall_ends_at_its_corners_and_goes_on_behind_a_thin_wall_that_stands_a
     walls = true_walls([*room(), rectangle((1.0, 1.0), 0.1, 2.0, 0.0)])
     inner = (walls.faces[:, :, 1] == 0.0).all(axis=1)
     assert sorted(np.round(walls.lengths[inner], 6)) == [0.95, 2.95]
-    assert walls.is_end[inner].sum() == 2
-    assert walls.is_end[~inner].all()
+    assert wall_ends(walls)[inner].sum() == 2
+    assert wall_ends(walls)[~inner].all()
+
+
+def test_a_step_of_a_few_centimetres_is_no_end() -> None:
+    """As at a door that is shut, 3 cm behind the faces of its wall."""
+    walls = true_walls([prism.footprint for prism in DOOR.prisms()])
+    long = walls.lengths > 0.2
+    assert sorted(np.round(walls.lengths[long], 6)) == [0.9, 0.9, 1.05, 1.05, 2.15, 2.15]
+    assert wall_ends(walls)[long].sum() == 4
 
 
 def test_a_world_without_walls_has_no_faces_and_an_empty_map_no_precision() -> None:
@@ -81,7 +90,7 @@ def test_a_perfect_map_is_all_wall_and_has_all_walls() -> None:
     assert found.doubled == pytest.approx(0.0, abs=1e-9)
     assert (found.free_air, found.phantom) == (0.0, 0.0)
     assert np.abs(found.length_errors).max() < 1e-9
-    assert len(found.end_errors) == walls.is_end.sum() == 2 * len(walls.faces)
+    assert len(found.end_errors) == wall_ends(walls).sum() == 2 * len(walls.faces)
     assert found.end_errors.max() < 1e-9
 
 

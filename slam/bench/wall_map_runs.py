@@ -59,7 +59,7 @@ class WallMapRun:
 
 
 def run_wall_map(name: str, seed: int, settings: Sequence[str], allow_modules: Sequence[str] = ()) -> WallMapRun:
-    """Drive the scenario with this seed, exactly as ``hopslam run`` does, and score its maps."""
+    """Drive the scenario with this seed, as ``hopslam run`` does with these settings, and score its maps."""
     scenario = load_scenario(name, [*settings, f"seed={seed}"], allow_modules)
     warm_up(Terminal(quiet=True), scenario.slam)
     experiment = scenario_experiment(scenario)

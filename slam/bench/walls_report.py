@@ -1,7 +1,6 @@
 """``hopslam bench walls``: the line map against the true walls, beside other ways to make one of the same poses."""
 
-import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from itertools import product
@@ -9,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from slam.bench.sim_runs import CASTER, repeating_command
 from slam.bench.wall_map_runs import OURS, WAYS, WallMapRun, run_wall_map, total_score
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
@@ -21,19 +21,20 @@ SCENARIOS: Final = ("cluttered_room", "random_office", "office_loop", "corridor"
 def wall_tables(
     names: Sequence[str],
     seeds: Sequence[int],
-    settings: Sequence[str],
+    settings: tuple[str, ...],
     console: Terminal,
-    allow_modules: Sequence[str] = (),
+    allow_modules: tuple[str, ...] = (),
 ) -> list[ResultTable]:
     """Drive every scenario, shipped or a file, four without a name, with these seeds."""
-    run = partial(run_wall_map, settings=tuple(settings), allow_modules=tuple(allow_modules))
+    run = partial(run_wall_map, settings=(CASTER, *settings), allow_modules=allow_modules)
+    again = partial(repeating_command, settings=settings, allow_modules=allow_modules)
     with ProcessPoolExecutor(WORKERS) as pool:
         futures = [(name, seed, pool.submit(run, name, seed)) for name, seed in product(names or SCENARIOS, seeds)]
         with console.progress() as bar:
             done = bar.track(futures, description="driving in the simulator")
             runs = [(name, seed, future.result()) for name, seed, future in done]
     groups = {name: [(seed, run) for other, seed, run in runs if other == name] for name, *_ in runs}
-    return [_way_table(groups), _worst_table(groups, settings)]
+    return [_way_table(groups), _worst_table(groups, again)]
 
 
 def _way_table(groups: dict[str, list[tuple[int, WallMapRun]]]) -> ResultTable:
@@ -68,14 +69,13 @@ def _shares(score: WallScore) -> tuple[str, str]:
     return f"{100 * score.precision:.1f} %", f"{100 * score.recall:.1f} %"
 
 
-def _worst_table(groups: dict[str, list[tuple[int, WallMapRun]]], settings: Sequence[str]) -> ResultTable:
-    """Table of the worst run of each scenario: the one with the longest phantom, of equals with the least precision."""
-    columns = ("scenario", "seed", "ending", "precision", "recall", "free air\nm", "phantom\nm", "to repeat it")
+def _worst_table(groups: dict[str, list[tuple[int, WallMapRun]]], again: Callable[[str, int], str]) -> ResultTable:
+    """The run of each scenario with the longest phantom, of equals with the least precision, and its command."""
+    columns = ("scenario, seed", "ending", "precision", "recall", "free air\nm", "phantom\nm", "command")
     rows = []
     for name, runs in groups.items():
         seed, run = max(runs, key=lambda row: (round(row[1].scores[OURS].phantom, 2), -row[1].scores[OURS].precision))
         score = run.scores[OURS]
-        words = ["hopslam", "run", name, "--seed", str(seed), *(word for s in settings for word in ("--set", s))]
         metres = f"{score.free_air:.2f}", f"{score.phantom:.2f}"
-        rows.append((name, str(seed), run.ending, *_shares(score), *metres, shlex.join(words)))
-    return ResultTable("The worst seed of each", columns, rows)
+        rows.append((f"{name}, {seed}", run.ending, *_shares(score), *metres, again(name, seed)))
+    return ResultTable("The worst runs again", columns, rows)

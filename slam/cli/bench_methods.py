@@ -224,7 +224,7 @@ def bench_walls(
 ) -> None:
     """Measure the line map against the true walls in the simulator, beside other line maps of the same poses.
 
-    The runs are those of hopslam run; the last table has the command that repeats the worst.
+    The last table has the hopslam run line that repeats the worst run of each.
 
     [bold]Examples[/bold]
 
@@ -236,5 +236,5 @@ def bench_walls(
     from slam.bench.walls_report import wall_tables
 
     runs = range(first_seed, first_seed + seeds)
-    tables = wall_tables(scenarios or [], runs, settings or [], console, allow_modules or [])
+    tables = wall_tables(scenarios or [], runs, tuple(settings or ()), console, tuple(allow_modules or ()))
     print_tables(tables, out, "Line maps against the true walls")

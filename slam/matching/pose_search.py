@@ -93,7 +93,7 @@ class PoseSearch:
         )
         fit = solve(scene.facets, refined, refined, refined_information, scene.grid, scene.settings)
         unsure = width > config.distance or angle > config.angle
-        if not far and fit.inliers >= config.below * count and (not unsure or self._settled(scene, fit)):
+        if fit.inliers >= config.below * count and (not (far or unsure) or self._settled(scene, fit)):
             return Found(fit)
         weighted: FloatArray = config.prior_weight * information
         fits = [fit]

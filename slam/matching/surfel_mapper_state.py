@@ -30,7 +30,7 @@ class SurfelMapperState:
     bad_matches: int = 0
     """Scans in a row that did not fit the map."""
     odometry_excess: FloatArray = field(default_factory=lambda: np.zeros(2))
-    """Variances of the errors of odometry beyond its model, m^2 and rad^2, as the last scans showed them."""
+    """Variances of the errors of odometry beyond its model, m^2 and rad^2: see motion_model."""
     directions: Directions = field(default_factory=Directions)
     """Directions of the building's walls."""
 

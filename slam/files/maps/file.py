@@ -14,10 +14,10 @@ from pydantic import ValidationError
 from slam.config import SlamConfig, SurfelMapConfig
 from slam.errors import InputError
 from slam.files.atomic_files import write_atomic
-from slam.files.maps.schema import VERSION, MapDocument, SavedGrid
+from slam.files.maps.schema import VERSION, MapDocument, SavedFrontier, SavedGrid
 from slam.lines.learnt_noise import LearntNoise
 from slam.mapping.directions import Directions
-from slam.mapping.map_uncertainty import MapUncertainty
+from slam.mapping.map_uncertainty import Frontier, MapUncertainty
 from slam.mapping.surfel_grid import ALIVE, BORN, COLUMNS, FREE, HITS, TAKEN, Grid
 from slam.mapping.surfel_map import SurfelMap
 from slam.mapping.wall_evidence import evidence_of_hits
@@ -41,6 +41,7 @@ def write_map(path: Path, saved: SavedSlam) -> None:
         "misfits": state.bad_matches,
         "excess": state.odometry_excess.tolist(),
         "tile": state.uncertainty.here,
+        "frontier": _frontier_row(state.uncertainty.frontier),
     }
     tiles = [
         {"tile": tile, "entered": _row(pose), "covariance": covariance.tolist()}
@@ -75,7 +76,7 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
     tiles = {saved.tile: (Pose2D(*saved.entered), np.array(saved.covariance)) for saved in document.tiles}
     state = SurfelMapperState(
         SurfelMap(config.map, _grid(document.grid)),
-        MapUncertainty(tiles, robot.tile),
+        MapUncertainty(tiles, robot.tile, _frontier(robot.frontier)),
         _pose(robot.T_map_matched),
         _pose(robot.T_map_added),
         np.array(robot.covariance),
@@ -158,6 +159,19 @@ def _grid(saved: SavedGrid) -> Grid:
         counts=counts,
         way=saved.way,
     )
+
+
+def _frontier_row(frontier: Frontier | None) -> dict[str, Any] | None:
+    if frontier is None:
+        return None
+    began, reach, drift, widest = frontier
+    return {"began": _row(began), "reach": reach, "drift": drift.tolist(), "widest": widest.tolist()}
+
+
+def _frontier(saved: SavedFrontier | None) -> Frontier | None:
+    if saved is None:
+        return None
+    return Frontier(Pose2D(*saved.began), saved.reach, np.array(saved.drift), np.array(saved.widest))
 
 
 def _row(pose: Pose2D | None) -> list[float] | None:

@@ -104,6 +104,15 @@ class SavedTile(_WithCovariance):
     entered: PoseRow
 
 
+class SavedFrontier(Section):
+    """The way since the last new tile: see slam/mapping/map_uncertainty.py."""
+
+    began: PoseRow
+    reach: Metres
+    drift: CovarianceRows
+    widest: CovarianceRows
+
+
 class SavedDirections(Section):
     """Directions of walls: see slam/mapping/directions.py. None, in a map from before there were any."""
 
@@ -140,6 +149,8 @@ class SavedRobot(_WithCovariance):
     excess: tuple[Annotated[float, Field(ge=0)], Annotated[float, Field(ge=0)]] = (0.0, 0.0)
     """SurfelMapperState.odometry_excess; none, in a map from before there was any."""
     tile: tuple[int, int] | None
+    frontier: SavedFrontier | None = None
+    """MapUncertainty.frontier; none, in a map from before there was any."""
 
 
 class MapDocument(Section):

@@ -25,7 +25,7 @@ _STILL: Final = 2500
 _FORMATS: Final = {".webp": "WEBP", ".gif": "GIF"}
 
 
-class SeenWalls:
+class AppearingWalls:
     """The walls of the saved map, each piece from when it was first seen."""
 
     def __init__(self, walls: FloatArray) -> None:
@@ -42,7 +42,7 @@ class SeenWalls:
         return pieces
 
 
-class SeenSegments:
+class AppearingSegments:
     """The segments of every scan, where the map is the paper's: it has no other lines."""
 
     def __init__(self, record: RunRecord) -> None:
@@ -82,7 +82,7 @@ def write_animation(record: RunRecord, path: Path, seconds: float = 8.0, width: 
 def _frames(record: RunRecord, count: int, width: int) -> Iterator[Image.Image]:
     """``count`` pictures, evenly over the scans of the run, the last scan among them."""
     canvas, traces = MapCanvas(record, width), record.traces
-    lines = SeenSegments(record) if record.saved_map is None else SeenWalls(record.walls)
+    lines = AppearingSegments(record) if record.saved_map is None else AppearingWalls(record.walls)
     shown = set(np.unique(np.linspace(0, len(traces.stamps) - 1, count).astype(int)).tolist())
     for k, observation in enumerate(record.observations()):
         if k in shown:

@@ -58,7 +58,7 @@ _METRICS: Final = (
     Metric(
         "wall_recall", "walls", "recall", "", "Share of the walls seen three times that is mapped.", ".3f", False, True
     ),
-    Metric("wall_free_air_m", "walls", "in free air", "m", "Mapped length 0.1 m off all that stands.", ".2f", True),
+    Metric("wall_free_air_m", "walls", "in free air", "m", "Mapped length over 0.1 m from all things.", ".2f", True),
     Metric("wall_phantom_m", "walls", "longest phantom", "m", "Longest piece of it in one line.", ".2f", True),
     Metric("wall_doubled_m", "walls", "doubled", "m", "Mapped length beyond the first line on a wall.", ".2f", True),
     Metric("wall_length_error_m", "wall lengths", "median", "m", "Error of the length of a whole wall.", ".3f", True),

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
@@ -17,8 +16,6 @@ ROUNDING: Final = 1e-6
 """Metres: a part that is shorter has no direction."""
 BLOCK: Final = 256
 """Edges, from the left to the right, that are compared at once with the solids above and below them."""
-BRIDGED: Final = 0.2
-"""Metres: faces on one line no farther apart are one wall, against which something stands, such as a thin wall."""
 SHORTEST: Final = 5e-3
 """Metres: what is left of a face between two solids and is shorter is none."""
 
@@ -28,8 +25,6 @@ class TrueWalls(NamedTuple):
 
     faces: FloatArray
     """(F, 2, 2): [face, start or end, x or y]. The free side is to the left, as the lidar is of a mapped segment."""
-    is_end: NDArray[np.bool_]
-    """True where a wall ends with its face, and does not go on behind what stands against it, (F, 2)."""
     samples: FloatArray
     """(N, 2): middles of equal parts of each face, in its order ..."""
     face_of: IntArray
@@ -119,34 +114,16 @@ def _left_free(edge: IntArray, begin: FloatArray, end: FloatArray, count: int) -
     return left + [(e, float(reach[e]), 1.0) for e in range(count) if reach[e] < 1.0]
 
 
-class _Placed(NamedTuple):
-    """Lines (M, 2, 2) on the line that each lies on."""
-
-    line: IntArray
-    """Number of that line and of its side, (M,)."""
-    begin: FloatArray
-    """Place of the start along it, metres, (M,) ..."""
-    end: FloatArray
-    """... and of the end."""
-    order: IntArray
-    """Line by line, each from its first start to its last."""
-
-
-def _placed(lines: FloatArray) -> _Placed:
-    way = lines[:, 1] - lines[:, 0]
-    along = way / np.hypot(*way.T)[:, None]
-    rho = along[:, 0] * lines[:, 0, 1] - along[:, 1] * lines[:, 0, 0]
-    begin, end = (np.sum(along * lines[:, side], axis=1) for side in (0, 1))
-    line = np.unique(np.round(np.column_stack([along, rho]), 6) + 0.0, axis=0, return_inverse=True)[1].ravel()
-    return _Placed(line, begin, end, np.lexsort([begin, line]))
-
-
 def _joined(parts: FloatArray) -> FloatArray:
     """Parts that touch or overlap on one line, facing the same way, as one face each."""
-    line, begin, end, order = _placed(parts)
+    way = parts[:, 1] - parts[:, 0]
+    along = way / np.hypot(*way.T)[:, None]
+    rho = along[:, 0] * parts[:, 0, 1] - along[:, 1] * parts[:, 0, 0]
+    begin, end = (np.sum(along * parts[:, side], axis=1) for side in (0, 1))
+    line = np.unique(np.round(np.column_stack([along, rho]), 6) + 0.0, axis=0, return_inverse=True)[1].ravel()
     faces: list[FloatArray] = []
     at, reach = -1, -np.inf
-    for k in order:
+    for k in np.lexsort([begin, line]):
         if line[k] != at or begin[k] > reach + ASIDE:
             faces.append(parts[k].copy())
             at, reach = line[k], end[k]
@@ -157,16 +134,6 @@ def _joined(parts: FloatArray) -> FloatArray:
     return np.asarray(joined[lengths >= SHORTEST])
 
 
-def _is_end(faces: FloatArray) -> NDArray[np.bool_]:
-    """True for the starts and ends of faces (F, 2) behind which the wall does not go on."""
-    line, begin, end, order = _placed(faces)
-    first, second = order[:-1], order[1:]
-    goes_on = (line[first] == line[second]) & (begin[second] - end[first] <= BRIDGED)
-    are = np.ones((len(faces), 2), np.bool_)
-    are[first[goes_on], 1] = are[second[goes_on], 0] = False
-    return are
-
-
 def _sampled(faces: FloatArray) -> TrueWalls:
     lengths = np.hypot(*(faces[:, 1] - faces[:, 0]).T)
     counts = np.ceil(lengths / SPACING - 1e-9).astype(np.int64)
@@ -174,4 +141,4 @@ def _sampled(faces: FloatArray) -> TrueWalls:
     place = np.arange(len(face_of)) - np.repeat(np.cumsum(counts) - counts, counts)
     share = ((place + 0.5) / counts[face_of])[:, None]
     samples = (1.0 - share) * faces[face_of, 0] + share * faces[face_of, 1]
-    return TrueWalls(faces, _is_end(faces), samples, face_of, (lengths / np.maximum(counts, 1))[face_of])
+    return TrueWalls(faces, samples, face_of, (lengths / np.maximum(counts, 1))[face_of])

@@ -8,6 +8,7 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from slam.compiled import compiled
 from slam.lines.segments import IntArray
@@ -19,6 +20,8 @@ NEAR = 0.10  # metres: a piece is no farther from the face that it shows
 SAME_WAY = float(np.cos(np.radians(20.0)))  # cosine between a mapped line and the face, both with their free side left
 MIN_WALL: Final = 0.2
 """Metres: a face that is shorter, as those of legs and of round things, need not be in the map."""
+BEYOND: Final = 0.2
+"""Metres beyond the end of a face, where no other within NEAR must look the same way, for the wall to end there."""
 WHOLE: Final = 0.95
 """Share of a face that was seen, for its length to be known."""
 
@@ -236,14 +239,26 @@ def _end_errors(walls: TrueWalls, required: NDArray[np.bool_], pieces: _Pieces, 
     on = pieces.face >= 0
     face, line = np.unique(np.column_stack([pieces.face[on], pieces.line[on]]), axis=0).reshape(-1, 2).T
     first = np.searchsorted(walls.face_of, np.arange(len(walls.faces) + 1))
-    errors = []
+    are_ends, errors = wall_ends(walls), []
     for f in np.unique(face):
         ends = lines[line[face == f]].reshape(-1, 2)
         samples = first[f], first[f + 1] - 1
-        for end, is_end, sample in zip(walls.faces[f], walls.is_end[f], samples, strict=True):
+        for end, is_end, sample in zip(walls.faces[f], are_ends[f], samples, strict=True):
             if is_end and required[sample]:
                 errors.append(np.hypot(*(ends - end).T).min())
     return np.array(errors)
+
+
+def wall_ends(walls: TrueWalls) -> NDArray[np.bool_]:
+    """True for the starts and ends of faces beyond which no other goes on, (F, 2).
+
+    The wall goes on behind a thin wall that stands against it, and with a small step, as at a door that is shut.
+    """
+    along = (walls.faces[:, 1] - walls.faces[:, 0]) / walls.lengths[:, None]
+    beyond = walls.faces + BEYOND * np.stack([-along, along], axis=1)
+    near = cKDTree(walls.samples).query_ball_point(beyond, NEAR)
+    ends = [not np.any(along[walls.face_of[at]] @ along[f] >= SAME_WAY) for (f, _), at in np.ndenumerate(near)]
+    return np.array(ends).reshape(-1, 2)
 
 
 def _longest_free(pieces: _Pieces) -> float:

@@ -32,6 +32,8 @@ ALONG_AXIS: Final = 0.5
 """Cosine between a wall and the axis along which the pieces of a surfel are cut, at least."""
 SHORTEST: Final = 0.2
 """Metres: what is shorter is no wall."""
+LEAST_SUPPORT: Final = 1.0
+"""Metres of a wall times its mean count: a short one must be seen oftener."""
 
 
 def wall_segments(surfels: FloatArray, evidence: Evidence, cell: float) -> FloatArray:
@@ -108,7 +110,7 @@ def _write_spans(
         if i < len(counts) and counts[i] == 0:
             unknown += BIN
         if begin >= 0 and (i >= len(counts) or counts[i] < 0 or unknown > MOST_UNKNOWN):
-            if (last + 1 - begin) * BIN >= SHORTEST:
+            if (last + 1 - begin) * BIN >= SHORTEST and weight >= LEAST_SUPPORT:
                 for side in range(2):
                     t = low + (begin if side == 0 else last + 1) * BIN
                     ends[count, side, 0] = line[LINE_X] - t * line[LINE_NY]

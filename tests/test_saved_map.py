@@ -78,6 +78,17 @@ def test_a_map_of_an_older_file_stood_from_the_first(half: tuple[LineSlam, Path]
     assert (read_map(path, SlamConfig()).mapper.map.surfels[:, BORN] <= -1.0).all()
 
 
+def test_a_map_of_an_older_file_has_wall_where_it_has_surfels(half: tuple[LineSlam, Path]) -> None:
+    path, document = half[1], json.loads(half[1].read_text())
+    saved = read_map(path, SlamConfig()).mapper.map
+    np.testing.assert_array_equal(saved.ends, half[0].lines.ends)
+    del document["grid"]["evidence"]
+    path.write_text(json.dumps(document))
+    read = read_map(path, SlamConfig()).mapper.map
+    length, before = (np.hypot(*(ends[:, 1] - ends[:, 0]).T).sum() for ends in (read.ends, saved.ends))
+    assert 0.8 * before < length < 1.3 * before
+
+
 def test_a_map_from_before_noise_was_learnt_begins_anew(half: tuple[LineSlam, Path]) -> None:
     slam, path = half
     assert read_map(path, SlamConfig()).noise.noise == slam.noise.noise
@@ -115,6 +126,8 @@ def test_the_papers_map_is_not_saved() -> None:
         ("grid.surfels.0.0", float("inf"), "grid.surfels.0.0: "),
         ("grid.surfels.0.4", -1.0, "information above 0"),
         ("grid.born", [1.0], "grid: born has 1 numbers, for"),
+        ("grid.evidence", [[0] * 9], "grid: evidence has 1 rows, for"),
+        ("grid.evidence.0.0", 200, "grid.evidence.0.0: "),
         ("grid.cells", [], "is in no list"),
         ("robot.covariance.0.0", -1.0, "robot: covariance"),
         ("robot.tile", [99, 99], "is none of the tiles"),

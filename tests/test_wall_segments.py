@@ -79,7 +79,7 @@ def between(ends: FloatArray, low: tuple[float, float], high: tuple[float, float
     inside = [
         np.all(((1 - part) * a + part * b > low) & ((1 - part) * a + part * b < high), axis=1).any() for a, b in ends
     ]
-    return ends[np.array(inside, bool)]
+    return np.asarray(ends[np.array(inside, bool)])
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.3, pi / 4])

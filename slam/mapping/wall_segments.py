@@ -105,7 +105,8 @@ def _write_spans(
             last, unknown = i, 0.0
             weight += counts[i] * BIN
             continue
-        unknown += BIN
+        if i < len(counts) and counts[i] == 0:
+            unknown += BIN
         if begin >= 0 and (i >= len(counts) or counts[i] < 0 or unknown > MOST_UNKNOWN):
             if (last + 1 - begin) * BIN >= SHORTEST:
                 for side in range(2):

@@ -45,7 +45,7 @@ class SavedGrid(Section):
         if rows * columns > MOST_CELLS:
             raise ValueError(f"shape is {rows} x {columns} cells; {MOST_CELLS} cells are the most")
         if len(self.evidence) not in (0, len(self.surfels)):
-            raise ValueError(f"evidence: has {len(self.evidence)} rows for {len(self.surfels)} surfels")
+            raise ValueError(f"evidence has {len(self.evidence)} rows, for {len(self.surfels)} surfels")
         if self.born and len(self.born) != len(self.surfels):
             raise ValueError(f"born has {len(self.born)} numbers, for {len(self.surfels)} surfels")
         seen = np.zeros(len(self.surfels), np.bool_)

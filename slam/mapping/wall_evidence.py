@@ -19,6 +19,9 @@ from slam.scan import COS, SIN
 MOST, LEAST = 30, -10  # a count is no greater and no less
 GRAZING = 0.2  # cosine of incidence, below which an echo does not tell where a wall is
 NEAREST = 0.1  # metres: nothing nearer to the sensor is judged
+SAME_SIDE = 0.3  # cosine between two surfels, at least, that show one thing; walls that make a corner are both there
+CLEARLY_FARTHER = 0.05  # metres: more than what two surfels of one wall differ by
+MOST_BESIDE = 8  # surfels that an echo could come from
 CLEARLY_BEYOND = 0.10  # metres along the beam, and this share of the range, beyond a wall: the beam went through
 BEYOND_SHARE = 0.02
 
@@ -67,7 +70,8 @@ def weigh_walls(
 def _count_echoes(
     grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], ways: FloatArray, pose: FloatArray, gate: float
 ) -> None:
-    """Count up the piece that each echo comes from: of the nearest surfel whose line has a piece there.
+    """Count up the piece that each echo comes from: of the nearest surfel whose line has a piece there. Others that it
+    could have come from, and are clearly farther, are counted down.
 
     Pieces reach half a cell beyond the surfel's cell, so that it is in one of the four nearest cells. Of many echoes
     within half a piece the first stands for all.
@@ -75,6 +79,7 @@ def _count_echoes(
     rows, columns = grid.head.shape
     last_x = last_y = np.inf
     last_surfel, last_piece = -1, -1
+    beside, pieces, offsets = np.empty(MOST_BESIDE, np.int64), np.empty(MOST_BESIDE, np.int64), np.empty(MOST_BESIDE)
     apart = 0.5 * grid.cell / PIECES_A_CELL
     for j in range(len(ways)):
         if not echoes[j]:
@@ -85,20 +90,29 @@ def _count_echoes(
         last_x, last_y = x, y
         row = int(np.floor(y / grid.cell - 0.5)) - grid.corner[0]
         column = int(np.floor(x / grid.cell - 0.5)) - grid.corner[1]
-        best, best_piece, nearest = -1, -1, gate
+        best, best_piece, nearest, count = -1, -1, gate, 0
         for i in range(max(row, 0), min(row + 2, rows)):
             for h in range(max(column, 0), min(column + 2, columns)):
                 k = grid.head[i, h]
                 while k >= 0:
                     f = grid.surfels[k]
                     across = abs((x - f[X]) * f[NX] + (y - f[Y]) * f[NY])
-                    if across < nearest and ways[j, 0] * f[NX] + ways[j, 1] * f[NY] > GRAZING:
+                    if across < gate and ways[j, 0] * f[NX] + ways[j, 1] * f[NY] > GRAZING:
                         piece = piece_at(grid, k, x, y)
-                        if piece >= 0:
+                        if piece >= 0 and count < MOST_BESIDE:
+                            beside[count], pieces[count], offsets[count] = k, piece, across
+                            count += 1
+                        if piece >= 0 and across < nearest:
                             best, best_piece, nearest = k, piece, across
                     k = grid.next[k]
         if best >= 0 and not (best == last_surfel and best_piece == last_piece):
             grid.evidence[best, best_piece] = min(grid.evidence[best, best_piece] + 1, MOST)
+            b = grid.surfels[best]
+            for i in range(count):
+                k, piece = beside[i], pieces[i]
+                same_side = b[NX] * grid.surfels[k, NX] + b[NY] * grid.surfels[k, NY] > SAME_SIDE
+                if same_side and offsets[i] > nearest + CLEARLY_FARTHER:
+                    grid.evidence[k, piece] = max(grid.evidence[k, piece] - 1, LEAST)
         last_surfel, last_piece = best, best_piece
 
 

@@ -52,6 +52,8 @@ class Found(NamedTuple):
     """Odometry had no part in it."""
     contradicted: bool = False
     """The map speaks against the pose, and there is none that is better."""
+    odometry_only: bool = False
+    """The pose is the prior."""
 
 
 class Scene(NamedTuple):

@@ -9,9 +9,9 @@ from slam.lines.facets import facets_of
 from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import Segments
 from slam.mapping.free_beams import free_beams
-from slam.matching.least_squares import Fit, SolverSettings, fuse
+from slam.matching.least_squares import SolverSettings, fuse
 from slam.matching.match import Match
-from slam.matching.pose_search import PoseSearch, Scene, pose_offset
+from slam.matching.pose_search import Found, PoseSearch, Scene, pose_offset
 from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.matching.wall_heading import WallHeading
 from slam.motion_model import excess_covariance, motion_covariance, propagate, updated_excess
@@ -46,46 +46,16 @@ class SurfelMapper:
         """The pose of the sensor after the scan, given the pose of the base that odometry predicts."""
         self._facets = facets_of(scan, segments, self.config.facet_length)
         self._walls.observe(segments)
-        state, last = self.state, self.state.T_map_base
+        last = self.state.T_map_base
         if last is None:
-            self.state = replace(state, T_map_base=prior)
-            return Match(Pose2D(), 0, False, 0, covariance=state.uncertainty.pose_covariance(prior, state.covariance))
+            return self._begin(prior)
         T_map_laser, motion = prior @ self.T_base_laser, self._motion_covariance(last, prior)
-        at_prior = propagate(state.covariance, last, prior) + state.odometry_inflation * motion
-        predicted = propagate(at_prior + excess_covariance(state.odometry_excess), prior, T_map_laser)
-        beams, settings = free_beams(scan, self.map.config.no_echo_reach), _for_noise(self._settings, segments.noise)
-        scene = Scene(self._facets, beams, scan.echoes, self.map.grid, settings)
-        x0 = T_map_laser.as_array()
-        fit, searched, odometry_failed, self._contradicted = self._search.find(
-            scene, x0, predicted, (last @ self.T_base_laser).as_array()
-        )
-        says_nothing = fit.inliers < UNSUPPORTED * len(self._facets) or not fit.projector.any()
-        odometry_only = self._contradicted or says_nothing
-        if odometry_only:
-            fit = fit._replace(pose=x0, projector=np.zeros((3, 3)))
-        offset = pose_offset(fit.pose, x0)
-        if odometry_failed:
-            predicted = predicted + np.diag(offset**2)
-        found = Pose2D.from_array(fit.pose)
-        T_map_base = found @ self.T_base_laser.inverse()
-        fused, unconstrained = self._fuse(fit, T_map_laser, predicted, propagate(motion, prior, T_map_laser))
-        covariance = propagate(fused, found, T_map_base)
-        excess = state.odometry_excess
-        if not odometry_only:
-            excess = updated_excess(excess, offset, motion, self.config)
-        self.state = replace(self.state, T_map_base=T_map_base, covariance=covariance, odometry_excess=excess)
-        return Match(
-            T_map_laser.between(found),
-            fit.iterations,
-            fit.converged,
-            len(self._facets),
-            fit.inliers,
-            state.uncertainty.pose_covariance(T_map_base, covariance),
-            unconstrained,
-            searched,
-            self._lost,
-            odometry_only,
-        )
+        predicted = propagate(self._predicted(last, prior, motion), prior, T_map_laser)
+        found = self._find(scan, segments.noise, T_map_laser, predicted, last @ self.T_base_laser)
+        self._contradicted = found.contradicted
+        if found.odometry_failed:
+            predicted = predicted + np.diag(pose_offset(found.fit.pose, T_map_laser.as_array()) ** 2)
+        return self._fuse(found, T_map_laser, predicted, motion, propagate(motion, prior, T_map_laser))
 
     def add(self, scan: LaserScan, segments: Segments, T_map_laser: Pose2D) -> None:
         """Add the facets of the scan located last, where it was taken far enough from the last that was added.
@@ -103,30 +73,79 @@ class SurfelMapper:
             self.map.add(self._facets, scan, T_map_laser, distance + turn)
             self._walls.add_walls(T_map_laser.theta)
 
+    def _begin(self, start: Pose2D) -> Match:
+        """There is no map before the first scan: its pose is known, or it is where the map begins."""
+        self.state = replace(self.state, T_map_base=start)
+        covariance = self.state.uncertainty.pose_covariance(start, self.state.covariance)
+        return Match(Pose2D(), 0, False, 0, covariance=covariance)
+
     def _motion_covariance(self, last: Pose2D, prior: Pose2D) -> FloatArray:
         if self._odometry:
             return motion_covariance(last.between(prior), last.theta, self.config.motion)
         return np.diag(np.full(3, self.config.motion.without_odometry**2))
 
+    def _predicted(self, last: Pose2D, prior: Pose2D, motion: FloatArray) -> FloatArray:
+        """Covariance (3, 3) of the base at the prior: of the last pose, of the motion, and of what the wheels did
+        lately that no model of them expects."""
+        at_prior = propagate(self.state.covariance, last, prior) + self.state.odometry_inflation * motion
+        return at_prior + excess_covariance(self.state.odometry_excess)
+
+    def _find(
+        self, scan: LaserScan, noise: RangeNoise | None, prior: Pose2D, predicted: FloatArray, last: Pose2D
+    ) -> Found:
+        """The pose of the sensor that fits best; the prior where the scan says nothing that can be trusted."""
+        beams = free_beams(scan, self.map.config.no_echo_reach)
+        scene = Scene(self._facets, beams, scan.echoes, self.map.grid, _for_noise(self._settings, noise))
+        found = self._search.find(scene, prior.as_array(), predicted, last.as_array())
+        fit = found.fit
+        says_nothing = fit.inliers < UNSUPPORTED * len(self._facets) or not fit.projector.any()
+        if not (found.contradicted or says_nothing):
+            return found
+        return found._replace(fit=fit._replace(pose=prior.as_array(), projector=np.zeros((3, 3))), odometry_only=True)
+
     def _fuse(
-        self, fit: Fit, prior: Pose2D, predicted: FloatArray, motion: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Covariance (3, 3) of the sensor's pose, and the unconstrained directions (K, 3); odometry is inflated where
-        scans contradict it, and bad matches are counted."""
+        self, found: Found, prior: Pose2D, predicted: FloatArray, motion: FloatArray, laser_motion: FloatArray
+    ) -> Match:
+        """Fuse what was found with what was predicted, the covariance (3, 3) of the sensor at the prior, and learn how
+        far odometry can be trusted. ``motion`` (3, 3) is that of the last motion of the base, the other the sensor's.
+        """
+        fit, config, offset = found.fit, self.config, pose_offset(found.fit.pose, prior.as_array())
+        fused, innovation_squared, unconstrained = fuse(
+            predicted, laser_motion, offset, fit.information, fit.projector, config.lever, config.correlation
+        )
+        T_map_laser = Pose2D.from_array(fit.pose)
+        T_map_base = T_map_laser @ self.T_base_laser.inverse()
+        covariance = propagate(fused, T_map_laser, T_map_base)
+        self.state = replace(self.state, T_map_base=T_map_base, covariance=covariance)
+        self._learn(found, offset, motion, innovation_squared)
+        return Match(
+            prior.between(T_map_laser),
+            fit.iterations,
+            fit.converged,
+            len(self._facets),
+            fit.inliers,
+            self.state.uncertainty.pose_covariance(T_map_base, covariance),
+            unconstrained,
+            found.searched,
+            self._lost,
+            found.odometry_only,
+        )
+
+    def _learn(self, found: Found, offset: FloatArray, motion: FloatArray, innovation_squared: float) -> None:
+        """Trust odometry less where scans contradict it, and count matches in a row that are bad."""
         config, state = self.config, self.state
-        covariance, innovation_squared, unconstrained = fuse(
-            predicted, motion, pose_offset(fit.pose, prior.as_array()), fit.information, fit.projector, config.lever,
-            config.correlation,
-        )  # fmt: skip
         most, memory = config.motion.most_growth, config.motion.memory
         inflation = memory * state.odometry_inflation + (1.0 - memory) * min(innovation_squared, 2.0 * most)
-        bad = fit.inliers < config.lost_below * len(self._facets)
+        excess = state.odometry_excess
+        if not found.odometry_only:
+            excess = updated_excess(excess, offset, motion, config)
+        bad = found.fit.inliers < config.lost_below * len(self._facets)
         self.state = replace(
             state,
             odometry_inflation=min(max(inflation, 1.0), most),
+            odometry_excess=excess,
             bad_matches=state.bad_matches + 1 if bad else 0,
         )
-        return covariance, unconstrained
 
 
 def _solver_settings(config: LeastSquaresConfig, odometry: bool) -> SolverSettings:

@@ -14,6 +14,7 @@ from slam.deskew import deskewed
 from slam.lines.extraction import extract_segments
 from slam.lines.facets import facets_of
 from slam.mapping.free_beams import beam_towards, free_beams
+from slam.mapping.free_space import carve
 from slam.mapping.surfel_map import SurfelMap
 from slam.mapping.wall_corners import meet_at_corners
 from slam.mapping.wall_doubles import without_doubles
@@ -34,6 +35,7 @@ def leg(x: float, y: float) -> FloatArray:
 
 
 ROOM = outline((-2, -1.5), (2, -1.5), (2, 1.5), (-2, 1.5))
+GROWING = ("head", "next", "surfels", "counts", "evidence")
 WALL = np.array([[[-0.5, 1.0], [0.5, 1.0]]])
 
 
@@ -185,3 +187,17 @@ def test_a_beam_is_found_in_the_fan_of_a_turning_sensor(heading: float, turning:
     for j in range(30, BEAMS - 30, 37):
         bearing = beams.fan[0, j] + heading
         assert beam_towards(beams, np.array([0.0, 0.0, heading]), 3.0 * cos(bearing), 3.0 * sin(bearing)) == j
+
+
+def test_asking_first_what_is_hidden_changes_nothing() -> None:
+    surfels = SurfelMap(SurfelMapConfig())
+    world = np.concatenate([ROOM, leg(0.8, 0.0), outline((-1.0, 0.0), (0.0, 0.9), (0.0, 1.0), (-1.0, 0.1))])
+    see(surfels, world, around())
+    for k, pose in enumerate(around(0.3, -0.2, 7, 0.9)):
+        beams = free_beams(scan_of(ROOM if k % 2 else world, pose, seed=k), 4.0)
+        quick, whole = (
+            surfels.grid._replace(**{n: getattr(surfels.grid, n).copy() for n in GROWING}) for _ in range(2)
+        )
+        carve(quick, beams, pose.as_array(), 8.0, 0.1, 0.0)
+        carve(whole, beams._replace(farthest=np.full(1, np.inf)), pose.as_array(), 8.0, 0.1, 0.0)
+        np.testing.assert_array_equal(quick.surfels, whole.surfels)

@@ -3,6 +3,8 @@
 It grows with the area that was seen and not with time: a cell has one surfel for each wall in it and each side of that.
 """
 
+from math import floor
+
 import numpy as np
 
 from slam.config import SurfelMapConfig
@@ -14,6 +16,9 @@ from slam.mapping.wall_evidence import weigh_walls
 from slam.mapping.wall_segments import wall_segments
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
+
+WEIGHED_EVERY = 0.1
+"""Metres and radians of way, after which a scan tells again where there is wall: one from nearer tells the same."""
 
 
 class SurfelMap:
@@ -56,10 +61,12 @@ class SurfelMap:
         The sensor ``moved`` so far since the scan before, metres and radians together.
         """
         config, pose = self.config, T_map_laser.as_array()
-        self.grid = self.grid._replace(way=self.grid.way + moved)
+        before, way = self.grid.way, self.grid.way + moved
+        self.grid = self.grid._replace(way=way)
         if len(facets):
             self.grid = with_room(self.grid, *room_needed(facets, pose, config.cell))
             put(self.grid, facets, pose, config.gate, float(config.max_hits), config.pose_sigma)
         beams = free_beams(scan, config.no_echo_reach)
-        weigh_walls(self.grid, beams, scan.echoes, pose, config.carve_reach, config.gate)
+        if moved == 0.0 or floor(way / WEIGHED_EVERY) > floor(before / WEIGHED_EVERY):
+            weigh_walls(self.grid, beams, scan.echoes, pose, config.carve_reach, config.gate)
         carve(self.grid, beams, pose, config.carve_reach, config.free_margin, config.miss_ratio)

@@ -53,7 +53,8 @@ def _carried(covariance: FloatArray, x_by_turn: float, y_by_turn: float) -> Floa
 
 def excess_covariance(excess: FloatArray) -> FloatArray:
     """Covariance (3, 3) of the errors of odometry beyond its model, whose variances (2,) are m^2 and rad^2."""
-    return np.diag([excess[0], excess[0], excess[1]])
+    place, heading = excess
+    return np.array([[place, 0.0, 0.0], [0.0, place, 0.0], [0.0, 0.0, heading]])
 
 
 def updated_excess(
@@ -66,9 +67,13 @@ def updated_excess(
     A factor on the variances does not help where the wheels say nothing: nothing times any factor is nothing. Wheels
     that failed once fail again soon, so that a mean over scans that were good between would be too small.
     """
-    beyond = [
-        0.5 * (correction[0] ** 2 + correction[1] ** 2) - BEYOND * max(motion[0, 0], motion[1, 1]),
-        correction[2] ** 2 - BEYOND * motion[2, 2],
-    ]
-    memory, most = config.motion.memory, np.array([config.search.window, config.search.window_angle]) / 3.0
-    return np.minimum(np.maximum(memory * excess, beyond), most**2)
+    dx, dy, turn = correction
+    place = 0.5 * (dx * dx + dy * dy) - BEYOND * max(motion[0, 0], motion[1, 1])
+    heading = turn * turn - BEYOND * motion[2, 2]
+    memory, window, window_angle = config.motion.memory, config.search.window, config.search.window_angle
+    return np.array(
+        [
+            min(max(memory * excess[0], place), (window / 3.0) ** 2),
+            min(max(memory * excess[1], heading), (window_angle / 3.0) ** 2),
+        ]
+    )

@@ -146,6 +146,18 @@ def test_the_walls_are_the_same_bits_whenever_they_are_asked_for() -> None:
     np.testing.assert_array_equal(surfels.ends, surfels.ends)
 
 
+def test_the_free_side_of_a_wall_is_to_its_left() -> None:
+    ends = mapped(ROOM, around())
+    ways, inwards = ends[:, 1] - ends[:, 0], -ends.mean(axis=1)
+    assert (ways[:, 0] * inwards[:, 1] - ways[:, 1] * inwards[:, 0] > 0.0).all()
+
+
+def test_what_is_grazed_only_is_no_wall() -> None:
+    """Posts in a row, whose ends lie almost along the beams."""
+    posts = [leg(1.0 + 0.2 * k, -0.5 - 0.03 * k) for k in range(12)]
+    assert not len(mapped(np.concatenate(posts), [Pose2D(0.05 * k, -0.4) for k in range(10)]))
+
+
 def test_an_empty_map_has_no_walls() -> None:
     assert SurfelMap(SurfelMapConfig()).ends.shape == (0, 2, 2)
 

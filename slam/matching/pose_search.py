@@ -7,14 +7,15 @@ predicts is taken only where the scan speaks for it as for no other. The map is 
 from a pose as well as what it saw: see predicted_view.py.
 """
 
+from dataclasses import dataclass
+from functools import cached_property
 from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from slam.config import SearchConfig
-from slam.mapping.free_beams import FreeBeams
+from slam.mapping.free_beams import FreeBeams, free_beams
 from slam.mapping.predicted_view import View, compare_view
 from slam.mapping.surfel_grid import Grid
 from slam.matching.coarse_search import HEADING, PLACE_X, SCORE, correlative_search
@@ -22,6 +23,7 @@ from slam.matching.global_search import GlobalSearch
 from slam.matching.least_squares import Fit, SolverSettings, solve
 from slam.matching.wall_heading import WallHeading
 from slam.pose import FloatArray, wrap_angle
+from slam.scan import LaserScan
 
 MAX_CANDIDATES = 5  # poses of the window that are followed up ...
 CANDIDATE_SPACING = 0.05  # ... whose headings are so far apart, radians
@@ -56,16 +58,22 @@ class Found(NamedTuple):
     """The pose is the prior."""
 
 
-class Scene(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Scene:
     """What poses are compared by."""
 
     facets: FloatArray
     """(F, 7)"""
-    beams: FreeBeams
-    echoes: NDArray[np.bool_]
-    """(N,): beams that ended on something."""
+    scan: LaserScan
+    no_echo_reach: float
+    """Metres for which a beam without an echo was free."""
     grid: Grid
     settings: SolverSettings
+
+    @cached_property
+    def beams(self) -> FreeBeams:
+        """The beams of the scan; only a pose in doubt asks for them."""
+        return free_beams(self.scan, self.no_echo_reach)
 
     @property
     def settings_found(self) -> SolverSettings:
@@ -169,7 +177,7 @@ class PoseSearch:
         return agrees and self._view(scene, fit).borne_out >= SETTLED[0]
 
     def _view(self, scene: Scene, fit: Fit) -> View:
-        return compare_view(scene.grid, scene.beams, scene.echoes, fit.pose, self._reach)
+        return compare_view(scene.grid, scene.beams, scene.scan.echoes, fit.pose, self._reach)
 
 
 def _unrefined(prior: FloatArray, information: FloatArray, *_: float) -> tuple[FloatArray, FloatArray]:

@@ -1,6 +1,7 @@
 """This project's matcher and map: the facets of a scan are matched to surfels, with odometry as a prior."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -8,7 +9,6 @@ from slam.config import LeastSquaresConfig
 from slam.lines.facets import facets_of
 from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import Segments
-from slam.mapping.free_beams import free_beams
 from slam.matching.least_squares import SolverSettings, fuse
 from slam.matching.match import Match
 from slam.matching.pose_search import Found, PoseSearch, Scene, pose_offset
@@ -94,8 +94,8 @@ class SurfelMapper:
         self, scan: LaserScan, noise: RangeNoise | None, prior: Pose2D, predicted: FloatArray, last: Pose2D
     ) -> Found:
         """The pose of the sensor that fits best; the prior where the scan says nothing that can be trusted."""
-        beams = free_beams(scan, self.map.config.no_echo_reach)
-        scene = Scene(self._facets, beams, scan.echoes, self.map.grid, _for_noise(self._settings, noise))
+        settings = _for_noise(self._settings, noise)
+        scene = Scene(self._facets, scan, self.map.config.no_echo_reach, self.map.grid, settings)
         found = self._search.find(scene, prior.as_array(), predicted, last.as_array())
         fit = found.fit
         says_nothing = fit.inliers < UNSUPPORTED * len(self._facets) or not fit.projector.any()
@@ -116,8 +116,8 @@ class SurfelMapper:
         T_map_laser = Pose2D.from_array(fit.pose)
         T_map_base = T_map_laser @ self.T_base_laser.inverse()
         covariance = propagate(fused, T_map_laser, T_map_base)
-        self.state = replace(self.state, T_map_base=T_map_base, covariance=covariance)
-        self._learn(found, offset, motion, innovation_squared)
+        learnt = self._learnt(found, offset, motion, innovation_squared)
+        self.state = replace(self.state, T_map_base=T_map_base, covariance=covariance, **learnt)
         return Match(
             prior.between(T_map_laser),
             fit.iterations,
@@ -131,8 +131,10 @@ class SurfelMapper:
             found.odometry_only,
         )
 
-    def _learn(self, found: Found, offset: FloatArray, motion: FloatArray, innovation_squared: float) -> None:
-        """Trust odometry less where scans contradict it, and count matches in a row that are bad."""
+    def _learnt(
+        self, found: Found, offset: FloatArray, motion: FloatArray, innovation_squared: float
+    ) -> dict[str, Any]:
+        """What the state says of odometry, which is trusted less where scans contradict it, and of bad matches."""
         config, state = self.config, self.state
         most, memory = config.motion.most_growth, config.motion.memory
         inflation = memory * state.odometry_inflation + (1.0 - memory) * min(innovation_squared, 2.0 * most)
@@ -140,12 +142,11 @@ class SurfelMapper:
         if not found.odometry_only:
             excess = updated_excess(excess, offset, motion, config)
         bad = found.fit.inliers < config.lost_below * len(self._facets)
-        self.state = replace(
-            state,
-            odometry_inflation=min(max(inflation, 1.0), most),
-            odometry_excess=excess,
-            bad_matches=state.bad_matches + 1 if bad else 0,
-        )
+        return {
+            "odometry_inflation": min(max(inflation, 1.0), most),
+            "odometry_excess": excess,
+            "bad_matches": state.bad_matches + 1 if bad else 0,
+        }
 
 
 def _solver_settings(config: LeastSquaresConfig, odometry: bool) -> SolverSettings:

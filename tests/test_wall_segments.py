@@ -201,6 +201,16 @@ def test_a_beam_is_found_in_the_fan_of_a_turning_sensor(heading: float, turning:
         assert beam_towards(beams, np.array([0.0, 0.0, heading]), 3.0 * cos(bearing), 3.0 * sin(bearing)) == j
 
 
+def test_what_sticks_out_behind_a_better_wall_is_cut_off() -> None:
+    askew = np.array([[[0.0, 0.65], [0.2, 1.35]]])
+    through = np.array([[[0.0, 0.1], [0.2, 1.8]]])  # farther: another wall, which goes on there
+    met = meet_at_corners(np.concatenate([WALL, askew, through]))
+    assert np.allclose(met[0], WALL[0])
+    assert np.allclose(met[1], [[0.1, 1.0], [0.2, 1.35]])  # the lidar is on the left of a wall
+    assert np.allclose(met[2], through[0])
+    assert np.allclose(meet_at_corners(np.concatenate([askew, WALL]))[0], askew[0])  # the better one stays as it is
+
+
 def test_asking_first_what_is_hidden_changes_nothing() -> None:
     surfels = SurfelMap(SurfelMapConfig())
     world = np.concatenate([ROOM, leg(0.8, 0.0), outline((-1.0, 0.0), (0.0, 0.9), (0.0, 1.0), (-1.0, 0.1))])

@@ -7,26 +7,28 @@ from slam.mapping.wall_doubles import boxes_of
 from slam.pose import FloatArray
 
 REACH = 0.2  # metres that a wall is cut back to where it meets another, at most: a cell
+STUB = 0.5  # metres at most, where a cell is left: what lies behind a better wall is made of the echoes of that
 EXTENSION = 0.1  # metres that it is made longer, at most
 SAME_LINE = 0.34  # sine between two walls, below which they make no corner
 
 
 @compiled
 def meet_at_corners(ends: FloatArray) -> FloatArray:
-    """The walls (M, 2, 2), each end carried to the nearest place within reach where it meets another wall."""
-    met, boxes = ends.copy(), boxes_of(ends, REACH)
+    """The walls (M, 2, 2), the best supported first, each end carried to the nearest place within reach where it meets
+    another wall; a stub behind a better one, on its right, is cut off."""
+    met, boxes = ends.copy(), boxes_of(ends, STUB)
     for m in range(len(ends)):
         for side in range(2):
             x, y = ends[m, side]
-            nearest = REACH
+            nearest = STUB
             for k in range(len(ends)):
                 if boxes[k, 0] < x and x < boxes[k, 1] and boxes[k, 2] < y and y < boxes[k, 3] and k != m:
-                    nearest = _meet(ends[m], ends[k], side, nearest, met[m, side])
+                    nearest = _meet(ends[m], ends[k], k < m, side, nearest, met[m, side])
     return met
 
 
 @compiled
-def _meet(wall: FloatArray, other: FloatArray, side: int, nearest: float, place: FloatArray) -> float:
+def _meet(wall: FloatArray, other: FloatArray, is_better: bool, side: int, nearest: float, place: FloatArray) -> float:
     """Set the place to where the wall meets the other one, if it is nearer to its end; returns how near."""
     wx, wy = wall[1, 0] - wall[0, 0], wall[1, 1] - wall[0, 1]
     ox, oy = other[1, 0] - other[0, 0], other[1, 1] - other[0, 1]
@@ -40,7 +42,9 @@ def _meet(wall: FloatArray, other: FloatArray, side: int, nearest: float, place:
     away = abs(t - side) * length
     beyond = max(-u, u - 1.0, 0.0) * other_length
     longer = (t - 1.0 if side == 1 else -t) * length
-    if away >= nearest or longer > EXTENSION or beyond > EXTENSION:
+    behind = ox * (wall[side, 1] - other[0, 1]) < oy * (wall[side, 0] - other[0, 0])
+    stub = behind and is_better and beyond == 0.0 and away < length - REACH
+    if away >= nearest or (away >= REACH and not stub) or longer > EXTENSION or beyond > EXTENSION:
         return nearest
     if length <= 2 * REACH and (t < 0.25 if side == 1 else t > 0.75):  # it would be gone, or turned round
         return nearest

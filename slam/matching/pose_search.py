@@ -41,6 +41,7 @@ ANYWHERE_SIGMA = 1.0  # metres and radians: all that is known of them
 FOUND_SHARE = 1 / 3  # of the scan that must agree at a pose from anywhere ...
 FOUND_GAIN = 0.35  # ... by how much more than at the pose in doubt, the beams against them counted ...
 FOUND_LEAD = 2.0  # ... and by how many facets more than at any other
+FOUND_TURN = 2.0  # ... turned from the last pose or the prior by less, radians: a corridor looks alike from both ends
 OTHER_PLACE = 0.3, 0.15  # metres or radians, from which on two poses are different
 
 
@@ -119,7 +120,7 @@ class PoseSearch:
         if share >= DOUBTED[0] and borne_out >= DOUBTED[1]:
             return Found(best, True)
         if config.anywhere > 0.0:
-            elsewhere = self._anywhere(scene, last, float(np.hypot(*(prior - last)[:2])), self._value(scene, best))
+            elsewhere = self._anywhere(scene, last, prior, self._value(scene, best))
             if elsewhere is not None:
                 return Found(elsewhere, True, odometry_failed=True)
         return Found(best, True, contradicted=share < CONTRADICTED[0] and borne_out < CONTRADICTED[1])
@@ -148,9 +149,10 @@ class PoseSearch:
                     break
         return chosen
 
-    def _anywhere(self, scene: Scene, last: FloatArray, step: float, doubtful: float) -> Fit | None:
+    def _anywhere(self, scene: Scene, last: FloatArray, prior: FloatArray, doubtful: float) -> Fit | None:
         """The pose about ``last`` (3,) for which the scan speaks as for no other, and more than for the one of value
-        ``doubtful``; None where there is none. ``step`` is how far the wheels went, in whatever direction."""
+        ``doubtful``; None where there is none. It is as much farther as the wheels went, in whatever direction."""
+        step = float(np.hypot(*(prior - last)[:2]))
         count, around = len(scene.facets), min(self._config.anywhere + step, FARTHEST)
         weak: FloatArray = self._config.prior_weight / ANYWHERE_SIGMA**2 * np.eye(3)
         fits = []
@@ -166,7 +168,8 @@ class PoseSearch:
         rivals = (v for fit, v in zip(fits, values, strict=True) if _apart(fit.pose, best.pose, *OTHER_PLACE))
         leads = highest > max(rivals, default=-np.inf) + FOUND_LEAD and highest > doubtful + FOUND_GAIN * count
         agrees = best.inliers >= FOUND_SHARE * count and self._view(scene, best).borne_out >= DOUBTED[1]
-        return best if leads and agrees else None
+        turned = min(abs(wrap_angle(float(best.pose[2] - other[2]))) for other in (last, prior))
+        return best if leads and agrees and turned < FOUND_TURN else None
 
     def _value(self, scene: Scene, fit: Fit) -> float:
         """Facets that agree, less the beams that do not agree with the map, counted as facets."""

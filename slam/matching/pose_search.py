@@ -41,7 +41,7 @@ ANYWHERE_SIGMA = 1.0  # metres and radians: all that is known of them
 FOUND_SHARE = 1 / 3  # of the scan that must agree at a pose from anywhere ...
 FOUND_GAIN = 0.35  # ... by how much more than at the pose in doubt, the beams against them counted ...
 FOUND_LEAD = 2.0  # ... and by how many facets more than at any other
-FOUND_TURN = 2.0  # ... turned from the last pose or the prior by less, radians: a corridor looks alike from both ends
+FOUND_TURN = 2.0  # ... and where the last pose was sure turned by less, radians: a corridor looks alike from both ends
 OTHER_PLACE = 0.3, 0.15  # metres or radians, from which on two poses are different
 
 
@@ -88,8 +88,9 @@ class PoseSearch:
     def __init__(self, config: SearchConfig, reach: float, walls: WallHeading) -> None:
         self._config, self._reach, self._walls = config, reach, walls
 
-    def find(self, scene: Scene, prior: FloatArray, covariance: FloatArray, last: FloatArray) -> Found:
-        """The best pose, for a prior (3,) and its covariance (3, 3); ``last`` (3,) is where the sensor was before.
+    def find(self, scene: Scene, prior: FloatArray, covariance: FloatArray, last: FloatArray, sure: bool) -> Found:
+        """The best pose, for a prior (3,) and its covariance (3, 3); ``last`` (3,) is where the sensor was before, for
+        ``sure`` where its scan agreed with the map there.
 
         The heading of the walls is asked where scans are far apart: where they overlap, the map holds the heading
         better than the building's directions, which err alike in every scan.
@@ -120,7 +121,7 @@ class PoseSearch:
         if share >= DOUBTED[0] and borne_out >= DOUBTED[1]:
             return Found(best, True)
         if config.anywhere > 0.0:
-            elsewhere = self._anywhere(scene, last, prior, self._value(scene, best))
+            elsewhere = self._anywhere(scene, last, prior, sure, self._value(scene, best))
             if elsewhere is not None:
                 return Found(elsewhere, True, odometry_failed=True)
         return Found(best, True, contradicted=share < CONTRADICTED[0] and borne_out < CONTRADICTED[1])
@@ -149,7 +150,7 @@ class PoseSearch:
                     break
         return chosen
 
-    def _anywhere(self, scene: Scene, last: FloatArray, prior: FloatArray, doubtful: float) -> Fit | None:
+    def _anywhere(self, scene: Scene, last: FloatArray, prior: FloatArray, sure: bool, doubtful: float) -> Fit | None:
         """The pose about ``last`` (3,) for which the scan speaks as for no other, and more than for the one of value
         ``doubtful``; None where there is none. It is as much farther as the wheels went, in whatever direction."""
         step = float(np.hypot(*(prior - last)[:2]))
@@ -169,7 +170,7 @@ class PoseSearch:
         leads = highest > max(rivals, default=-np.inf) + FOUND_LEAD and highest > doubtful + FOUND_GAIN * count
         agrees = best.inliers >= FOUND_SHARE * count and self._view(scene, best).borne_out >= DOUBTED[1]
         turned = min(abs(wrap_angle(float(best.pose[2] - other[2]))) for other in (last, prior))
-        return best if leads and agrees and turned < FOUND_TURN else None
+        return best if leads and agrees and not (sure and turned > FOUND_TURN) else None
 
     def _value(self, scene: Scene, fit: Fit) -> float:
         """Facets that agree, less the beams that do not agree with the map, counted as facets."""

@@ -96,7 +96,8 @@ class SurfelMapper:
         """The pose of the sensor that fits best; the prior where the scan says nothing that can be trusted."""
         settings = _for_noise(self._settings, noise)
         scene = Scene(self._facets, scan, self.map.config.no_echo_reach, self.map.grid, settings)
-        found = self._search.find(scene, prior.as_array(), predicted, last.as_array())
+        sure = self.state.bad_matches == 0
+        found = self._search.find(scene, prior.as_array(), predicted, last.as_array(), sure)
         fit = found.fit
         says_nothing = fit.inliers < UNSUPPORTED * len(self._facets) or not fit.projector.any()
         if not (found.contradicted or says_nothing):

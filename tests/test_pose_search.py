@@ -52,6 +52,14 @@ def test_a_motion_of_which_the_wheels_say_nothing_is_found(scan_of: Scanner, roo
         assert not estimate.odometry_only
 
 
+def test_a_half_turn_is_not_believed(scan_of: Scanner, room: FloatArray) -> None:
+    """What is new may look like what is known, from its other end: the wheels are believed rather than that."""
+    path = [*PATH[:20], PATH[19] @ Pose2D(0.4, 0.3, 3.1)]
+    wheels = [*PATH[:20], PATH[19] @ Pose2D(0.4, 0.3, 0.0)]
+    found = drive(scan_of, [room] * 21, path, wheels)[-1].T_map_base
+    assert abs(wheels[-1].between(found).theta) < 1.0
+
+
 def test_wheels_that_are_set_to_zero_do_not_move_the_robot(scan_of: Scanner, room: FloatArray) -> None:
     wheels = [Pose2D(30.0, -20.0, 1.0) @ PATH[0].between(pose) for pose in PATH[:20]]
     wheels += [PATH[20].between(pose) for pose in PATH[20:]]

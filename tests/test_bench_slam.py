@@ -17,13 +17,15 @@ from slam.bench.map_shape import angles_off_main_axes, crispness, loop_gap
 from slam.bench.sim_report import hour_tables, sim_tables, unconstrained_tables
 from slam.bench.sim_runs import repeating_command, run_scenario
 from slam.bench.slam_report import slam_tables
-from slam.bench.wall_faults import parallel_length, wall_faults
+from slam.bench.wall_faults import wall_faults
 from slam.cli.main import app
 from slam.config import SlamConfig
 from slam.console.terminal import Terminal
 from slam.files.tum import format_tum
 from slam.pose import FloatArray, Pose2D
 from slam.run.scoring.pose_errors import absolute_error, poses_at, read_relations, relation_errors, relative_error
+
+NO_ECHOES = np.empty((0, 2)), np.empty((0, 2))
 
 
 def wander(seed: int, count: int = 60) -> FloatArray:
@@ -175,16 +177,20 @@ def test_a_line_along_its_own_beams_is_radial_and_a_wall_across_them_is_not() ->
     found = wall_faults(lines, *fan_of_echoes(lines, (0.0, 0.0)))
     assert found.radial == pytest.approx(1.0, abs=1e-3)  # the short one has no sure direction
     assert wall_faults(lines, *fan_of_echoes(lines, (2.5, 3.0))).radial == 0.0
-    assert wall_faults(lines, np.empty((0, 2)), np.empty((0, 2))).unseen == pytest.approx(2.1, abs=1e-3)
+    assert wall_faults(lines, *NO_ECHOES).unseen == pytest.approx(2.1, abs=1e-3)
 
 
 def test_lines_beside_a_longer_one_that_face_its_way_are_parallel() -> None:
     beside = WALL * [1.0, 0.5] + np.array([0.2, 0.4])  # half as long, reaches 0.15 m beyond its end
-    assert parallel_length(np.concatenate([WALL, beside])) == pytest.approx(0.35, abs=0.05)
-    assert parallel_length(np.concatenate([WALL, beside[:, ::-1]])) == 0.0  # the other face of a thin wall
-    assert parallel_length(np.concatenate([WALL, WALL + np.array([0.35, 0.0])])) == 0.0
-    assert parallel_length(np.concatenate([WALL, WALL + np.array([0.0, 1.0])])) == 0.0  # one wall in two pieces
-    assert parallel_length(np.concatenate([WALL] * 3)) == pytest.approx(2.0)
+    assert wall_faults(np.concatenate([WALL, beside]), *NO_ECHOES).parallel == pytest.approx(0.35, abs=0.05)
+    assert (
+        wall_faults(np.concatenate([WALL, beside[:, ::-1]]), *NO_ECHOES).parallel == 0.0
+    )  # the other face of a thin wall
+    assert wall_faults(np.concatenate([WALL, WALL + np.array([0.35, 0.0])]), *NO_ECHOES).parallel == 0.0
+    assert (
+        wall_faults(np.concatenate([WALL, WALL + np.array([0.0, 1.0])]), *NO_ECHOES).parallel == 0.0
+    )  # one wall in two pieces
+    assert wall_faults(np.concatenate([WALL] * 3), *NO_ECHOES).parallel == pytest.approx(2.0)
 
 
 def test_the_faults_of_an_empty_map_are_none() -> None:

@@ -102,6 +102,12 @@ def test_what_is_no_variant_is_named(variant: str) -> None:
         made_harder(log_of(), f"beams=2,{variant}", 1)
 
 
+@pytest.mark.parametrize("variant", ["every=31", "beams=11", "slips=55", "blind=12", "every=10,slips=1"])
+def test_what_a_log_is_too_short_for_is_named(variant: str) -> None:
+    with pytest.raises(InputError, match=r"is too much for (60|6) scans of 30 beams; [0-9]+ is the most"):
+        made_harder(log_of(), variant, 1)
+
+
 def test_chance_is_added_where_there_is_none() -> None:
     assert with_chance("") == "noise=0.002"
     assert with_chance("every=5,beams=2") == "noise=0.002,every=5,beams=2"

@@ -77,14 +77,6 @@ def radial_lines(lines: FloatArray, points: FloatArray, origins: FloatArray) -> 
     return np.asarray((2 * radial > echoes) & long_enough)
 
 
-def parallel_length(lines: FloatArray) -> float:
-    """Metres of the lines that lie beside a longer one, no farther than BESIDE, and face the same way."""
-    of_piece, middles = _pieces(lines)
-    counts = np.bincount(of_piece, minlength=len(lines))
-    lengths = np.hypot(*(lines[:, 1] - lines[:, 0]).T) / np.maximum(counts, 1)
-    return float(lengths[of_piece][_beside_longer(lines, of_piece, middles)].sum())
-
-
 def _beside_longer(lines: FloatArray, of_piece: IntArray, middles: FloatArray) -> NDArray[np.bool_]:
     """True for the pieces beside a line that is longer than theirs, or as long and before it, (P,)."""
     ways = lines[:, 1] - lines[:, 0]

@@ -99,7 +99,7 @@ class LearntNoise:
 
     @classmethod
     def start(cls, config: AnyLineConfig | None = None) -> Self:
-        """What these settings know of the sensor before its first scan."""
+        """Begin with what these settings know of the sensor before its first scan."""
         return cls(_expected_counts(named_noise(config) or ASSUMED).copy())
 
     def observe(self, scan: LaserScan) -> RangeNoise:
@@ -174,7 +174,7 @@ def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
 
 @compiled
 def _peak(values: FloatArray, k: int) -> float:
-    """Where the parabola through a greatest value and its neighbours peaks, seen from there."""
+    """Return where the parabola through a greatest value and its neighbours peaks, seen from there."""
     if k == 0 or k == len(values) - 1:
         return 0.0
     bend = values[k - 1] - 2.0 * values[k] + values[k + 1]

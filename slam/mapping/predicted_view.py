@@ -40,7 +40,7 @@ class View(NamedTuple):
 
     @property
     def borne_out(self) -> float:
-        """Of the beams for which the map predicts a wall, the share that ends there; 1 where that is hardly any."""
+        """The share that ends there of the beams for which the map predicts a wall; 1 where that is hardly any."""
         if self.agreeing + self.through + self.hidden < LEAST_PREDICTED:
             return 1.0
         return self.agreeing / max(self.agreeing + self.against, 1e-9)

@@ -5,9 +5,7 @@ import numpy as np
 from slam.compiled import compiled
 from slam.pose import FloatArray
 
-BESIDE = (
-    0.30  # metres: of two walls as near that face the same way, one would hide the other, or be passed by its beams
-)
+BESIDE = 0.30  # metres: of two walls as near that face the same way, one hides the other, or is passed by its beams
 SAME_WAY = 0.94  # cosine between two such walls, at least
 NEAR = 0.12  # metres from a wall in which a line at another angle, if it is hardly seen, is made of echoes of the wall
 SAME_SIDE = 0.3  # cosine between the two, at least: they may be seen from one place, and do not make a corner
@@ -15,8 +13,9 @@ HARDLY_SEEN = 0.5  # of the mean count of the wall
 
 
 def without_doubles(ends: FloatArray, support: FloatArray, shortest: float) -> FloatArray:
-    """What is left of the walls (M, 2, 2), the best supported first, where those that have more ``support`` (M,), their
-    mean count times their length, take away what shows the same; parts of less than ``shortest`` metres are left out.
+    """Take doubles away from the walls (M, 2, 2), and sort them, the best supported first: those with more ``support``
+    (M,), their mean count times their length, take away what shows the same; parts of less than ``shortest`` metres are
+    left out.
     """
     best_first = np.argsort(-support, kind="stable")
     return _without_doubles(ends[best_first], support[best_first], shortest)
@@ -67,7 +66,7 @@ def _overlap(boxes: FloatArray, m: int, k: int) -> bool:
 
 @compiled
 def _shown_twice(wall: FloatArray, better: FloatArray, hardly_seen: bool) -> tuple[float, float]:
-    """From where to where along a wall (2, 2), metres, a better one shows the same; begin >= end for nowhere."""
+    """Return from where to where along a wall (2, 2), metres, a better one shows the same; begin >= end for nowhere."""
     ux, uy = wall[1, 0] - wall[0, 0], wall[1, 1] - wall[0, 1]
     bx, by = better[1, 0] - better[0, 0], better[1, 1] - better[0, 1]
     length, reach = np.hypot(ux, uy), np.hypot(bx, by)

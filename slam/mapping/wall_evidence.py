@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.compiled import compiled
+from slam.lines.segments import IntArray
 from slam.mapping.free_beams import FreeBeams, beam_towards, is_hidden
 from slam.mapping.free_space import cells_around
 from slam.mapping.surfel_grid import AXIS, HITS, NX, NY, PIECES, PIECES_A_CELL, Grid, X, Y
@@ -58,9 +59,8 @@ def weigh_walls(
             while k >= 0:
                 dx, dy = surfels[k, X] - x, surfels[k, Y] - y
                 distance = np.sqrt(dx * dx + dy * dy)
-                edge_on = (
-                    abs(dx * surfels[k, NX] + dy * surfels[k, NY]) < GRAZING * distance
-                )  # so is one with no normal
+                offset = abs(dx * surfels[k, NX] + dy * surfels[k, NY])
+                edge_on = offset < GRAZING * distance  # so is one with no normal
                 if not edge_on and not is_hidden(farthest, c * dx + s * dy, c * dy - s * dx, distance - grid.cell):
                     _count_passes(grid, k, beams, ways, pose, reach, gate)
                 k = grid.next[k]
@@ -73,47 +73,66 @@ def _count_echoes(
     """Count up the piece that each echo comes from: of the nearest surfel whose line has a piece there. Others that it
     could have come from, and are clearly farther, are counted down.
 
-    Pieces reach half a cell beyond the surfel's cell, so that it is in one of the four nearest cells. Of many echoes
-    within half a piece the first stands for all.
+    Of many echoes within half a piece the first stands for all.
     """
-    rows, columns = grid.head.shape
     last_x = last_y = np.inf
     last_surfel, last_piece = -1, -1
-    beside, pieces, offsets = np.empty(MOST_BESIDE, np.int64), np.empty(MOST_BESIDE, np.int64), np.empty(MOST_BESIDE)
+    beside, offsets = np.empty((MOST_BESIDE, 2), np.int64), np.empty(MOST_BESIDE)
     apart = 0.5 * grid.cell / PIECES_A_CELL
     for j in range(len(ways)):
-        if not echoes[j]:
-            continue
         x, y = pose[0] + beams.ranges[j] * ways[j, 0], pose[1] + beams.ranges[j] * ways[j, 1]
-        if abs(x - last_x) + abs(y - last_y) < apart:
+        if not echoes[j] or abs(x - last_x) + abs(y - last_y) < apart:
             continue
         last_x, last_y = x, y
-        row = int(np.floor(y / grid.cell - 0.5)) - grid.corner[0]
-        column = int(np.floor(x / grid.cell - 0.5)) - grid.corner[1]
-        best, best_piece, nearest, count = -1, -1, gate, 0
-        for i in range(max(row, 0), min(row + 2, rows)):
-            for h in range(max(column, 0), min(column + 2, columns)):
-                k = grid.head[i, h]
-                while k >= 0:
-                    f = grid.surfels[k]
-                    across = abs((x - f[X]) * f[NX] + (y - f[Y]) * f[NY])
-                    if across < gate and ways[j, 0] * f[NX] + ways[j, 1] * f[NY] > GRAZING:
-                        piece = piece_at(grid, k, x, y)
-                        if piece >= 0 and count < MOST_BESIDE:
-                            beside[count], pieces[count], offsets[count] = k, piece, across
-                            count += 1
-                        if piece >= 0 and across < nearest:
-                            best, best_piece, nearest = k, piece, across
-                    k = grid.next[k]
-        if best >= 0 and not (best == last_surfel and best_piece == last_piece):
-            grid.evidence[best, best_piece] = min(grid.evidence[best, best_piece] + 1, MOST)
-            b = grid.surfels[best]
-            for i in range(count):
-                k, piece = beside[i], pieces[i]
-                same_side = b[NX] * grid.surfels[k, NX] + b[NY] * grid.surfels[k, NY] > SAME_SIDE
-                if same_side and offsets[i] > nearest + CLEARLY_FARTHER:
-                    grid.evidence[k, piece] = max(grid.evidence[k, piece] - 1, LEAST)
-        last_surfel, last_piece = best, best_piece
+        count = _surfels_beside(grid, x, y, ways[j, 0], ways[j, 1], gate, beside, offsets)
+        surfel, piece = -1, -1
+        if count > 0:
+            nearest = int(np.argmin(offsets[:count]))
+            surfel, piece = beside[nearest]
+            if surfel != last_surfel or piece != last_piece:
+                _count_one(grid, beside[:count], offsets[:count], nearest)
+        last_surfel, last_piece = surfel, piece
+
+
+@compiled
+def _surfels_beside(
+    grid: Grid, x: float, y: float, way_x: float, way_y: float, gate: float, beside: IntArray, offsets: FloatArray
+) -> int:
+    """Fill in the surfels, each with its piece (MOST_BESIDE, 2), from which an echo at (x, y) of a beam of this way
+    could come, and how far each is across; returns how many there are.
+
+    Pieces reach half a cell beyond the surfel's cell, so that it is in one of the four nearest cells.
+    """
+    rows, columns = grid.head.shape
+    row = int(np.floor(y / grid.cell - 0.5)) - grid.corner[0]
+    column = int(np.floor(x / grid.cell - 0.5)) - grid.corner[1]
+    count = 0
+    for i in range(max(row, 0), min(row + 2, rows)):
+        for h in range(max(column, 0), min(column + 2, columns)):
+            k = grid.head[i, h]
+            while k >= 0:
+                f = grid.surfels[k]
+                across = abs((x - f[X]) * f[NX] + (y - f[Y]) * f[NY])
+                if across < gate and way_x * f[NX] + way_y * f[NY] > GRAZING and count < MOST_BESIDE:
+                    piece = piece_at(grid, k, x, y)
+                    if piece >= 0:
+                        beside[count, 0], beside[count, 1], offsets[count] = k, piece, across
+                        count += 1
+                k = grid.next[k]
+    return count
+
+
+@compiled
+def _count_one(grid: Grid, beside: IntArray, offsets: FloatArray, nearest: int) -> None:
+    """Count an echo up at the nearest surfel, and down at those that show the same side and are clearly farther."""
+    surfel, piece = beside[nearest]
+    grid.evidence[surfel, piece] = min(grid.evidence[surfel, piece] + 1, MOST)
+    nx, ny = grid.surfels[surfel, NX], grid.surfels[surfel, NY]
+    for i in range(len(beside)):
+        k, other = beside[i]
+        same_side = nx * grid.surfels[k, NX] + ny * grid.surfels[k, NY] > SAME_SIDE
+        if same_side and offsets[i] > offsets[nearest] + CLEARLY_FARTHER:
+            grid.evidence[k, other] = max(grid.evidence[k, other] - 1, LEAST)
 
 
 @compiled

@@ -61,7 +61,7 @@ class Found(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """What poses are compared by."""
+    """The scan, the map and the settings by which poses are compared."""
 
     facets: FloatArray
     """(F, 7)"""

@@ -135,7 +135,7 @@ class SurfelMapper:
     def _learnt(
         self, found: Found, offset: FloatArray, motion: FloatArray, innovation_squared: float
     ) -> dict[str, Any]:
-        """What the state says of odometry, which is trusted less where scans contradict it, and of bad matches."""
+        """New fields of the state: odometry is trusted less where scans contradict it; bad matches are counted."""
         config, state = self.config, self.state
         most, memory = config.motion.most_growth, config.motion.memory
         inflation = memory * state.odometry_inflation + (1.0 - memory) * min(innovation_squared, 2.0 * most)

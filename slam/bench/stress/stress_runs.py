@@ -55,7 +55,7 @@ def run_stressed(case: StressCase, seed: int, config: SlamConfig) -> StressRun:
 
 
 def reference_of(log: Path, kind: str = "gt.tum") -> Path:
-    """Where the reference of a log lies, beside it: ``gt.tum``, or ``relations.gz``."""
+    """Return the path of a log's reference, which lies beside it: ``gt.tum``, or ``relations.gz``."""
     return log.with_name(f"{log.name.split('.')[0]}.{kind}")
 
 

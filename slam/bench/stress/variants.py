@@ -123,6 +123,7 @@ def made_harder(log: Log, variant: str, seed: int) -> Log:
     Each part has random numbers of its own, by the seed and its place. InputError where a part is none.
     """
     for place, (variation, value) in enumerate(_parts(variant)):
+        _check_count(variant, variation, value, log)
         log = variation(log, value, np.random.default_rng([seed, place]))
     return log
 
@@ -150,6 +151,22 @@ def _part(variant: str, text: str) -> tuple[Variation, float]:
             "every=5,blind=10"
         ) from None
     return VARIATIONS[name], number
+
+
+def _check_count(variant: str, variation: Variation, value: float, log: Log) -> None:
+    """InputError where a log has too few scans, beams or steps for what is asked."""
+    most = {
+        "every": len(log) // 2,
+        "beams": log.lidar.beams // 3,
+        "slips": len(log) - 6,
+        "blind": (len(log) - 1) // LARGE_STEPS,
+    }
+    name = variation.__name__
+    if value > most.get(name, np.inf):
+        raise InputError(
+            f"variant {variant!r}: {name}={value:g} is too much for {len(log)} scans of {log.lidar.beams} beams; "
+            f"{max(most[name], 0)} is the most"
+        )
 
 
 def _kept(log: Log, rows: IntArray) -> Log:

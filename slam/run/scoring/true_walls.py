@@ -103,7 +103,7 @@ def _parts_within(edges: FloatArray, solid: IntArray, outlines: Sequence[FloatAr
 
 
 def _left_free(edge: IntArray, begin: FloatArray, end: FloatArray, count: int) -> list[tuple[int, float, float]]:
-    """What the hidden parts leave of the edges, each from 0 to 1: the number of the edge, and from where to where."""
+    """The parts of the edges that no solid hides, each from 0 to 1: the number of the edge, and from where to where."""
     left = []
     reach = np.zeros(count)
     for k in np.lexsort([begin, edge]):

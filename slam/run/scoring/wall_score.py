@@ -27,7 +27,7 @@ WHOLE: Final = 0.95
 
 
 class WallScore(NamedTuple):
-    """How well the lines of a map agree with the walls; metres."""
+    """The agreement of the lines of a map with the walls; metres."""
 
     mapped: float
     """Length of all lines of the map ..."""

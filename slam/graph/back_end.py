@@ -5,6 +5,8 @@ from typing import Final
 import numpy as np
 
 from slam.config import LeastSquaresConfig, SurfelMapConfig
+from slam.graph.closed_map import map_of
+from slam.graph.closure import ClosedRun, Closure
 from slam.graph.condensed import CondensedGraph
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop_search import LoopSearch
@@ -12,6 +14,7 @@ from slam.graph.pose_graph import Edges, solve_graph
 from slam.graph.submap import Submap, path_of
 from slam.graph.submap_graph import SubmapGraph
 from slam.graph.surest_paths import surest_covariances
+from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray, compose_poses
 
 KERNEL: Final = 30.0
@@ -37,31 +40,51 @@ class BackEnd:
     def __init__(self, matching: LeastSquaresConfig, config: SurfelMapConfig) -> None:
         self.graph = SubmapGraph()
         self.condensed = CondensedGraph(self.graph, KERNEL)
-        self._search = LoopSearch(self.graph, matching, config)
+        self._config, self._search = config, LoopSearch(self.graph, matching, config)
+        self._told = 0  # number of the loops of the closures until now
         self._finished: list[Submap] = []
         self.tried = 0
 
-    def take(self, key: KeyScan) -> bool:
-        """Take the next key scan; True where a loop was closed, so that poses have changed."""
+    def take(self, key: KeyScan) -> Closure | None:
+        """Take the next key scan; where it is the first that is matched to the next submap, loops are sought for the
+        one before, and a closure is returned where the map has changed."""
         before = self.graph.keys[-1].submaps[0] if self.graph.keys else key.submaps[0]
-        closed = self._finish(before) if key.submaps[0] != before else False
+        closed = key.submaps[0] != before and self._finish(before)
         self.graph.add(key)
-        return closed
+        return self._closure(before) if closed and self._has_moved() else None
 
-    def end(self) -> bool:
-        """There are no more key scans: the open submaps are finished too."""
-        closed = False
-        if self.graph.keys:
-            for number in self.graph.keys[-1].submaps:
-                closed = self._finish(number) or closed
-        return closed
-
-    def solve(self) -> FloatArray:
-        """Solve the whole graph; the weights (E,) of its edges."""
+    def finish(self, T_base_laser: FloatArray) -> ClosedRun:
+        """There are no more key scans: seek loops for the open submaps too, and solve for all nodes."""
         graph = self.graph
-        solution = solve_graph(np.array(graph.poses), Edges.of(graph.edges), KERNEL)
+        for number in graph.keys[-1].submaps if graph.keys else ():
+            self._finish(number)
+        edges = Edges.of(graph.edges)
+        solution = solve_graph(np.array(graph.poses).reshape(-1, 3), edges, KERNEL)
         graph.poses = list(solution.poses)
-        return solution.weights
+        key_nodes = np.array(graph.key_nodes, np.int64)
+        poses = solution.poses[key_nodes]
+        return ClosedRun(
+            tuple(graph.keys), poses, np.zeros((len(poses), 3, 3)), self._map(), tuple(graph.loops),
+            _loop_weights(edges, solution.weights, len(graph.loops)), solution.poses, key_nodes,
+            tuple(graph.submaps.values()), edges, solution.weights, T_base_laser,
+        )  # fmt: skip
+
+    def _closure(self, submap: int) -> Closure:
+        graph = self.graph
+        last = graph.submaps[graph.keys[-1].submaps[0]]
+        loops, self._told = tuple(graph.loops[self._told :]), len(graph.loops)
+        self._mapped_at = self._key_poses()
+        return Closure(submap, graph.correction(last), np.zeros((3, 3)), self._map(), len(graph.keys), loops)
+
+    def _map(self) -> SurfelMap:
+        return map_of(zip(self.graph.keys, self._key_poses(), strict=True), SurfelMap(self._config))
+
+    def _key_poses(self) -> FloatArray:
+        return np.array([self.graph.poses[node] for node in self.graph.key_nodes]).reshape(-1, 3)
+
+    def _has_moved(self) -> bool:
+        """True where a key scan has moved since the map was made."""
+        return True
 
     def _finish(self, number: int) -> bool:
         submap = self.graph.submaps[number]
@@ -134,3 +157,10 @@ class BackEnd:
         )
         offsets = own[:, None] - others[None]
         return float(np.hypot(offsets[..., 0], offsets[..., 1]).min())
+
+
+def _loop_weights(edges: Edges, weights: FloatArray, loops: int) -> FloatArray:
+    """The mean weight (L,) of the edges of every loop."""
+    robust = edges.robust
+    total = np.bincount(edges.loop[robust], weights[robust], loops)
+    return np.asarray(total / np.maximum(np.bincount(edges.loop[robust], minlength=loops), 1))

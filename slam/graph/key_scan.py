@@ -16,8 +16,6 @@ AGREEING_SHARE = 0.6  # of the facets: a scan of which fewer agree says less tha
 class KeyScan:
     """A scan in the frame ``local``, in which odometry and matching to submaps put it; it never moves there."""
 
-    index: int
-    """Number of the scan in the run."""
     T_local_laser: FloatArray
     """(3,)."""
     submaps: tuple[int, ...]
@@ -35,6 +33,8 @@ class KeyScan:
     """Of its facets, those that agreed with the submap."""
     odometry: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
     """Covariance (3, 3) of the motion since the key scan before, by odometry alone, in the axes of that one."""
+    index: int = 0
+    """Number of the scan in the run."""
     broken: bool = False
     """True where the scan did not fit what came before, so that odometry alone joins them."""
 

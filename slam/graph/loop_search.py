@@ -6,7 +6,6 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from slam.config import LeastSquaresConfig, SurfelMapConfig
-from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop, Proposal
 from slam.graph.loop_check import KeyMatch, match_key
 from slam.graph.place_search import Window, find_places
@@ -87,7 +86,7 @@ class LoopSearch:
         self, submap: Submap, other: Submap, prior: FloatArray, covariance: FloatArray, middle: int,
         nearest: Sequence[int] | np.ndarray, proposal: Proposal,
     ) -> Loop | None:  # fmt: skip
-        """Seek the key scan number ``middle`` of the submap about ``prior`` (3,), in the frame ``local`` of the other."""
+        """Seek a key scan, the ``middle`` one of its submap, about ``prior`` (3,), frame ``local`` of the other."""
         facets = self._joint_scan(submap, middle, nearest[:JOINT])
         if len(facets) < LEAST_FACETS:
             return None

@@ -99,8 +99,8 @@ class SubmapGraph:
 
 
 def turned_information(information: FloatArray, heading: float, sigmas: FloatArray) -> FloatArray:
-    """Information (3, 3) of a match in the axes of a frame at ``heading``, for one in the axes around it, where no match
-    is better than ``sigmas`` (3,)."""
+    """Information (3, 3) of a match in the axes of a frame at ``heading``, for one in the axes around that frame; no
+    match is better than ``sigmas`` (3,)."""
     c, s = np.cos(heading), np.sin(heading)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     turned = R.T @ (information / CORRELATION) @ R

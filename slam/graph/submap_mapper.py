@@ -47,11 +47,10 @@ class SubmapMapper(SurfelMapper):
         self._last_key: Pose2D | None = None
         self._way = self._began = 0.0
         self._broke = -np.inf
-        self._index = -1
 
     def add(self, scan: LaserScan, segments: Segments, T_local_laser: Pose2D) -> None:
         """Write the scan located last into the open submaps, where it was taken far enough from the last one."""
-        self._index, self.key = self._index + 1, None
+        self.key = None
         broken = self._is_broken()
         if broken:
             self._begin_anew()
@@ -117,8 +116,8 @@ class SubmapMapper(SurfelMapper):
         ranges, lidar, bearings = made_of(scan)
         submaps = (self._number,) if self._next is None else (self._number, self._number + 1)
         return KeyScan(
-            self._index, T_local_laser.as_array(), submaps, self._facets, ranges, lidar, bearings,
-            self._information(), self._share, self._odometry_covariance(T_local_laser), broken,
+            T_local_laser.as_array(), submaps, self._facets, ranges, lidar, bearings,
+            self._information(), self._share, self._odometry_covariance(T_local_laser), broken=broken,
         )  # fmt: skip
 
     def _information(self) -> FloatArray:

@@ -18,7 +18,6 @@ from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
-
 _ORIGIN: Final = Pose2D()
 
 

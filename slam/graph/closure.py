@@ -67,6 +67,11 @@ class ClosedRun:
         """T_local_laser of the key scans, (K, 3)."""
         return np.array([key.T_local_laser for key in self.keys]).reshape(-1, 3)
 
+    @property
+    def T_map_local(self) -> FloatArray:
+        """(3,): where the last key scan puts the frame of the front end."""
+        return compose_poses(self.poses[-1], inverse_poses(self.local[-1]))
+
     def trajectory(self, T_local_base: FloatArray) -> FloatArray:
         """``T_map_base`` (S, 3) of every scan of the run, for what the front end had, (S, 3).
 

@@ -92,7 +92,9 @@ class RunRecord:
     def saved_map(self) -> SavedSlam | None:
         """``map.json``; None in paper mode, and where the run was cut off or did not change the map."""
         path = self.folder / "map.json"
-        return read_map(path, self.config.slam) if path.is_file() else None
+        again = self.folder / "closed.yaml"  # the settings of hopslam optimize, where they are others
+        config = read_scenario(again) if again.is_file() else self.config
+        return read_map(path, config.slam) if path.is_file() else None
 
     @cached_property
     def graph(self) -> RunGraph | None:

@@ -72,7 +72,9 @@ def _closed(path: Path, count: int) -> FloatArray | None:
         return None
     poses = read_tum(path)[1]
     if len(poses) != count:
-        raise InputError(f"{path}: has {len(poses)} poses for {count} scans; make it anew with hopslam optimize")
+        raise InputError(
+            f"{path}: has {len(poses)} poses for {count} scans; remove it, and the run counts as not closed"
+        )
     return poses
 
 

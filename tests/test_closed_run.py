@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from slam.cli.main import app
 from slam.errors import InputError
 from slam.files.graphs.file import read_graph, write_graph
 from slam.files.tum import format_tum, read_tum
@@ -218,3 +220,13 @@ def _map_of(folder: Path) -> SurfelMap:
     saved = RunRecord.open(folder).saved_map
     assert saved is not None
     return saved.mapper.map
+
+
+def test_both_trajectories_are_scored(lap_run: Path, lap_path: list[Pose2D], tmp_path: Path) -> None:
+    stamps = read_tum(lap_run / "closed.tum")[0].tolist()
+    truth = tmp_path / "truth.tum"
+    truth.write_text("".join(format_tum(stamp, pose) + "\n" for stamp, pose in zip(stamps, lap_path, strict=True)))
+    result = CliRunner().invoke(app, ["eval", str(lap_run), "--reference", str(truth), "--no-align", "--json"])
+    scores = json.loads(result.output)
+    assert list(scores) == ["ATE", "RPE over 1 m", "closed: ATE", "closed: RPE over 1 m"]
+    assert scores["closed: ATE"]["metres"]["rmse"] < scores["ATE"]["metres"]["rmse"]

@@ -152,6 +152,6 @@ class GraphDocument(_Strict):
 def _not_a_covariance(rows: Matrix) -> str | None:
     matrix = np.array(rows)
     scale = max(float(np.abs(matrix).max()), 1e-300)
-    if np.abs(matrix - matrix.T).max() > 1e-6 * scale or np.linalg.eigvalsh(matrix).min() < -1e-6 * scale:
+    if np.abs(matrix - matrix.T).max() > 1e-6 * scale or np.linalg.eigvalsh(matrix).min() < -1e-4 * scale:
         return "not symmetric with eigenvalues of 0 and more"
     return None

@@ -11,9 +11,11 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from slam.files.atomic_files import atomic_file
+from slam.files.graphs.file import read_graph
 from slam.files.tum import read_tum
 from slam.pose import FloatArray, Pose2D
 from slam.run.pictures.figure_style import PAPER, Palette, figure_size, plain_axes, save_figure
+from slam.run.pictures.loop_lines import LoopLines, draw_loops
 from slam.run.results.run_record import RunRecord
 from slam.scenario.solids import rectangle
 
@@ -42,6 +44,7 @@ class MapContents:
     outlines: Sequence[FloatArray] = ()
     """(C, 2) each: the true walls."""
     points: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
+    loops: LoopLines | None = None
 
     @property
     def extent(self) -> tuple[FloatArray, FloatArray]:
@@ -56,9 +59,10 @@ class MapContents:
 
 
 def contents_of(record: RunRecord) -> MapContents:
-    """Map and trajectories of a run."""
-    traces = record.traces
-    return MapContents(record.walls, traces.estimate, traces.odometry, traces.truth, record.outlines)
+    """Map, trajectories and loops of a run, as they are known in the end."""
+    traces, graph = record.traces, record.graph
+    loops = None if graph is None or traces.closed is None else LoopLines.of(graph, traces.closed)
+    return MapContents(record.walls, traces.final, traces.odometry, traces.truth, record.outlines, loops=loops)
 
 
 def draw_contents(axes: Axes, contents: MapContents, colours: Palette) -> None:
@@ -93,20 +97,27 @@ def _draw_ways(axes: Axes, contents: MapContents, colours: Palette) -> None:
     robot = Pose2D(*contents.estimate[-1]).transform(ROBOT)
     axes.fill(*robot.T, facecolor=colours.slam, alpha=0.35, linewidth=0.0, zorder=7)
     axes.fill(*robot.T, facecolor="none", edgecolor=colours.slam, linewidth=1.2, zorder=7)
+    if contents.loops is not None:
+        draw_loops(axes, contents.loops, colours)
 
 
 def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outlines: Sequence[FloatArray]) -> None:
     """Write ``map.png`` into a run folder that has at least one step.
 
     ``points`` (N, 2), ``segment_ends`` (M, 2, 2) and the true wall ``outlines`` are in metres, map frame; the
-    trajectories are read from the folder.
+    trajectories, and the loops where some were closed, are read from the folder.
     """
+    closed, truth = (_poses(folder / f"{name}.tum") for name in ("closed", "groundtruth"))
     estimate, odometry = (read_tum(folder / f"{name}.tum")[1] for name in ("trajectory", "odometry"))
-    truth_file = folder / "groundtruth.tum"
-    truth = read_tum(truth_file)[1] if truth_file.is_file() else None
-    contents = MapContents(segment_ends, estimate, odometry, truth, outlines, points)
+    loops = None if closed is None else LoopLines.of(read_graph(folder / "graph.json"), closed)
+    final = estimate if closed is None else closed
+    contents = MapContents(segment_ends, final, odometry, truth, outlines, points, loops)
     with atomic_file(folder / "map.png") as draft:
         save_figure(map_figure(contents), draft, dpi=130)
+
+
+def _poses(path: Path) -> FloatArray | None:
+    return read_tum(path)[1] if path.is_file() else None
 
 
 def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float = 13.0, bare: bool = False) -> Figure:

@@ -30,6 +30,10 @@ class Closure:
     """Number of them."""
     loops: tuple[Loop, ...]
     """Those that were found since the closure before."""
+    poses: FloatArray
+    """(K, 3): T_map_laser of the key scans."""
+    loop_keys: IntArray
+    """(L, 2): numbers of two key scans of each loop, see ``loop_keys``."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.graph.closure import ClosedRun
-from slam.graph.loop import Loop
+from slam.graph.loop import Loop, loop_keys
 from slam.graph.pose_graph import Edges, squared_errors
 from slam.graph.submap import Submap
 from slam.lines.segments import IntArray
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray
 
 BELIEVED: Final = 0.5
 """Weight above which a loop is believed."""
@@ -68,26 +68,7 @@ class RunGraph:
 
     @cached_property
     def loop_scans(self) -> IntArray:
-        """Where each loop lies in the run, (L, 2): the number of a scan of the submap that was found, the middle one of
-        those that agree, and that of the nearest key scan of the submap in which it was found."""
-        keys_of = {submap.number: np.array(submap.keys) for submap in self.submaps}
+        """Numbers of two scans of each loop, (L, 2): where a place was seen again, and where it was seen before."""
+        keys_of = {submap.number: submap.keys for submap in self.submaps}
         key_at = {node: number for number, node in enumerate(self.key_nodes.tolist())}
-        pairs = []
-        for loop in self.loops:
-            own = key_at[loop.edges[len(loop.edges) // 2].second]
-            others = keys_of[loop.other]
-            distances = np.hypot(*(self.poses[others] - self.poses[own])[:, :2].T)
-            pairs.append((self.scans[own], self.scans[others[np.argmin(distances)]]))
-        return np.array(pairs, np.int64).reshape(-1, 2)
-
-
-def loop_text(loop: Loop) -> str:
-    """What was found, as in: submap 41 found in submap 3, 14 of 15 scans agree."""
-    open_side = ", one direction left open" if loop.ambiguous else ""
-    agree = f"{loop.agreeing} of {loop.tested} scans agree"
-    return f"submap {loop.submap} found in submap {loop.other}, {agree}{open_side}"
-
-
-def pose_moved(before: Pose2D, after: Pose2D) -> str:
-    """How far a closure moved the robot, as in: 0.42 m, 1.2 deg."""
-    return f"{before.distance(after):.2f} m, {abs(np.degrees(before.between(after).theta)):.1f} deg"
+        return np.asarray(self.scans[loop_keys(self.loops, keys_of, key_at.__getitem__, self.poses)])

@@ -139,6 +139,8 @@ class Experiment:
                 ending, error = self._loop(watchers, interruption)
             closed = closer.close_loops(console)
             if viewer is not None:
+                if closed is not None:
+                    viewer.show_closed(closed.graph, closed.trajectory, closed.run.map)
                 viewer.end(ending, error)
         if closed is not None:
             closed.write(folder)

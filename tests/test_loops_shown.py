@@ -62,7 +62,7 @@ def test_a_finished_run_tells_the_same_of_its_loops(live: Path, tmp_path: Path) 
     copy = shutil.copytree(live, tmp_path / "run", ignore=shutil.ignore_patterns("run.rrd"))
     finished = recording_of(copy, lambda scans, _: scans)
     live_told, told = (
-        re.findall(r"\[((?:loop|all loops) closed.{60})", printed(recording, "/events", "-vvv"))  # it is cut at 100
+        re.findall(r"\[((?:loop|all loops) closed.{50})", printed(recording, "/events", "-vvv"))  # it is cut at 100
         for recording in (live / "run.rrd", finished)
     )
     assert told == live_told

@@ -31,6 +31,13 @@ class LoopLines:
         return cls(poses[graph.loop_scans][..., :2], graph.believed)
 
 
+def loops_until(graph: RunGraph, poses: FloatArray, scan: int) -> LoopLines:
+    """The loops that were found up to a scan, between poses (S, 3) of all scans of the run."""
+    found = np.array([loop.scan <= scan for loop in graph.loops], np.bool_)
+    lines = LoopLines.of(graph, poses)
+    return LoopLines(lines.ends[found], lines.believed[found])
+
+
 def draw_loops(axes: Axes, loops: LoopLines, colours: Palette) -> None:
     """Draw them, with labels for a legend."""
     looks = (loops.believed, colours.loop, "-", "o"), (~loops.believed, colours.doubt, (0, (3, 2)), "X")

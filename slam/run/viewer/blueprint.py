@@ -27,7 +27,7 @@ _SO_FAR: Final = rrb.VisibleTimeRanges(
 )
 _TITLE: Final = (
     "map: SLAM blue, with loops closed green, truth yellow, dead reckoning orange, planned violet; "
-    "walls: mapped white, true grey"
+    "loops lime, doubtful ones pink and crossed out; walls: mapped white, true grey"
 )
 _STROKES: Final = ("slam", "odometry", "truth")
 

@@ -22,6 +22,7 @@ from slam.graph.constellation import (
     cell_of,
 )
 from slam.graph.wall_votes import moved
+from slam.lines.segments import IntArray
 from slam.matching.coarse_search import HEADING, PLACE_X, PLACE_Y, SCORE
 from slam.pose import FloatArray
 
@@ -33,8 +34,10 @@ LEAST_OVERLAP: Final = 0.1
 """Metres that two walls must share."""
 MOST_SIGMAS: Final = 3.0
 """Standard deviations between two walls beyond which they are not one."""
-SHIFT_PRIOR, TURN_PRIOR = 0.3, 3.0
-"""Information by which a round holds the place where it was: metres, and metres^3, of wall."""
+PRIOR: Final = np.array([0.3, 0.3, 3.0])
+"""Information by which a round holds x, y (metres of wall) and the heading (metres^3) where they were."""
+SLACK: Final = 1.0
+"""Metres by which the rounds may move two walls against each other."""
 CHANCE: Final = 1.0
 """Metres of wall in each direction by which a place may be held by chance."""
 CONTRADICTION: Final = 8.0
@@ -45,13 +48,24 @@ CONTRADICTION: Final = 8.0
 def weigh_places(places: FloatArray, submap: Constellation, other: Constellation) -> None:
     """Refine every place (N, 4) of a submap in another one, and score it."""
     for k in range(len(places)):
-        x, y, theta = _refined(submap.walls, other.walls, places[k, PLACE_X], places[k, PLACE_Y], places[k, HEADING])
-        information, _ = _normal_equations(moved(submap.walls, x, y, theta), other.walls, x, y, KERNELS[-1])
-        xx, xy, yy = information[0, 0] + CHANCE, information[0, 1], information[1, 1] + CHANCE
+        x, y, theta = places[k, PLACE_X], places[k, PLACE_Y], places[k, HEADING]
+        pairs = _pairs(moved(submap.walls, x, y, theta), other.walls)
+        for kernel in KERNELS[:-1]:
+            there = moved(submap.walls, x, y, theta)
+            information, gradient = _normal_equations(there, other.walls, pairs, x, y, kernel)
+            step = np.linalg.solve(information + np.diag(PRIOR), gradient)
+            x, y, theta = x + step[0], y + step[1], theta + step[2]
+        information, _ = _normal_equations(moved(submap.walls, x, y, theta), other.walls, pairs, x, y, KERNELS[-1])
         places[k, PLACE_X], places[k, PLACE_Y], places[k, HEADING] = x, y, wrapped(theta)
-        places[k, SCORE] = (np.sqrt(xx * yy - xy * xy) - CHANCE) / (
-            CONTRADICTION + contradicted(places[k], submap, other)
-        )
+        against = CONTRADICTION + contradicted(places[k], submap, other)
+        places[k, SCORE] = fixedness(information) / against
+
+
+@compiled
+def fixedness(information: FloatArray) -> float:
+    """How much walls fix a place in every direction, metres of wall: none, where they are all parallel."""
+    xx, xy, yy = information[0, 0] + CHANCE, information[0, 1], information[1, 1] + CHANCE
+    return float(np.sqrt(xx * yy - xy * xy) - CHANCE)
 
 
 @compiled
@@ -65,39 +79,32 @@ def contradicted(place: FloatArray, submap: Constellation, other: Constellation)
 
 
 @compiled
-def likeliest(places: FloatArray, submap: Constellation, other: Constellation, most: int) -> FloatArray:
-    """The ``most`` places (N, 4) with the most votes, against what contradicts them."""
-    scores = np.empty(len(places))
-    for k in range(len(places)):
-        scores[k] = places[k, SCORE] / (CONTRADICTION + contradicted(places[k], submap, other))
-    return places[np.argsort(-scores, kind="mergesort")[:most]]
-
-
-@compiled
-def _refined(walls: FloatArray, others: FloatArray, x: float, y: float, theta: float) -> tuple[float, float, float]:
-    """The place after least squares on the walls that it lays on each other."""
-    for kernel in KERNELS[:-1]:
-        information, gradient = _normal_equations(moved(walls, x, y, theta), others, x, y, kernel)
-        information[0, 0] += SHIFT_PRIOR
-        information[1, 1] += SHIFT_PRIOR
-        information[2, 2] += TURN_PRIOR
-        step = np.linalg.solve(information, gradient)
-        x, y, theta = x + step[0], y + step[1], theta + step[2]
-    return x, y, theta
+def _pairs(walls: FloatArray, others: FloatArray) -> IntArray:
+    """The pairs (P, 2) of walls that face the same way and lie on each other, or would within SLACK."""
+    pairs, count = np.empty((len(walls) * len(others), 2), np.int64), 0
+    for a in range(len(walls)):
+        for b in range(len(others)):
+            ux, uy = others[b, ALONG_X], others[b, ALONG_Y]
+            if walls[a, ALONG_X] * ux + walls[a, ALONG_Y] * uy < SAME_WAY:
+                continue
+            dx, dy = walls[a, MIDDLE_X] - others[b, MIDDLE_X], walls[a, MIDDLE_Y] - others[b, MIDDLE_Y]
+            slope = abs(walls[a, ALONG_X] * uy - walls[a, ALONG_Y] * ux)
+            half = 0.5 * (walls[a, LENGTH] + others[b, LENGTH])
+            if abs(dx * ux + dy * uy) < half + SLACK and abs(dy * ux - dx * uy) < slope * half + SLACK:
+                pairs[count, 0], pairs[count, 1] = a, b
+                count += 1
+    return pairs[:count]
 
 
 @compiled
 def _normal_equations(
-    walls: FloatArray, others: FloatArray, x: float, y: float, kernel: float
+    walls: FloatArray, others: FloatArray, pairs: IntArray, x: float, y: float, kernel: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Information (3, 3), and minus the gradient (3,), for a step of x, y and theta about (x, y), of all walls that lie
-    on others, weighed by the metres that they share and by how near they are; metres of wall."""
+    """Information (3, 3), and minus the gradient (3,), for a step of x, y and theta about (x, y), of the pairs of walls
+    that lie on each other, weighed by the metres that they share and by how near they are; metres of wall."""
     information, gradient = np.zeros((3, 3)), np.zeros(3)
-    for a in range(len(walls)):
-        for b in range(len(others)):
-            cosine = walls[a, ALONG_X] * others[b, ALONG_X] + walls[a, ALONG_Y] * others[b, ALONG_Y]
-            if cosine > SAME_WAY:
-                _add_pair(walls[a], others[b], x, y, kernel, information, gradient)
+    for p in range(len(pairs)):
+        _add_pair(walls[pairs[p, 0]], others[pairs[p, 1]], x, y, kernel, information, gradient)
     information[1, 0], information[2, 0], information[2, 1] = information[0, 1], information[0, 2], information[1, 2]
     return information, gradient
 

@@ -4,18 +4,14 @@ Pairs of walls vote for places (wall_votes.py); each of these is refined and wei
 is to be verified: a building has places that look alike.
 """
 
-from typing import Final
-
 import numpy as np
 
 from slam.graph.constellation import Constellation
-from slam.graph.place_evidence import likeliest, weigh_places
+from slam.graph.place_evidence import weigh_places
 from slam.graph.wall_votes import places_voted_for
 from slam.matching.coarse_search import HEADING, PLACE_X, PLACE_Y, SCORE
 from slam.pose import FloatArray, wrap_angles
 
-FOLLOWED: Final = 24
-"""Places that are refined."""
 SAME_DISTANCE, SAME_ANGLE = 0.4, 0.1
 """Places nearer than this, metres and radians, are one."""
 
@@ -26,7 +22,6 @@ def propose_places(submap: Constellation, other: Constellation, most: int = 6) -
     The poses are ``T_other_submap``. The scores compare places; they do not tell if the two submaps share any.
     """
     places = places_voted_for(submap.walls, other.walls)
-    places = likeliest(places, submap, other, FOLLOWED)
     weigh_places(places, submap, other)
     return _distinct(places[np.argsort(-places[:, SCORE], kind="stable")], most)
 

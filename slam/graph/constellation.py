@@ -6,11 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.compiled import compiled
-from slam.pose import FloatArray, path_lengths
+from slam.mapping.surfel_grid import HITS
+from slam.mapping.wall_evidence import evidence_of_hits
+from slam.mapping.wall_segments import wall_segments
+from slam.pose import FloatArray, Pose2D, path_lengths
 
 MIDDLE_X, MIDDLE_Y, ALONG_X, ALONG_Y, LENGTH = range(5)
 """Columns of walls (M, 5): the middle and the length, metres, and the unit vector from start to end, which has the
 floor on its left."""
+BELIEVED_HITS: Final = 3.0
+"""Scans by which a surfel counts as seen, at least: then a wall of the shortest length is one."""
 SHORTEST: Final = 0.4
 """Metres: shorter walls are legs of tables as often as walls."""
 CELL: Final = 0.25
@@ -45,6 +50,18 @@ class Constellation(NamedTuple):
         walls = np.column_stack([ends[kept].mean(axis=1), lines[kept] / lengths[kept, None], lengths[kept]])
         walls = walls[np.lexsort(walls.T)]
         return cls(walls, _free_floor(walls, np.zeros((1, 2)) if path is None else _viewpoints(path)))
+
+    @classmethod
+    def of_surfels(cls, surfels: FloatArray, path: FloatArray, cell: float) -> Self:
+        """All walls of surfels (S, 8) in cells so wide, seen from a path (K, 3), in the frame of its middle pose.
+
+        What was seen once, from afar, is no wall of the map yet; it tells of the place all the same.
+        """
+        believed = surfels.copy()
+        believed[:, HITS] = np.maximum(surfels[:, HITS], BELIEVED_HITS)
+        ends = wall_segments(believed, evidence_of_hits(believed), cell)
+        middle = Pose2D.from_array(path[len(path) // 2]).inverse()
+        return cls.of(middle.transform(ends), middle.transform(path[:, :2]))
 
 
 def _viewpoints(path: FloatArray) -> FloatArray:

@@ -34,7 +34,7 @@ LEAST_OVERLAP: Final = 0.1
 """Metres that two walls must share."""
 MOST_SIGMAS: Final = 3.0
 """Standard deviations between two walls beyond which they are not one."""
-PRIOR: Final = np.array([0.3, 0.3, 3.0])
+PRIOR: Final = np.array([0.1, 0.1, 1.0])
 """Information by which a round holds x, y (metres of wall) and the heading (metres^3) where they were."""
 SLACK: Final = 1.0
 """Metres by which the rounds may move two walls against each other."""

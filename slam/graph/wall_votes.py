@@ -23,7 +23,7 @@ TURNS_APART: Final = 5
 """... and bins between any two of them, at least."""
 REACH: Final = 40
 """Cells to each side in which shifts are looked for, 10 m: submaps of 8 m of way farther apart share little."""
-SHIFTS: Final = 8
+SHIFTS: Final = 12
 """Shifts that are found at each turn ..."""
 SHIFTS_APART: Final = 2
 """... and cells between any two of them, more than."""
@@ -31,6 +31,8 @@ LONGEST_VOTE: Final = 3.0
 """Metres of wall that count, at most: two long walls fix no turn and no place better than two of this length."""
 SAME_WAY: Final = 0.9925
 """Cosine between two walls that face the same way: 7 degrees."""
+CHANCE: Final = 0.1
+"""Metres of wall in each direction that a shift has by chance."""
 LEAST_OVERLAP: Final = 0.1
 """Metres of one wall on another, at least, for a vote."""
 BLUR = (0.5, 1.0, 0.5)
@@ -141,7 +143,8 @@ def _vote(wall: FloatArray, other: FloatArray, votes: FloatArray) -> None:
 @compiled
 def fixedness(votes: FloatArray) -> FloatArray:
     """How much votes (R, C, 3) fix a shift in every direction: the root of the determinant of each, metres of wall."""
-    return np.sqrt(np.maximum(votes[:, :, XX] * votes[:, :, YY] - votes[:, :, XY] ** 2, 0.0))
+    determinants = (votes[:, :, XX] + CHANCE) * (votes[:, :, YY] + CHANCE) - votes[:, :, XY] ** 2
+    return np.sqrt(determinants) - CHANCE
 
 
 @compiled

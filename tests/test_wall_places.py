@@ -27,10 +27,9 @@ CORRIDOR = np.array([[[-9.0, -1.0], [9.0, -1.0]], [[9.0, 1.0], [-9.0, 1.0]]])
 POSES = st.builds(Pose2D, st.floats(-2, 2), st.floats(-2, 2), st.floats(-3.1, 3.1))
 
 
-def constellation(walls: FloatArray, T: Pose2D | None = None, path: FloatArray | None = None) -> Constellation:
-    """Walls, and the path from which they were seen, after they were moved."""
-    T = T or Pose2D()
-    return Constellation.of(T.transform(walls), T.transform(np.zeros((1, 2)) if path is None else path))
+def constellation(walls: FloatArray, T: Pose2D | None = None) -> Constellation:
+    """Walls after they were moved."""
+    return Constellation.of((T or Pose2D()).transform(walls))
 
 
 def offices(seed: int) -> FloatArray:
@@ -137,11 +136,6 @@ def test_what_lies_behind_the_back_of_a_wall_is_unknown() -> None:
     assert not constellation(np.vstack([HALL, back])).free[:, CELLS + 4 :].any()
 
 
-def test_the_path_sees_more_floor_than_the_origin() -> None:
-    path = np.array([[-2.0, -1.0], [0.0, 0.0], [-1.0, 3.0]])
-    assert constellation(L_ROOM, path=path).free.sum() > constellation(L_ROOM).free.sum()
-
-
 def test_a_wall_across_free_floor_contradicts() -> None:
     screen = np.array([[[0.0, -1.0], [0.0, 1.0]]])
     empty, divided = constellation(HALL), Constellation(constellation(screen).walls, constellation(HALL).free)
@@ -222,7 +216,7 @@ def test_voted_places_hold_the_true_one_before_it_is_refined() -> None:
     assert off[np.abs(places[:, HEADING] - T.theta) < 0.05].min() < 2 * CELL
 
 
-def test_surfels_seen_once_make_walls_in_the_frame_of_the_middle_of_the_path() -> None:
+def test_surfels_seen_once_make_walls_in_the_frame_of_the_robot() -> None:
     bearings = np.linspace(-np.pi, np.pi, 721)[:-1]
     with np.errstate(divide="ignore"):
         ranges = np.minimum(4.0 / abs(np.cos(bearings)), 2.5 / abs(np.sin(bearings)))
@@ -237,7 +231,7 @@ def test_surfels_seen_once_make_walls_in_the_frame_of_the_middle_of_the_path() -
         ]
     )
     surfels.add(facets, scan, T, walls=False)
-    seen = Constellation.of_surfels(surfels.surfels, T.as_array()[None], surfels.config.cell)
+    seen = Constellation.of_surfels(surfels.surfels, T.as_array(), surfels.config.cell)
     long_walls = seen.walls[seen.walls[:, LENGTH] > 4.0]
     assert len(long_walls) == 4
     assert_near(propose_places(constellation(HALL), seen)[0], Pose2D(), 0.1, np.inf)

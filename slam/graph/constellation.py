@@ -1,4 +1,4 @@
-"""The constellation of a submap: its walls, and the floor that its robot has seen to be free."""
+"""The constellation of a submap: its walls, and the floor that they leave free."""
 
 from typing import Final, NamedTuple, Self
 
@@ -9,7 +9,7 @@ from slam.compiled import compiled
 from slam.mapping.surfel_grid import HITS
 from slam.mapping.wall_evidence import evidence_of_hits
 from slam.mapping.wall_segments import wall_segments
-from slam.pose import FloatArray, Pose2D, path_lengths
+from slam.pose import FloatArray, Pose2D
 
 MIDDLE_X, MIDDLE_Y, ALONG_X, ALONG_Y, LENGTH = range(5)
 """Columns of walls (M, 5): the middle and the length, metres, and the unit vector from start to end, which has the
@@ -24,81 +24,66 @@ CELLS: Final = 64
 """Cells of the floor to each side of the origin: 16 m."""
 FREE_MARGIN: Final = 0.3
 """Metres from a wall within which nothing is called free."""
-VIEWPOINTS_EVERY: Final = 1.0
-"""Metres of path from one place where the robot looks round to the next."""
 RAYS: Final = 180
-"""Rays of one look round."""
+"""Rays from the origin."""
 
 Floor = NDArray[np.bool_]
 
 
 class Constellation(NamedTuple):
-    """What is compared to find a place again; the origin is near the middle of the submap's path."""
+    """What is compared to find a place again, in the frame of a pose of the robot in the middle of the submap."""
 
     walls: FloatArray
     """(M, 5), in an order that depends on nothing but the walls."""
     free: Floor
-    """True in the cells (2 CELLS, 2 CELLS), [row, column], that were seen to be free; the origin is in their middle."""
+    """True in the cells (2 CELLS, 2 CELLS), [row, column], about the origin where the robot saw free floor."""
 
     @classmethod
-    def of(cls, ends: FloatArray, path: FloatArray | None = None) -> Self:
-        """Walls (M, 2, 2), [wall, start or end, x or y], that were seen from a path (K, 2), metres; from the origin,
-        where there is none."""
+    def of(cls, ends: FloatArray) -> Self:
+        """Walls (M, 2, 2), [wall, start or end, x or y], metres, about a place of the robot in their middle."""
         lines = ends[:, 1] - ends[:, 0]
         lengths = np.hypot(lines[:, 0], lines[:, 1])
         kept = lengths >= SHORTEST
         walls = np.column_stack([ends[kept].mean(axis=1), lines[kept] / lengths[kept, None], lengths[kept]])
         walls = walls[np.lexsort(walls.T)]
-        return cls(walls, _free_floor(walls, np.zeros((1, 2)) if path is None else _viewpoints(path)))
+        return cls(walls, _free_floor(walls))
 
     @classmethod
-    def of_surfels(cls, surfels: FloatArray, path: FloatArray, cell: float) -> Self:
-        """All walls of surfels (S, 8) in cells so wide, seen from a path (K, 3), in the frame of its middle pose.
+    def of_surfels(cls, surfels: FloatArray, middle: FloatArray, cell: float) -> Self:
+        """All walls of surfels (S, 8), in cells so wide, in the frame of a pose (3,) of the robot in their middle.
 
         What was seen once, from afar, is no wall of the map yet; it tells of the place all the same.
         """
         believed = surfels.copy()
         believed[:, HITS] = np.maximum(surfels[:, HITS], BELIEVED_HITS)
         ends = wall_segments(believed, evidence_of_hits(believed), cell)
-        middle = Pose2D.from_array(path[len(path) // 2]).inverse()
-        return cls.of(middle.transform(ends), middle.transform(path[:, :2]))
-
-
-def _viewpoints(path: FloatArray) -> FloatArray:
-    """Points (V, 2) at even distances on a path (K, 2)."""
-    way = path_lengths(path)
-    at = np.arange(0.0, way[-1] + VIEWPOINTS_EVERY, VIEWPOINTS_EVERY)
-    return np.column_stack([np.interp(at, way, path[:, 0]), np.interp(at, way, path[:, 1])])
+        return cls.of(Pose2D.from_array(middle).inverse().transform(ends))
 
 
 @compiled
-def _free_floor(walls: FloatArray, viewpoints: FloatArray) -> Floor:
-    """The floor that rays cross from the viewpoints (V, 2) to the first wall, where they meet the side that was
-    seen."""
+def _free_floor(walls: FloatArray) -> Floor:
+    """The floor that rays cross from the origin to the first wall, where they meet the side that was seen."""
     free = np.zeros((2 * CELLS, 2 * CELLS), np.bool_)
-    for v in range(len(viewpoints)):
-        x, y = viewpoints[v]
-        for ray in range(RAYS):
-            c, s = np.cos(ray * 2.0 * np.pi / RAYS), np.sin(ray * 2.0 * np.pi / RAYS)
-            reach = _free_reach(walls, x, y, c, s)
-            for step in range(int(2.0 * reach / CELL)):
-                row, column = cell_of(x + 0.5 * CELL * step * c, y + 0.5 * CELL * step * s, CELLS)
-                if row >= 0:
-                    free[row, column] = True
+    for ray in range(RAYS):
+        c, s = np.cos(ray * 2.0 * np.pi / RAYS), np.sin(ray * 2.0 * np.pi / RAYS)
+        for step in range(int(2.0 * _free_reach(walls, c, s) / CELL)):
+            row, column = cell_of(0.5 * CELL * step * c, 0.5 * CELL * step * s, CELLS)
+            if row >= 0:
+                free[row, column] = True
     return free
 
 
 @compiled
-def _free_reach(walls: FloatArray, x: float, y: float, c: float, s: float) -> float:
-    """Metres that are free along a ray from (x, y); none where no wall ends it, or one whose back it meets."""
+def _free_reach(walls: FloatArray, c: float, s: float) -> float:
+    """Metres that are free along a ray; none where no wall ends it, or one whose back it meets."""
     nearest, reach = np.inf, 0.0
     for m in range(len(walls)):
         facing = c * walls[m, ALONG_Y] - s * walls[m, ALONG_X]  # sine from the ray to the wall
         if facing == 0.0:
             continue
-        dx, dy = walls[m, MIDDLE_X] - x, walls[m, MIDDLE_Y] - y
-        way = (dx * walls[m, ALONG_Y] - dy * walls[m, ALONG_X]) / facing
-        if 0.0 < way < nearest and abs(dx * s - dy * c) <= 0.5 * walls[m, LENGTH] * abs(facing):
+        x, y = walls[m, MIDDLE_X], walls[m, MIDDLE_Y]
+        way = (x * walls[m, ALONG_Y] - y * walls[m, ALONG_X]) / facing
+        if 0.0 < way < nearest and abs(x * s - y * c) <= 0.5 * walls[m, LENGTH] * abs(facing):
             nearest = way
             reach = way - FREE_MARGIN / facing if facing > 0.0 else 0.0
     return reach

@@ -13,14 +13,16 @@ from slam.graph.key_scan import KeyScan, made_of
 from slam.graph.submap_uncertainty import SubmapUncertainty
 from slam.lines.segments import Segments
 from slam.mapping.surfel_map import SurfelMap
+from slam.matching.match import Match
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.matching.surfel_mapper_state import SurfelMapperState
-from slam.motion_model import motion_covariance
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import LaserScan
 
 LENGTH: Final = 8.0
 """Metres of way that a submap covers; the next begins half way."""
+LEAST_KEYS: Final = 6
+"""Key scans that a submap has at least when the next begins, however far apart they are."""
 TURN_WAY: Final = 0.3
 """Metres of way that a turn of one radian counts as."""
 KEY_DISTANCE, KEY_ANGLE = 0.25, 0.25
@@ -42,11 +44,19 @@ class SubmapMapper(SurfelMapper):
         super().__init__(state, config, T_base_laser, odometry)
         self.key: KeyScan | None = None
         self.uncertainty = SubmapUncertainty(state.covariance)
+        self._wheels = Pose2D()  # the motion since the last key scan by odometry alone
         self._number = 0  # of the submap that scans are matched to
         self._next: SurfelMap | None = None
         self._last_key: Pose2D | None = None
-        self._way = self._began = 0.0
+        self._way = self._began = self._opened = 0.0
+        self._keys = 0  # since the submap that was opened last began
         self._broke = -np.inf
+
+    def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
+        """See SurfelMapper; the motion that led to ``prior`` is remembered for the next key scan."""
+        if self.state.T_map_base is not None:
+            self._wheels = self._wheels @ self.state.T_map_base.between(prior)
+        return super().locate(scan, segments, prior)
 
     def add(self, scan: LaserScan, segments: Segments, T_local_laser: Pose2D) -> None:
         """Write the scan located last into the open submaps, where it was taken far enough from the last one."""
@@ -64,13 +74,15 @@ class SubmapMapper(SurfelMapper):
             return
         self._way += distance + TURN_WAY * turn
         if self._is_key(T_local_laser, broken):
-            if self._way - self._began >= 0.5 * LENGTH and self._next is None:
-                self._next = SurfelMap(config)
+            self._keys += 1
+            if self._way - self._began >= 0.5 * LENGTH and self._next is None and self._keys >= LEAST_KEYS:
+                self._keys = 0
+                self._next, self._opened = SurfelMap(config), self._way
                 self.uncertainty.open_next()
             self.key = self._key_scan(scan, T_local_laser, broken)
             self._last_key = T_local_laser
         self._write(scan, T_local_laser, distance + turn)
-        if self._way - self._began >= LENGTH and self.key is not None:
+        if self._next is not None and self._way - self._began >= LENGTH and self._keys >= LEAST_KEYS:
             self._take_over()
 
     def _write(self, scan: LaserScan, T_local_laser: Pose2D, moved: float) -> None:
@@ -91,7 +103,7 @@ class SubmapMapper(SurfelMapper):
         """True where the scan located last did not fit, so that a submap must begin with it."""
         if self._found is None or len(self._facets) < LEAST_FACETS or len(self.map) == 0:
             return False
-        return self._share < BROKEN_SHARE and self._way - self._broke >= CALM
+        return self._found.odometry_only and self._way - self._broke >= CALM
 
     @property
     def _share(self) -> float:
@@ -102,22 +114,23 @@ class SubmapMapper(SurfelMapper):
         self._broke, self._next = self._way, SurfelMap(self.map.config)
         self.uncertainty.open_next()
         self._take_over()
-        self._began = self._way
+        self._began, self._keys = self._way, 0
         self.state = self._with(bad_matches=0)
 
     def _take_over(self) -> None:
         """The older submap is finished; scans are matched to the next."""
         assert self._next is not None
-        self._number, self._began = self._number + 1, self._began + 0.5 * LENGTH
+        self._number, self._began = self._number + 1, self._opened
         self.state, self._next = self._with(map=self._next), None
         self.uncertainty.take_over()
 
     def _key_scan(self, scan: LaserScan, T_local_laser: Pose2D, broken: bool) -> KeyScan:
         ranges, lidar, bearings = made_of(scan)
+        wheels, self._wheels = self.T_base_laser.inverse() @ self._wheels @ self.T_base_laser, Pose2D()
         submaps = (self._number,) if self._next is None else (self._number, self._number + 1)
         return KeyScan(
             T_local_laser.as_array(), submaps, self._facets, ranges, lidar, bearings,
-            self._information(), self._share, self._odometry_covariance(T_local_laser), broken=broken,
+            self._information(), self._share, wheels.as_array(), broken=broken,
         )  # fmt: skip
 
     def _information(self) -> FloatArray:
@@ -127,12 +140,6 @@ class SubmapMapper(SurfelMapper):
         fit, scale = self._found.fit, np.array([1.0, 1.0, self.config.lever])
         constrained = fit.projector * np.outer(1.0 / scale, scale)
         return np.asarray(constrained.T @ fit.information @ constrained)
-
-    def _odometry_covariance(self, T_local_laser: Pose2D) -> FloatArray:
-        if self._last_key is None:
-            return np.zeros((3, 3))
-        motion = self._last_key.between(T_local_laser)
-        return self.state.odometry_inflation * motion_covariance(motion, 0.0, self.config.motion)
 
     def _pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
         return self.uncertainty.pose_covariance(pose, match_covariance)

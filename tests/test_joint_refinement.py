@@ -11,7 +11,7 @@ from slam.graph.main_edges import MainEdges, find_main_edges, no_main_edges
 from slam.graph.pose_graph import NO_LOOP, Edges
 from slam.graph.refined_walls import RefinedWalls, wall_covariances
 from slam.graph.wall_equations import LEAST_SCATTER, fit_lines, wall_equations
-from slam.graph.wall_landmarks import SeenWalls, Sights, find_walls
+from slam.graph.wall_landmarks import FoundWalls, Sights, find_walls
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
 
@@ -278,7 +278,7 @@ def sights_at(poses: FloatArray, facets: list[FloatArray]) -> Sights:
 
 
 def dense_system(
-    sights: Sights, walls: SeenWalls, main: MainEdges, kernel: float, count: int
+    sights: Sights, walls: FoundWalls, main: MainEdges, kernel: float, count: int
 ) -> tuple[FloatArray, FloatArray]:
     """S and the gradient for the poses, from a plain matrix of poses, walls and main directions."""
     M, K = len(walls.lines), main.direction.max(initial=-1) + 1

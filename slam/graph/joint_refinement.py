@@ -16,7 +16,7 @@ from slam.graph.main_edges import find_main_edges, no_main_edges
 from slam.graph.pose_graph import Edges, factorize, linear_system
 from slam.graph.refined_walls import RefinedWalls, refined_walls
 from slam.graph.wall_equations import WallEquations, fit_lines, wall_equations
-from slam.graph.wall_landmarks import LINE_NX, LINE_NY, SeenWalls, Sights, find_walls, wall_spans
+from slam.graph.wall_landmarks import LINE_NX, LINE_NY, FoundWalls, Sights, find_walls, wall_spans
 from slam.lines.facets import NX, NY, VARIANCE, X, Y
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
@@ -33,7 +33,7 @@ class RefinementSettings(NamedTuple):
     """Residuals far above this, metres, lose their weight."""
     straight: float = 0.01
     """Metres by which pieces of a wall may lie off its line."""
-    gap: float = 0.06
+    gap: float = 0.04
     """Metres across a wall between neighbouring facets of one piece, at most."""
     first_width: float = 4.0
     """Kernel, straight and gap are so many times wider in the first round; the factor is halved until it is 1."""
@@ -125,7 +125,7 @@ def _beside_walls(edges: Edges, weights: FloatArray, nodes: IntArray, count: int
 
 def _equations(
     sights: Sights, nodes: IntArray, width: float, count: int, settings: RefinementSettings
-) -> tuple[SeenWalls, WallEquations]:
+) -> tuple[FoundWalls, WallEquations]:
     """Find the walls, and what they say of ``count`` poses."""
     kernel = width * settings.kernel
     walls = find_walls(sights, width * settings.straight, width * settings.gap)

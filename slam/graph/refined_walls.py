@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.graph.wall_equations import WallEquations
-from slam.graph.wall_landmarks import SeenWalls, Sights, wall_spans
+from slam.graph.wall_landmarks import FoundWalls, Sights, wall_spans
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
@@ -26,7 +26,7 @@ class RefinedWalls(NamedTuple):
     """(M,): the node of the key scan that tells most of it."""
 
 
-def refined_walls(sights: Sights, walls: SeenWalls, equations: WallEquations, T_map_local: FloatArray) -> RefinedWalls:
+def refined_walls(sights: Sights, walls: FoundWalls, equations: WallEquations, T_map_local: FloatArray) -> RefinedWalls:
     """The walls of sights in the frame ``local``, which is at this pose (3,) in the map."""
     spans = wall_spans(sights.points, walls.lines, walls.sights, walls.begins)
     nx, ny, x, y = walls.lines.T

@@ -16,7 +16,7 @@ import numpy as np
 
 from slam.compiled import compiled
 from slam.graph.main_edges import MainEdges
-from slam.graph.wall_landmarks import LINE_NX, LINE_NY, LINE_X, LINE_Y, SeenWalls, Sights
+from slam.graph.wall_landmarks import LINE_NX, LINE_NY, LINE_X, LINE_Y, FoundWalls, Sights
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
@@ -52,7 +52,7 @@ class WallEquations(NamedTuple):
         return _reaction(self.begins, self.nodes, self.coupling, self.blocks, turned, poses)
 
 
-def fit_lines(sights: Sights, walls: SeenWalls, kernel: float) -> FloatArray:
+def fit_lines(sights: Sights, walls: FoundWalls, kernel: float) -> FloatArray:
     """Lines (M, 4) that fit the facets of the walls best, at the present poses."""
     lines = walls.lines.copy()
     _fit_lines(sights, walls.sights, walls.begins, kernel, lines)
@@ -60,7 +60,7 @@ def fit_lines(sights: Sights, walls: SeenWalls, kernel: float) -> FloatArray:
 
 
 def wall_equations(
-    sights: Sights, nodes: IntArray, walls: SeenWalls, main: MainEdges, kernel: float, count: int
+    sights: Sights, nodes: IntArray, walls: FoundWalls, main: MainEdges, kernel: float, count: int
 ) -> WallEquations:
     """Normal equations at the present poses and lines, for ``count`` nodes; ``nodes`` (K,) are those of the scans."""
     begins = _pair_begins(sights.scans, walls.sights, walls.begins)
@@ -123,7 +123,7 @@ def _pair_begins(scans: IntArray, numbers: IntArray, begins: IntArray) -> IntArr
 
 @compiled
 def _linearized(
-    sights: Sights, nodes: IntArray, walls: SeenWalls, kernel: float, begins: IntArray, count: int
+    sights: Sights, nodes: IntArray, walls: FoundWalls, kernel: float, begins: IntArray, count: int
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Nodes of the pairs and B, A, the gradient by the poses (N, 3), D, the gradient by the walls (M, 2), and the
     squares (M, 2)."""

@@ -17,6 +17,8 @@ SIDES: Final = 16
 """Directions into which the normals are sorted, before facets are put together."""
 CELL: Final = 0.3
 """Metres along a wall that a piece is long."""
+TABLE: Final = 512
+"""Cells to each side of the table of pieces, which is repeated over the plane."""
 NEIGHBOURS = 2  # cells to each side in which a wall may go on
 WALL_COSINE = 0.95  # between the normals of a piece and of its wall, at least
 SIGMAS = 0.5  # of the place of a piece, which it may be off beyond what a wall may be off straight
@@ -43,7 +45,7 @@ class Sights(NamedTuple):
     """(F,): number of the key scan."""
 
 
-class SeenWalls(NamedTuple):
+class FoundWalls(NamedTuple):
     """Walls, and the facets that see them."""
 
     lines: FloatArray
@@ -54,7 +56,7 @@ class SeenWalls(NamedTuple):
     """(M + 1,): where those of each wall begin, and G."""
 
 
-def find_walls(sights: Sights, straight: float, gap: float) -> SeenWalls:
+def find_walls(sights: Sights, straight: float, gap: float) -> FoundWalls:
     """Find the walls that two scans see or more.
 
     Neighbouring facets of a piece are no farther apart across it than ``gap``, metres, and a piece lies no farther off
@@ -65,18 +67,15 @@ def find_walls(sights: Sights, straight: float, gap: float) -> SeenWalls:
     order = np.argsort(key, kind="stable")
     piece_of, pieces = _pieces(sights.points, sights.normals, information, cell, order, gap)
     columns_rows = np.floor(pieces[:, WX : WY + 1] / (CELL * pieces[:, W : W + 1])).astype(np.int64)
-    columns_rows += NEIGHBOURS - columns_rows.min(axis=0, initial=0)
-    columns, rows = columns_rows.max(axis=0, initial=0) + NEIGHBOURS + 1
     heaviest_first = np.argsort(-pieces[:, W], kind="stable")
-    head = np.full((rows, columns), -1, np.int64)
-    wall_of_piece, lines = _grow_walls(pieces, columns_rows, head, heaviest_first, straight)
-    return SeenWalls(*_sort_by_wall(wall_of_piece[piece_of], sights.scans, lines))
+    wall_of_piece, lines = _grow_walls(pieces, columns_rows, heaviest_first, straight)
+    return FoundWalls(*_sort_by_wall(wall_of_piece[piece_of], sights.scans, lines))
 
 
 @compiled
 def wall_spans(points: FloatArray, lines: FloatArray, numbers: IntArray, begins: IntArray) -> FloatArray:
     """From where to where along its line (M, 4) each wall was seen, (M, 2), metres from the point of the line; the
-    other arguments are those of Sights and SeenWalls."""
+    other arguments are those of Sights and FoundWalls."""
     spans = np.empty((len(lines), 2))
     for m in range(len(lines)):
         nx, ny, x, y = lines[m]
@@ -138,13 +137,13 @@ def _fit(sums: FloatArray, seed: FloatArray, line: FloatArray) -> None:
 
 @compiled
 def _grow_walls(
-    pieces: FloatArray, columns_rows: IntArray, head: IntArray, heaviest_first: IntArray, straight: float
+    pieces: FloatArray, columns_rows: IntArray, heaviest_first: IntArray, straight: float
 ) -> tuple[IntArray, FloatArray]:
-    """Number of the wall of each piece (P,), and the lines (M, 4); ``head`` has a -1 for every cell, and becomes the
-    first piece of each."""
+    """Number of the wall of each piece (P,), and the lines (M, 4)."""
+    head = np.full((TABLE, TABLE), -1, np.int64)  # first piece in a cell, and in those TABLE cells away
     following, wall_of = np.empty(len(pieces), np.int64), np.full(len(pieces), -1, np.int64)
     for k in range(len(pieces)):
-        column, row = columns_rows[k]
+        column, row = columns_rows[k, 0] % TABLE, columns_rows[k, 1] % TABLE
         following[k] = head[row, column]
         head[row, column] = k
     lines, queue, count = np.empty((len(pieces), 4)), np.empty(len(pieces), np.int64), 0
@@ -170,9 +169,10 @@ def _grow_one(
         begin += 1
         for i in range(row - NEIGHBOURS, row + NEIGHBOURS + 1):
             for j in range(column - NEIGHBOURS, column + NEIGHBOURS + 1):
-                k = head[i, j]
+                k = head[i % TABLE, j % TABLE]
                 while k >= 0:
-                    if wall_of[k] < 0 and _lies_on(pieces[k], line, straight):
+                    here = columns_rows[k, 0] == j and columns_rows[k, 1] == i
+                    if here and wall_of[k] < 0 and _lies_on(pieces[k], line, straight):
                         wall_of[k], queue[end] = number, k
                         end += 1
                         sums += pieces[k]
@@ -198,13 +198,16 @@ def _lies_on(piece: FloatArray, line: FloatArray, straight: float) -> bool:
     """True where a piece faces the way of a line and lies on it, within ``straight``, metres, and its uncertainty."""
     nx, ny, w = line[LINE_NX], line[LINE_NY], piece[W]
     offset = nx * (piece[WX] / w - line[LINE_X]) + ny * (piece[WY] / w - line[LINE_Y])
-    faces = nx * piece[WNX] + ny * piece[WNY] > WALL_COSINE * w
-    return bool(faces and offset * offset < straight * straight + SIGMAS * SIGMAS / w)
+    cosine, sine = (nx * piece[WNX] + ny * piece[WNY]) / w, (nx * piece[WNY] - ny * piece[WNX]) / w
+    variance = SIGMAS * SIGMAS / w
+    is_on = offset * offset < straight * straight + variance
+    is_along = (sine * LEVER) ** 2 < (0.5 * straight) ** 2 + 2.0 * variance
+    return bool(cosine > WALL_COSINE and is_on and is_along)
 
 
 @compiled
 def _sort_by_wall(wall_of: IntArray, scans: IntArray, lines: FloatArray) -> tuple[FloatArray, IntArray, IntArray]:
-    """SeenWalls of the walls that LEAST_SCANS scans see; ``wall_of`` and ``scans`` are of facets (F,)."""
+    """FoundWalls of the walls that LEAST_SCANS scans see; ``wall_of`` and ``scans`` are of facets (F,)."""
     counts, seen = np.zeros(len(lines), np.int64), np.zeros(len(lines), np.int64)
     last = np.full(len(lines), -1, np.int64)
     for f in range(len(wall_of)):

@@ -37,7 +37,7 @@ class RefinementSettings(NamedTuple):
     """Metres across a wall between neighbouring facets of one piece, at most."""
     first_width: float = 4.0
     """Kernel, straight and gap are so many times wider in the first round; the factor is halved until it is 1."""
-    reused: float = 0.1
+    reused: float = 0.03
     """Weight of the edges that come from matching: what the scans matched, their facets say again of the walls."""
     directions: bool = True
     """Walls are held softly to the main directions of the building, where it has any."""

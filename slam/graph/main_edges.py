@@ -16,7 +16,7 @@ WITHIN: Final = np.radians(2.0)
 """A wall lies in a main direction when it is nearer to it than this."""
 KERNEL_SIGMAS: Final = 3.0
 """Standard deviations of a main direction, far above which a wall is not held to it."""
-CORRELATION: Final = 4.0
+CORRELATION: Final = 2.0
 """Walls of one part of a building are off alike: what each tells is divided by this."""
 
 

@@ -2,17 +2,23 @@
 
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Final
 
 from slam.config import SlamConfig
 from slam.deskew import deskewed
+from slam.graph.closure import ClosedRun, Closure
+from slam.graph.loop_closing import LoopClosing
 from slam.lines.extraction import extract_segments
 from slam.lines.learnt_noise import LearntNoise
 from slam.lines.segments import Segments
-from slam.matching.mapper import Lines, Points, make_mapper
+from slam.mappers import make_mapper
+from slam.matching.mapper import Lines, Mapper, Points
 from slam.matching.match import NO_MATCH, Match
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
+
+_ORIGIN: Final = Pose2D()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,6 +36,10 @@ class Estimate:
     """Seconds of wall time for the extraction of the segments ..."""
     total_time: float = 0.0
     """... and for all of the update."""
+    T_map_local: Pose2D = _ORIGIN
+    """Pose of the frame in which odometry and matching put the robot; it jumps where a loop is closed."""
+    closure: Closure | None = None
+    """The closure that was taken over at this scan: pose and map have changed as a whole."""
 
     @property
     def mapped(self) -> bool:
@@ -63,50 +73,73 @@ class LineSlam:
     def __init__(self, config: SlamConfig, T_base_laser: Pose2D, T_map_base: Pose2D | None = None, seed: int = 0):
         self.config = config
         self.T_base_laser = T_base_laser
-        self.T_map_base = T_map_base or Pose2D()  # the anchor: at the first scan the estimate is the truth (section 4)
+        self.T_local_base = T_map_base or Pose2D()  # the anchor: at the first scan it is the truth (section 4)
         self.noise = LearntNoise.start(config.lines)  # of the ranges
-        self.mapper = make_mapper(config, T_base_laser, seed)
+        self.mapper: Mapper = make_mapper(config, T_base_laser, seed)
+        self.loops = LoopClosing.beside(self.mapper)
+        self.scans = 0  # until now
         self.T_odom_base: Pose2D | None = None  # with the last scan
-        self.T_map_mapped: Pose2D | None = None  # T_map_base with the last scan that was matched
+        self.T_local_mapped: Pose2D | None = None  # T_local_base with the last scan that was matched
+
+    @property
+    def T_map_base(self) -> Pose2D:
+        """The estimate: the frame ``local`` of odometry and matching lies where the last closed loop put it."""
+        return self.loops.T_map_local @ self.T_local_base if self.loops else self.T_local_base
 
     @property
     def points(self) -> Points:
         """The map as points."""
-        return self.mapper.points
+        return self.loops.map if self.loops else self.mapper.points
 
     @property
     def lines(self) -> Lines:
         """The map as line segments."""
-        return self.mapper.lines
+        return self.loops.map if self.loops else self.mapper.lines
 
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
         """Take the next scan and the odometry at its stamp; return the new pose estimate. One turn of Fig. 14."""
         began = perf_counter()
+        self.scans += 1
         prior = self._predict(odometry)  # eqs. (38)-(44)
         if not self._moved_enough(prior):
-            self.T_map_base = prior
-            return Estimate(scan.stamp, prior, map_points=len(self.points), total_time=perf_counter() - began)
+            self.T_local_base = prior
+            return self._estimate(scan.stamp, began)
         if self.config.deskew:
             scan = deskewed(scan, odometry.twist, self.T_base_laser)
         segments = extract_segments(scan, self.config.lines, self.noise.observe(scan))  # eqs. (1)-(12), Proc. 1-8
         extraction_time = perf_counter() - began
         match = self.mapper.locate(scan, segments, prior)  # eqs. (20)-(37)
-        T_map_laser = prior @ self.T_base_laser @ match.T_prior_laser  # eq. (19)
-        self.mapper.add(scan, segments, T_map_laser)  # eqs. (15)-(18)
-        self.T_map_base = self.T_map_mapped = T_map_laser @ self.T_base_laser.inverse()
-        total_time = perf_counter() - began
-        return Estimate(scan.stamp, self.T_map_base, segments, match, len(self.points), extraction_time, total_time)
+        T_local_laser = prior @ self.T_base_laser @ match.T_prior_laser  # eq. (19)
+        self.mapper.add(scan, segments, T_local_laser)  # eqs. (15)-(18)
+        self.T_local_base = self.T_local_mapped = T_local_laser @ self.T_base_laser.inverse()
+        closure = self.loops.follow(self.scans - 1) if self.loops else None
+        return self._estimate(scan.stamp, began, segments, match, extraction_time, closure)
+
+    def finish(self) -> ClosedRun | None:
+        """There are no more scans: close the last loops, and refine all of the run; None where none are closed."""
+        return self.loops.finish(self.T_base_laser) if self.loops else None
+
+    def _estimate(
+        self, stamp: float, began: float, segments: Segments | None = None, match: Match = NO_MATCH,
+        extraction_time: float = 0.0, closure: Closure | None = None,
+    ) -> Estimate:  # fmt: skip
+        """The estimate in the map frame."""
+        T_map_local = self.loops.T_map_local if self.loops else _ORIGIN
+        return Estimate(
+            stamp, self.T_map_base, segments, match.turned(T_map_local.theta), len(self.points), extraction_time,
+            perf_counter() - began, T_map_local, closure,
+        )  # fmt: skip
 
     def _predict(self, odometry: Odometry) -> Pose2D:
         """The base before the scan is looked at: moved as the wheels say, or where it was, as in eq. (20)."""
         last, self.T_odom_base = self.T_odom_base, odometry.T_odom_base
         if last is None or not self.config.odometry:
-            return self.T_map_base
-        return self.T_map_base @ last.between(odometry.T_odom_base)
+            return self.T_local_base
+        return self.T_local_base @ last.between(odometry.T_odom_base)
 
     def _moved_enough(self, prior: Pose2D) -> bool:
         """Tell if the base has moved enough for a scan to be used; the paper uses each, as update_distance = 0 does."""
-        if self.T_map_mapped is None:
+        if self.T_local_mapped is None:
             return True
-        motion = self.T_map_mapped.between(prior)
+        motion = self.T_local_mapped.between(prior)
         return motion.distance(Pose2D()) >= self.config.update_distance or abs(motion.theta) >= self.config.update_angle

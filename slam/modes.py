@@ -12,12 +12,12 @@ class Mode(NamedTuple):
     lines: str
     map: str
     matching: str
-    settings: Mapping[str, bool] = {}
+    settings: Mapping[str, bool | str] = {}
 
 
 MODES: Final[dict[ModeName, Mode]] = {
     "hopslam": Mode("chi_square", "surfels", "least_squares"),
-    "paper": Mode("paper", "points", "force_field", {"deskew": False}),
+    "paper": Mode("paper", "points", "force_field", {"deskew": False, "loops": "never"}),
     "dead_reckoning": Mode("chi_square", "surfels", "least_squares"),  # none of them is used
 }
 """In the order in which reports show them; the first is the default."""

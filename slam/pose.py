@@ -99,19 +99,23 @@ def stack_poses(poses: Iterable[Pose2D]) -> FloatArray:
 
 
 def relative_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
-    """``T_origin_pose`` of poses (N, 3) given in one frame with the origin, (3,) or (N, 3)."""
-    dx, dy, turn = (poses - origin).T
+    """``T_origin_pose`` of poses (..., 3) given in one frame with the origin, (3,) or of the same shape."""
+    dx, dy, turn = np.moveaxis(poses - origin, -1, 0)
     c, s = np.cos(origin[..., 2]), np.sin(origin[..., 2])
-    return np.column_stack([c * dx + s * dy, c * dy - s * dx, wrap_angles(turn)])
+    return np.stack([c * dx + s * dy, c * dy - s * dx, wrap_angles(turn)], axis=-1)
 
 
 def compose_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
-    """Poses (N, 3) given in the frames of ``origin``, (3,) or (N, 3), in the frame of that: undoes relative_poses."""
+    """Poses (..., 3) given in the frames of ``origin``, in the frame of that: undoes relative_poses."""
     c, s = np.cos(origin[..., 2]), np.sin(origin[..., 2])
-    x, y, turn = poses.T
-    return np.column_stack(
-        [origin[..., 0] + c * x - s * y, origin[..., 1] + s * x + c * y, wrap_angles(origin[..., 2] + turn)]
-    )
+    x, y, turn = np.moveaxis(poses, -1, 0)
+    turned = wrap_angles(origin[..., 2] + turn)
+    return np.stack([origin[..., 0] + c * x - s * y, origin[..., 1] + s * x + c * y, turned], axis=-1)
+
+
+def inverse_poses(poses: FloatArray) -> FloatArray:
+    """``T_b_a`` of poses ``T_a_b``, (..., 3)."""
+    return relative_poses(poses, np.zeros_like(poses))
 
 
 def path_lengths(poses: FloatArray) -> FloatArray:

@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from slam.config import LeastSquaresConfig, SlamConfig
+from slam.config import SlamConfig
 from slam.line_slam import LineSlam
 from slam.lines.learnt_noise import LearntNoise
+from slam.mappers import surfel_mapper
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import Pose2D
@@ -34,25 +35,21 @@ def save(slam: LineSlam) -> SavedSlam | None:
     """Save the state for ``resume`` and ``relocate``; None where the map is not this project's own."""
     if not isinstance(slam.mapper, SurfelMapper):
         return None
-    return SavedSlam(slam.mapper.state, slam.T_map_base, slam.T_odom_base, slam.T_map_mapped, slam.noise)
+    return SavedSlam(slam.mapper.state, slam.T_map_base, slam.T_odom_base, slam.T_local_mapped, slam.noise)
 
 
 def resume(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> LineSlam:
     """Continue as if the method had never stopped, with the next scan and odometry of the same run."""
     slam = LineSlam(config, T_base_laser, saved.T_map_base)
-    slam.mapper, slam.noise = _mapper(config, T_base_laser, saved.mapper), saved.noise
-    slam.T_odom_base, slam.T_map_mapped = saved.T_odom_base, saved.T_map_mapped
+    slam.mapper, slam.noise = surfel_mapper(config, T_base_laser, saved.mapper), saved.noise
+    slam.T_odom_base, slam.T_local_mapped = saved.T_odom_base, saved.T_map_mapped
     return slam
 
 
 def relocate(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam, T_map_base: Pose2D) -> LineSlam:
     """Continue in the saved map with a robot that begins anew at ``T_map_base``, and its odometry with it."""
     slam = LineSlam(config, T_base_laser, T_map_base)
-    slam.mapper = _mapper(config, T_base_laser, saved.mapper.relocated(T_map_base, RELOCATION_COVARIANCE))
+    relocated = saved.mapper.relocated(T_map_base, RELOCATION_COVARIANCE)
+    slam.mapper = surfel_mapper(config, T_base_laser, relocated)
     slam.noise = saved.noise
     return slam
-
-
-def _mapper(config: SlamConfig, T_base_laser: Pose2D, state: SurfelMapperState) -> SurfelMapper:
-    assert isinstance(config.matching, LeastSquaresConfig)
-    return SurfelMapper(state, config.matching, T_base_laser, config.odometry)

@@ -1,6 +1,6 @@
 """The settings of the whole method: which extractor, map and matcher, and when they are used."""
 
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -25,6 +25,9 @@ class SlamConfig(Section):
     matching: MatchConfig = LeastSquaresConfig()
     """Matching of a scan to the map."""
     localization: LocalizationConfig = LocalizationConfig()
+    loops: Literal["auto", "never"] = "auto"
+    """Whether loops are closed: ``auto`` finds a place again whenever a submap is finished, and corrects pose and map;
+    with ``never`` the map is what was seen first. Only this project's own matcher and map close loops."""
     deskew: bool = True
     """Undo the motion of the robot while the beams were taken, where they carry time; off in paper mode."""
     odometry: bool = True

@@ -55,10 +55,13 @@ class SurfelMap:
         """Memory of the map."""
         return sum(array.nbytes for array in self.grid if isinstance(array, np.ndarray))
 
-    def add(self, facets: FloatArray, scan: LaserScan, T_map_laser: Pose2D, moved: float = 0.0) -> None:
+    def add(
+        self, facets: FloatArray, scan: LaserScan, T_map_laser: Pose2D, moved: float = 0.0, walls: bool = True
+    ) -> None:
         """Put the facets (F, 7) of a scan into the map, and let fade what its beams went through.
 
-        The sensor ``moved`` so far since the scan before, metres and radians together.
+        The sensor ``moved`` so far since the scan before, metres and radians together. ``walls`` says if the beams
+        shall tell where there is wall; a map that nobody asks for ``ends`` can do without.
         """
         config, pose = self.config, T_map_laser.as_array()
         before, way = self.grid.way, self.grid.way + moved
@@ -67,6 +70,6 @@ class SurfelMap:
             self.grid = with_room(self.grid, *room_needed(facets, pose, config.cell))
             put(self.grid, facets, pose, config.gate, float(config.max_hits), config.pose_sigma)
         beams = free_beams(scan, config.no_echo_reach)
-        if moved == 0.0 or floor(way / WEIGHED_EVERY) > floor(before / WEIGHED_EVERY):
+        if walls and (moved == 0.0 or floor(way / WEIGHED_EVERY) > floor(before / WEIGHED_EVERY)):
             weigh_walls(self.grid, beams, scan.echoes, pose, config.carve_reach, config.gate)
         carve(self.grid, beams, pose, config.carve_reach, config.free_margin, config.miss_ratio)

@@ -1,14 +1,9 @@
-"""The Mapper protocol, a matcher with its map as LineSlam uses it; and the mapper that the settings name."""
+"""The Mapper protocol: a matcher with its map, as LineSlam uses it."""
 
 from typing import Protocol
 
-from slam.config import ForceFieldConfig, LeastSquaresConfig, OwnMethod, PointMapConfig, SlamConfig, SurfelMapConfig
 from slam.lines.segments import Segments
 from slam.matching.match import Match
-from slam.matching.own_mapper import OwnMapper
-from slam.matching.paper_mapper import PaperMapper
-from slam.matching.surfel_mapper import SurfelMapper
-from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
@@ -48,14 +43,3 @@ class Mapper(Protocol):
     def add(self, scan: LaserScan, segments: Segments, T_map_laser: Pose2D) -> None:
         """Add the scan that was located last to the map."""
         ...
-
-
-def make_mapper(config: SlamConfig, T_base_laser: Pose2D, seed: int) -> Mapper:
-    """The mapper of these settings; SlamConfig has seen to it that the two parts fit."""
-    if isinstance(config.matching, OwnMethod):
-        return OwnMapper(config.matching, T_base_laser, seed)
-    if isinstance(config.matching, ForceFieldConfig) and isinstance(config.map, PointMapConfig):
-        return PaperMapper(config.map, config.matching, T_base_laser, seed)
-    assert isinstance(config.matching, LeastSquaresConfig)
-    assert isinstance(config.map, SurfelMapConfig)
-    return SurfelMapper(SurfelMapperState.empty(config.map), config.matching, T_base_laser, config.odometry)

@@ -1,6 +1,10 @@
 """The result of matching a scan to the map, whatever the method."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import cos, sin
+from typing import Self
+
+import numpy as np
 
 from slam.pose import FloatArray, Pose2D
 
@@ -27,6 +31,16 @@ class Match:
     """True where the last scans did not fit the map."""
     odometry_only: bool = False
     """True where the scan said nothing that could be trusted, and the pose is what odometry predicts."""
+
+    def turned(self, angle: float) -> Self:
+        """The same match, its covariance and directions in axes that are turned back by this angle, radians."""
+        if angle == 0.0:
+            return self
+        c, s = cos(angle), sin(angle)
+        R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        covariance = None if self.covariance is None else R @ self.covariance @ R.T
+        unconstrained = None if self.unconstrained is None else self.unconstrained @ R.T
+        return replace(self, covariance=covariance, unconstrained=unconstrained)
 
 
 NO_MATCH = Match(Pose2D(), iterations=0, converged=False, points=0)

@@ -9,6 +9,7 @@ from slam.config import LeastSquaresConfig
 from slam.lines.facets import facets_of
 from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import Segments
+from slam.mapping.surfel_map import SurfelMap
 from slam.matching.least_squares import SolverSettings, fuse
 from slam.matching.match import Match
 from slam.matching.pose_search import Found, PoseSearch, Scene, pose_offset
@@ -30,13 +31,27 @@ class SurfelMapper:
         self, state: SurfelMapperState, config: LeastSquaresConfig, T_base_laser: Pose2D, odometry: bool = True
     ) -> None:
         self.state = state
-        self.points = self.lines = self.map = state.map
         self.config, self.T_base_laser, self._odometry = config, T_base_laser, odometry
         self._settings = _solver_settings(config, odometry)
         self._facets = np.empty((0, 7))
         self._walls = WallHeading(state.directions, config.directions == "auto")
         self._search = PoseSearch(config.search, state.map.config.carve_reach, self._walls)
-        self._contradicted = False  # the last scan, by the map
+        self._found: Found | None = None  # for the last scan
+
+    @property
+    def map(self) -> SurfelMap:
+        """The map that scans are matched to."""
+        return self.state.map
+
+    @property
+    def points(self) -> SurfelMap:
+        """The map as points."""
+        return self.state.map
+
+    @property
+    def lines(self) -> SurfelMap:
+        """The map as lines."""
+        return self.state.map
 
     @property
     def _lost(self) -> bool:
@@ -52,7 +67,7 @@ class SurfelMapper:
         T_map_laser, motion = prior @ self.T_base_laser, self._motion_covariance(last, prior)
         predicted = propagate(self._predicted(last, prior, motion), prior, T_map_laser)
         found = self._find(scan, segments.noise, T_map_laser, predicted, last @ self.T_base_laser)
-        self._contradicted = found.contradicted
+        self._found = found
         if found.odometry_failed:
             predicted = predicted + np.diag(pose_offset(found.fit.pose, T_map_laser.as_array()) ** 2)
         return self._fuse(found, T_map_laser, predicted, motion, propagate(motion, prior, T_map_laser))
@@ -63,21 +78,29 @@ class SurfelMapper:
         While lost, or where the map contradicts the scan, nothing is added: what is put in the wrong place would stay
         there.
         """
-        if self._lost or self._contradicted:
+        if self._lost or (self._found is not None and self._found.contradicted):
             return
         config, added = self.map.config, self.state.T_map_added
         motion = added.between(T_map_laser) if added else Pose2D()
         distance, turn = motion.distance(Pose2D()), abs(motion.theta)
         if added is None or distance >= config.update_distance or turn >= config.update_angle:
-            self.state = replace(self.state, T_map_added=T_map_laser)
+            self.state = self._with(T_map_added=T_map_laser)
             self.map.add(self._facets, scan, T_map_laser, distance + turn)
             self._walls.add_walls(T_map_laser.theta)
+
+    def _with(self, **changes: Any) -> SurfelMapperState:
+        """The state with these fields changed."""
+        return replace(self.state, **changes)
 
     def _begin(self, start: Pose2D) -> Match:
         """There is no map before the first scan: its pose is known, or it is where the map begins."""
         self.state = replace(self.state, T_map_base=start)
-        covariance = self.state.uncertainty.pose_covariance(start, self.state.covariance)
+        covariance = self._pose_covariance(start, self.state.covariance)
         return Match(Pose2D(), 0, False, 0, covariance=covariance)
+
+    def _pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
+        """Covariance (3, 3) of a pose of the base against the truth, for that against the map."""
+        return self.state.uncertainty.pose_covariance(pose, match_covariance)
 
     def _motion_covariance(self, last: Pose2D, prior: Pose2D) -> FloatArray:
         if self._odometry:
@@ -125,7 +148,7 @@ class SurfelMapper:
             fit.converged,
             len(self._facets),
             fit.inliers,
-            self.state.uncertainty.pose_covariance(T_map_base, covariance),
+            self._pose_covariance(T_map_base, covariance),
             unconstrained,
             found.searched,
             self._lost,

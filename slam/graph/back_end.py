@@ -1,0 +1,166 @@
+"""The back end: key scans come in, loops are looked for whenever a submap is finished, and the graph is solved."""
+
+from typing import Final
+
+import numpy as np
+
+from slam.config import LeastSquaresConfig, SurfelMapConfig
+from slam.graph.closed_map import map_of
+from slam.graph.closure import ClosedRun, Closure
+from slam.graph.condensed import CondensedGraph
+from slam.graph.key_scan import KeyScan
+from slam.graph.loop_search import LoopSearch
+from slam.graph.pose_graph import Edges, solve_graph
+from slam.graph.submap import Submap, path_of
+from slam.graph.submap_graph import SubmapGraph
+from slam.graph.surest_paths import surest_covariances
+from slam.mapping.surfel_map import SurfelMap
+from slam.pose import FloatArray, compose_poses
+
+KERNEL: Final = 30.0
+"""chi^2 of a loop's edge, beyond which it loses its weight."""
+MOST_CANDIDATES, ENOUGH = 10, 4
+"""Earlier submaps in which a new one is sought at most, and how often it must be found to end the search."""
+NEAR: Final = 3.0
+"""Metres between two paths ..."""
+SIGMAS: Final = 3.0
+"""... and so many standard deviations of where they lie, within which a submap is sought."""
+GAP_COST: Final = 0.3
+"""Standard deviation in metres that counts as much as a metre between the paths when candidates are ordered."""
+NEIGHBOURS: Final = 2
+"""Submaps before a new one that share its walls without a loop."""
+BREAK_REACH, BREAK_CANDIDATES = 5.0, 3
+"""Where the front end broke: submaps whose path is so near, metres, and how many of them are tried with any heading."""
+BREAK_SIGMAS: Final = np.array([0.5, 0.5, 2.0])
+
+
+class BackEnd:
+    """Finds loops between submaps."""
+
+    def __init__(self, matching: LeastSquaresConfig, config: SurfelMapConfig) -> None:
+        self.graph = SubmapGraph()
+        self.condensed = CondensedGraph(self.graph, KERNEL)
+        self._config, self._search = config, LoopSearch(self.graph, matching, config)
+        self._told = 0  # number of the loops of the closures until now
+        self._finished: list[Submap] = []
+        self.tried = 0
+
+    def take(self, key: KeyScan) -> Closure | None:
+        """Take the next key scan; where it is the first that is matched to the next submap, loops are sought for the
+        one before, and a closure is returned where the map has changed."""
+        before = self.graph.keys[-1].submaps[0] if self.graph.keys else key.submaps[0]
+        closed = key.submaps[0] != before and self._finish(before)
+        self.graph.add(key)
+        return self._closure(before) if closed and self._has_moved() else None
+
+    def finish(self, T_base_laser: FloatArray) -> ClosedRun:
+        """There are no more key scans: seek loops for the open submaps too, and solve for all nodes."""
+        graph = self.graph
+        for number in graph.keys[-1].submaps if graph.keys else ():
+            self._finish(number)
+        edges = Edges.of(graph.edges)
+        solution = solve_graph(np.array(graph.poses).reshape(-1, 3), edges, KERNEL)
+        graph.poses = list(solution.poses)
+        key_nodes = np.array(graph.key_nodes, np.int64)
+        poses = solution.poses[key_nodes]
+        return ClosedRun(
+            tuple(graph.keys), poses, np.zeros((len(poses), 3, 3)), self._map(), tuple(graph.loops),
+            _loop_weights(edges, solution.weights, len(graph.loops)), solution.poses, key_nodes,
+            tuple(graph.submaps.values()), edges, solution.weights, T_base_laser,
+        )  # fmt: skip
+
+    def _closure(self, submap: int) -> Closure:
+        graph = self.graph
+        last = graph.submaps[graph.keys[-1].submaps[0]]
+        loops, self._told = tuple(graph.loops[self._told :]), len(graph.loops)
+        self._mapped_at = self._key_poses()
+        return Closure(submap, graph.correction(last), np.zeros((3, 3)), self._map(), len(graph.keys), loops)
+
+    def _map(self) -> SurfelMap:
+        return map_of(zip(self.graph.keys, self._key_poses(), strict=True), SurfelMap(self._config))
+
+    def _key_poses(self) -> FloatArray:
+        return np.array([self.graph.poses[node] for node in self.graph.key_nodes]).reshape(-1, 3)
+
+    def _has_moved(self) -> bool:
+        """True where a key scan has moved since the map was made."""
+        return True
+
+    def _finish(self, number: int) -> bool:
+        submap = self.graph.submaps[number]
+        if len(submap.keys) < 2:
+            return False
+        self._finished.append(submap)
+        found = self._find_loops(submap)
+        if found:
+            self.condensed.solve()
+        return found > 0
+
+    def _find_loops(self, submap: Submap) -> int:
+        """Seek a submap in the earlier ones, the surest first; returns how often it was found."""
+        candidates, found = self._candidates(submap), 0
+        for other, covariance in candidates[:MOST_CANDIDATES]:
+            self.tried += 1
+            loop = self._search.find(submap, other, covariance, "odometry")
+            if loop is not None:
+                self.graph.add_loop(loop)
+                found += 1
+                if found == ENOUGH:
+                    break
+        if submap.broken and not found:
+            found += self._find_after_break(submap)
+        return found
+
+    def _candidates(self, submap: Submap) -> list[tuple[Submap, FloatArray]]:
+        """Earlier submaps that may share walls with one, and the covariance of each seen from it, the surest first."""
+        at = {other.number: k for k, other in enumerate(self.graph.submaps.values())}
+        poses = np.array([self.graph.poses[other.node] for other in self.graph.submaps.values()])
+        covariances = surest_covariances(at[submap.number], poses, self.condensed.hops())
+        rows = []
+        for other in self._finished[:-1]:
+            if self._are_neighbours(other, submap):
+                continue
+            covariance = covariances[at[other.number]]
+            sigma = float(np.sqrt(covariance[0, 0] + covariance[1, 1]))
+            gap = self._gap(submap, other)
+            if gap <= NEAR + SIGMAS * sigma:
+                rows.append((sigma + GAP_COST * gap, other, covariance))
+        rows.sort(key=lambda row: row[0])
+        return [(other, covariance) for _, other, covariance in rows]
+
+    def _find_after_break(self, submap: Submap) -> int:
+        """Seek a submap with any heading beside where the front end lost its way."""
+        near = [(self._gap(submap, other), other) for other in self._finished[:-1] if other.number < submap.number]
+        near = sorted((row for row in near if row[0] < BREAK_REACH), key=lambda row: row[0])
+        for _, other in near[:BREAK_CANDIDATES]:
+            self.tried += 1
+            loop = self._search.find(submap, other, np.diag(BREAK_SIGMAS**2), "break")
+            if loop is not None:
+                self.graph.add_loop(loop)
+                return 1
+        return 0
+
+    def _are_neighbours(self, other: Submap, submap: Submap) -> bool:
+        """True where two submaps share key scans, or follow each other without a break."""
+        if set(other.keys) & set(submap.keys):
+            return True
+        low, high = sorted((other.number, submap.number))
+        if high - low > NEIGHBOURS:
+            return False
+        return not any(self.graph.submaps[number].broken for number in range(low + 1, high + 1))
+
+    def _gap(self, submap: Submap, other: Submap) -> float:
+        """Metres between the paths of two submaps, as the graph has them."""
+        graph = self.graph
+        own, others = (
+            compose_poses(graph.correction(each), path_of(each, graph.keys))[:, :2] for each in (submap, other)
+        )
+        offsets = own[:, None] - others[None]
+        return float(np.hypot(offsets[..., 0], offsets[..., 1]).min())
+
+
+def _loop_weights(edges: Edges, weights: FloatArray, loops: int) -> FloatArray:
+    """The mean weight (L,) of the edges of every loop."""
+    robust = edges.robust
+    total = np.bincount(edges.loop[robust], weights[robust], loops)
+    return np.asarray(total / np.maximum(np.bincount(edges.loop[robust], minlength=loops), 1))

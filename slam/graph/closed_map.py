@@ -1,0 +1,34 @@
+"""The map again: all key scans put into an empty map, or a saved one, from where the graph has them."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from slam.graph.key_scan import KeyScan
+from slam.mapping.surfel_map import SurfelMap
+from slam.pose import FloatArray, Pose2D, wrap_angle
+
+
+class ClosedMap:
+    """A map that is written from key scans alone."""
+
+    def __init__(self, surfel_map: SurfelMap) -> None:
+        self.map = surfel_map
+        self._last: FloatArray | None = None
+
+    def add(self, key: KeyScan, T_map_laser: FloatArray) -> None:
+        """Put a key scan into the map."""
+        moved = 0.0
+        if self._last is not None:
+            offset = T_map_laser - self._last
+            moved = float(np.hypot(offset[0], offset[1])) + abs(wrap_angle(float(offset[2])))
+        self._last = T_map_laser
+        self.map.add(key.facets, key.scan, Pose2D.from_array(T_map_laser), moved)
+
+
+def map_of(keys: Iterable[tuple[KeyScan, FloatArray]], empty: SurfelMap) -> SurfelMap:
+    """The map of key scans with their poses (3,), written into one that is empty or was saved."""
+    made = ClosedMap(empty)
+    for key, T_map_laser in keys:
+        made.add(key, T_map_laser)
+    return made.map

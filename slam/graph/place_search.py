@@ -1,0 +1,179 @@
+"""Bounded search of a place in a submap, compiled: every pose of a window gets an upper bound, few are looked at.
+
+The pictures of the submap are those of coarse_search.py. Pooled over blocks of pixels they give, for a heading and a
+block of places, a bound of the score that a joint scan can reach there; the blocks with the highest bounds, less what
+the prior takes off, are looked into (after Hess et al., "Real-time loop closure in 2D lidar SLAM", ICRA 2016).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.compiled import compiled, wrapped
+from slam.lines.facets import NX, NY, X, Y
+from slam.lines.segments import IntArray
+from slam.mapping.surfel_grid import Grid
+from slam.matching.coarse_search import FULL_GREY, HEADING, HEADING_STEP, PIXEL, PLACE_X, PLACE_Y, SCORE, draw, layer_of
+from slam.pose import FloatArray
+
+BLOCK = 4  # pixels along a side of a block
+MOST_BLOCKS = 400  # that are looked into
+MIN_DISTANCE, MIN_ANGLE = 0.4, 0.1  # two places are different when they are so far apart: metres and radians
+
+
+class Window(NamedTuple):
+    """The poses that are tried."""
+
+    prior: FloatArray
+    """(3,), its middle."""
+    information: FloatArray
+    """(3, 3) of the prior, for a whole scan that counts 1: half the squared Mahalanobis distance is taken off."""
+    places: int
+    """Pixels to each side."""
+    headings: int
+    """Steps of the heading to each side."""
+
+    @classmethod
+    def about(cls, prior: FloatArray, information: FloatArray, width: float, angle: float) -> "Window":
+        """Reach so many metres and radians to each side."""
+        return cls(prior, information, int(np.ceil(width / PIXEL)), int(np.ceil(angle / HEADING_STEP)))
+
+
+@compiled
+def find_places(facets: FloatArray, window: Window, grid: Grid, reach: float, least: float, most: int) -> FloatArray:
+    """Up to ``most`` different poses, (N, 4), the best first, where at least the share ``least`` of the facets (F, 7),
+    of which none is farther than ``reach``, lies on walls. SCORE is that share less the cost of the prior."""
+    n, blocks = window.places, (2 * window.places + BLOCK) // BLOCK
+    size = 2 * (int(reach / PIXEL) + n + 2 + BLOCK)
+    x0, y0 = window.prior[0] - 0.5 * size * PIXEL, window.prior[1] - 0.5 * size * PIXEL
+    pictures = draw(grid, x0, y0, size)
+    shifts = _shifts(facets, window, x0, y0)
+    bounds = _bounds(shifts, pooled(pictures), blocks)
+    chosen = _highest(bounds, window, len(facets), least)
+    places, shares = np.empty((len(chosen), 4)), np.empty(len(chosen))
+    for b in range(len(chosen)):
+        shares[b] = _best_of_block(chosen[b], blocks, shifts, pictures, window, places[b])
+    return _distinct(places, shares, least, most)
+
+
+@compiled
+def pooled(pictures: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The greatest value of the block that begins at each pixel, (P, rows, columns)."""
+    out = pictures.copy()
+    layers, rows, columns = pictures.shape
+    for p in range(layers):
+        for i in range(rows):
+            for j in range(columns - BLOCK + 1):
+                value = out[p, i, j]
+                for d in range(1, BLOCK):
+                    value = max(value, pictures[p, i, j + d])
+                out[p, i, j] = value
+        for i in range(rows - BLOCK + 1):
+            for j in range(columns):
+                value = out[p, i, j]
+                for d in range(1, BLOCK):
+                    value = max(value, out[p, i + d, j])
+                out[p, i, j] = value
+    return out
+
+
+@compiled
+def _shifts(facets: FloatArray, window: Window, x0: float, y0: float) -> IntArray:
+    """Picture, row and column (A, F, 3) where each facet lies for every heading, at the first place of the window."""
+    headings = 2 * window.headings + 1
+    shifts = np.empty((headings, len(facets), 3), np.int64)
+    for a in range(headings):
+        theta = window.prior[2] + (a - window.headings) * HEADING_STEP
+        c, s = np.cos(theta), np.sin(theta)
+        for f in range(len(facets)):
+            x = window.prior[0] - x0 + c * facets[f, X] - s * facets[f, Y]
+            y = window.prior[1] - y0 + s * facets[f, X] + c * facets[f, Y]
+            shifts[a, f, 0] = layer_of(facets[f, NX], facets[f, NY], c, s)
+            shifts[a, f, 1] = int(np.floor(y / PIXEL)) - window.places
+            shifts[a, f, 2] = int(np.floor(x / PIXEL)) - window.places
+    return shifts
+
+
+@compiled
+def _bounds(shifts: IntArray, maxima: NDArray[np.uint8], blocks: int) -> NDArray[np.uint16]:
+    """Upper bound of the grey values for every heading and block of places, (A, blocks, blocks)."""
+    bounds = np.zeros((len(shifts), blocks, blocks), np.uint16)
+    for a in range(len(shifts)):
+        for f in range(shifts.shape[1]):
+            side, row, column = shifts[a, f]
+            for i in range(blocks):
+                line = maxima[side, row + i * BLOCK]
+                for j in range(blocks):
+                    bounds[a, i, j] += line[column + j * BLOCK]
+    return bounds
+
+
+@compiled
+def _highest(bounds: NDArray[np.uint16], window: Window, facets: int, least: float) -> IntArray:
+    """The blocks of the highest bounds, less what the prior takes off in their middle; numbers in ``bounds``."""
+    scores = np.empty(bounds.size)
+    angles, blocks, _ = bounds.shape
+    k = 0
+    for a in range(angles):
+        for i in range(blocks):
+            for j in range(blocks):
+                middle = 0.5 * (BLOCK - 1) - window.places
+                dx, dy = (j * BLOCK + middle) * PIXEL, (i * BLOCK + middle) * PIXEL
+                share = bounds[a, i, j] / (FULL_GREY * facets)
+                scores[k] = (
+                    share - _cost(dx, dy, (a - window.headings) * HEADING_STEP, window) if share >= least else -1e9
+                )
+                k += 1
+    kept = min(MOST_BLOCKS, len(scores) - 1)
+    threshold = np.partition(scores, len(scores) - 1 - kept)[len(scores) - 1 - kept]
+    return np.flatnonzero((scores > threshold) & (scores > -1e9))
+
+
+@compiled
+def _cost(dx: float, dy: float, turn: float, window: Window) -> float:
+    """Half the squared Mahalanobis distance from the prior."""
+    L = window.information
+    by_place = L[0, 0] * dx * dx + 2.0 * L[0, 1] * dx * dy + L[1, 1] * dy * dy
+    return float(0.5 * (by_place + turn * (2.0 * L[0, 2] * dx + 2.0 * L[1, 2] * dy + L[2, 2] * turn)))
+
+
+@compiled
+def _best_of_block(
+    block: int, blocks: int, shifts: IntArray, pictures: NDArray[np.uint8], window: Window, place: FloatArray
+) -> float:
+    """Write the best place (4,) of a block; returns the share of the facets on walls there."""
+    a, first_i, first_j = block // (blocks * blocks), block // blocks % blocks * BLOCK, block % blocks * BLOCK
+    turn, facets = (a - window.headings) * HEADING_STEP, shifts.shape[1]
+    best_share, place[SCORE] = 0.0, -np.inf
+    for i in range(first_i, min(first_i + BLOCK, 2 * window.places + 1)):
+        for j in range(first_j, min(first_j + BLOCK, 2 * window.places + 1)):
+            total = 0.0
+            for f in range(facets):
+                total += pictures[shifts[a, f, 0], shifts[a, f, 1] + i, shifts[a, f, 2] + j]
+            share = total / (FULL_GREY * facets)
+            dx, dy = (j - window.places) * PIXEL, (i - window.places) * PIXEL
+            score = share - _cost(dx, dy, turn, window)
+            if score > place[SCORE]:
+                best_share, place[SCORE] = share, score
+                place[PLACE_X], place[PLACE_Y] = window.prior[0] + dx, window.prior[1] + dy
+                place[HEADING] = window.prior[2] + turn
+    return float(best_share)
+
+
+@compiled
+def _distinct(places: FloatArray, shares: FloatArray, least: float, most: int) -> FloatArray:
+    """The places (N, 4), the best first, without those near a better one; ``most`` at most."""
+    chosen, count = np.empty((most, 4)), 0
+    for k in np.argsort(-places[:, SCORE], kind="mergesort"):
+        alone = shares[k] >= least and count < most
+        for other in range(count):
+            if not alone:
+                break
+            dx, dy = places[k, PLACE_X] - chosen[other, PLACE_X], places[k, PLACE_Y] - chosen[other, PLACE_Y]
+            turn = abs(wrapped(places[k, HEADING] - chosen[other, HEADING]))
+            alone = np.hypot(dx, dy) > MIN_DISTANCE or turn > MIN_ANGLE
+        if alone:
+            chosen[count] = places[k]
+            count += 1
+    return chosen[:count].copy()

@@ -1,0 +1,186 @@
+"""The pose graph: nodes in the plane, what is known between them, and the poses that bear it out best.
+
+The residual of an edge is that of Olson and of g2o's SE2: e = T_first_second^-1 (estimated) less the measured one, in
+the axes of the first node. Edges of loops are robust, with the kernel of Geman and McClure, w = (c / (c + chi^2))^2,
+which starts as wide as the worst of them asks and shrinks to c (graduated non-convexity, Yang et al., RA-L 2020): so a
+wrong loop among right ones loses its say whatever the start.
+"""
+
+from collections.abc import Iterable
+from typing import Final, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import SuperLU, splu
+
+from slam.compiled import compiled, wrapped
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray, wrap_angles
+
+NO_LOOP: Final = -1
+"""Number of the loop of an edge that belongs to none."""
+SHRINK: Final = 3.0
+"""The kernel shrinks by this factor from one iteration to the next."""
+MAX_ITERATIONS: Final = 40
+
+
+class Edge(NamedTuple):
+    """What is known of one node as seen from another."""
+
+    first: int
+    second: int
+    measured: FloatArray
+    """T_first_second (3,)."""
+    information: FloatArray
+    """(3, 3), in the axes of the first node."""
+    loop: int = NO_LOOP
+    """Number of the loop that it belongs to."""
+
+
+class Edges(NamedTuple):
+    """E edges as arrays."""
+
+    first: IntArray
+    """(E,) numbers of nodes."""
+    second: IntArray
+    measured: FloatArray
+    """(E, 3): T_first_second."""
+    information: FloatArray
+    """(E, 3, 3), in the axes of the first node."""
+    loop: IntArray
+    """(E,) number of the loop that an edge belongs to, NO_LOOP for none; those of loops are robust."""
+
+    @classmethod
+    def of(cls, edges: Iterable[Edge]) -> Self:
+        """Stack these edges."""
+        rows = list(edges)
+        return cls(
+            np.array([edge.first for edge in rows], np.int64),
+            np.array([edge.second for edge in rows], np.int64),
+            np.array([edge.measured for edge in rows], np.float64).reshape(-1, 3),
+            np.array([edge.information for edge in rows], np.float64).reshape(-1, 3, 3),
+            np.array([edge.loop for edge in rows], np.int64),
+        )
+
+    @property
+    def robust(self) -> NDArray[np.bool_]:
+        """True for the edges of loops, (E,)."""
+        return np.asarray(self.loop != NO_LOOP)
+
+
+class Solution(NamedTuple):
+    """Poses that fit the edges best."""
+
+    poses: FloatArray
+    """(N, 3)."""
+    weights: FloatArray
+    """(E,): 1 for an edge that is no loop's, and 0 to 1 for how far a loop's is believed."""
+    iterations: int
+
+
+def solve_graph(poses: FloatArray, edges: Edges, kernel: float, tolerance: float = 1e-5) -> Solution:
+    """Gauss-Newton from these poses (N, 3) of which the first stays where it is; chi^2 of loops is judged by
+    ``kernel``. A step below ``tolerance``, metres and radians, is the last."""
+    poses, robust = poses.copy(), edges.robust
+    chi_squared = squared_errors(poses, edges)
+    width = max(kernel, float(chi_squared[robust].max(initial=0.0)))
+    iterations, step = 0, np.inf
+    while iterations < MAX_ITERATIONS and (width > kernel or step >= tolerance):
+        width = kernel if iterations == 0 and width <= kernel else max(kernel, width / SHRINK)
+        weights = robust_weights(chi_squared, robust, width)
+        H, g = linear_system(poses, edges, weights)
+        moved = -factorize(H[3:, 3:]).solve(g[3:]).reshape(-1, 3)
+        poses[1:] += moved
+        poses[:, 2] = wrap_angles(poses[:, 2])
+        step, iterations = float(np.abs(moved).max(initial=0.0)), iterations + 1
+        chi_squared = squared_errors(poses, edges)
+    return Solution(poses, robust_weights(chi_squared, robust, kernel), iterations)
+
+
+def robust_weights(chi_squared: FloatArray, robust: NDArray[np.bool_], kernel: float) -> FloatArray:
+    """Weight of every edge (E,): that of Geman and McClure for the robust ones, else 1."""
+    return np.where(robust, (kernel / (kernel + chi_squared)) ** 2, 1.0)
+
+
+def linear_system(poses: FloatArray, edges: Edges, weights: FloatArray) -> tuple[csc_matrix, FloatArray]:
+    """Information matrix (3N, 3N) and gradient (3N,) of half the weighted sum of squares at these poses."""
+    size = 3 * len(poses)
+    rows, columns, values, gradient = _normal_equations(
+        poses, edges.first, edges.second, edges.measured, edges.information, weights
+    )
+    return csc_matrix((values, (rows, columns)), shape=(size, size)), gradient
+
+
+def factorize(H: csc_matrix) -> SuperLU:
+    """Sparse factors of a symmetric positive definite matrix."""
+    options = {"SymmetricMode": True}
+    return splu(csc_matrix(H), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+
+
+def squared_errors(poses: FloatArray, edges: Edges) -> FloatArray:
+    """chi^2 of every edge (E,)."""
+    return _squared_errors(poses, edges.first, edges.second, edges.measured, edges.information)
+
+
+@compiled
+def _residual(first: FloatArray, second: FloatArray, measured: FloatArray, e: FloatArray) -> tuple[float, float]:
+    """Write the residual (3,) of an edge; returns the second node's place in the axes of the first."""
+    c, s = np.cos(first[2]), np.sin(first[2])
+    dx, dy = second[0] - first[0], second[1] - first[1]
+    x, y = c * dx + s * dy, c * dy - s * dx
+    e[0], e[1], e[2] = x - measured[0], y - measured[1], wrapped(second[2] - first[2] - measured[2])
+    return x, y
+
+
+@compiled
+def _squared_errors(
+    poses: FloatArray, first: IntArray, second: IntArray, measured: FloatArray, information: FloatArray
+) -> FloatArray:
+    errors, e = np.empty(len(first)), np.empty(3)
+    for k in range(len(first)):
+        _residual(poses[first[k]], poses[second[k]], measured[k], e)
+        total = 0.0
+        for i in range(3):
+            for j in range(3):
+                total += e[i] * information[k, i, j] * e[j]
+        errors[k] = total
+    return errors
+
+
+@compiled
+def _normal_equations(
+    poses: FloatArray, first: IntArray, second: IntArray, measured: FloatArray, information: FloatArray,
+    weights: FloatArray,
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:  # fmt: skip
+    """Rows, columns and values (36 E,) of the information matrix, whose duplicates add up, and the gradient (3N,)."""
+    count = len(first)
+    rows, columns = np.empty(36 * count, np.int64), np.empty(36 * count, np.int64)
+    values, gradient = np.empty(36 * count), np.zeros(3 * len(poses))
+    e, J, at = np.empty(3), np.zeros((3, 6)), np.empty(6, np.int64)
+    for k in range(count):
+        x, y = _residual(poses[first[k]], poses[second[k]], measured[k], e)
+        _fill_jacobian(poses[first[k], 2], x, y, J)
+        W = weights[k] * information[k]
+        JtW = J.T @ W
+        block, force = JtW @ J, JtW @ e
+        for i in range(3):
+            at[i], at[3 + i] = 3 * first[k] + i, 3 * second[k] + i
+        for i in range(6):
+            gradient[at[i]] += force[i]
+            for j in range(6):
+                n = 36 * k + 6 * i + j
+                rows[n], columns[n], values[n] = at[i], at[j], block[i, j]
+    return rows, columns, values, gradient
+
+
+@compiled
+def _fill_jacobian(heading: float, x: float, y: float, J: FloatArray) -> None:
+    """Derivatives (3, 6) of a residual by the poses of its two nodes; (x, y) is the second's place in the first."""
+    c, s = np.cos(heading), np.sin(heading)
+    J[0, 0], J[0, 1], J[0, 2] = -c, -s, y
+    J[1, 0], J[1, 1], J[1, 2] = s, -c, -x
+    J[2, 2] = -1.0
+    J[0, 3], J[0, 4] = c, s
+    J[1, 3], J[1, 4] = -s, c
+    J[2, 5] = 1.0

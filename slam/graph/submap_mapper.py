@@ -1,0 +1,138 @@
+"""The front end of the graph: scans are matched to rolling submaps, and some of them become key scans.
+
+A submap covers a way so short that its own error is small: what was seen there before is left to loops. Two are open at
+a time. Scans are matched to the older one and written into both, so that the next one has a map when it takes over.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from slam.config import LeastSquaresConfig
+from slam.graph.key_scan import KeyScan, made_of
+from slam.graph.submap_uncertainty import SubmapUncertainty
+from slam.lines.segments import Segments
+from slam.mapping.surfel_map import SurfelMap
+from slam.matching.surfel_mapper import SurfelMapper
+from slam.matching.surfel_mapper_state import SurfelMapperState
+from slam.motion_model import motion_covariance
+from slam.pose import FloatArray, Pose2D, wrap_angle
+from slam.scan import LaserScan
+
+LENGTH: Final = 8.0
+"""Metres of way that a submap covers; the next begins half way."""
+TURN_WAY: Final = 0.3
+"""Metres of way that a turn of one radian counts as."""
+KEY_DISTANCE, KEY_ANGLE = 0.25, 0.25
+"""A scan becomes a key scan after this much motion, metres, or this much turning, radians."""
+BROKEN_SHARE: Final = 0.3
+"""A scan of which less agrees does not fit the submap: another begins, joined by odometry alone ..."""
+LEAST_FACETS: Final = 10
+"""... unless it has so few facets that it says nothing ..."""
+CALM: Final = 0.5
+"""... or another began less than this much way ago, metres."""
+
+
+class SubmapMapper(SurfelMapper):
+    """A SurfelMapper whose map is the older of two open submaps; ``key`` is the key scan that the last ``add`` made."""
+
+    def __init__(
+        self, state: SurfelMapperState, config: LeastSquaresConfig, T_base_laser: Pose2D, odometry: bool = True
+    ) -> None:
+        super().__init__(state, config, T_base_laser, odometry)
+        self.key: KeyScan | None = None
+        self.uncertainty = SubmapUncertainty(state.covariance)
+        self._number = 0  # of the submap that scans are matched to
+        self._next: SurfelMap | None = None
+        self._last_key: Pose2D | None = None
+        self._way = self._began = 0.0
+        self._broke = -np.inf
+
+    def add(self, scan: LaserScan, segments: Segments, T_local_laser: Pose2D) -> None:
+        """Write the scan located last into the open submaps, where it was taken far enough from the last one."""
+        self.key = None
+        broken = self._is_broken()
+        if broken:
+            self._begin_anew()
+        if not broken and self._found is not None and self._found.contradicted:
+            return
+        added = self.state.T_map_added
+        motion = added.between(T_local_laser) if added else Pose2D()
+        distance, turn = motion.distance(Pose2D()), abs(motion.theta)
+        config = self.map.config
+        if added is not None and not broken and distance < config.update_distance and turn < config.update_angle:
+            return
+        self._way += distance + TURN_WAY * turn
+        if self._is_key(T_local_laser, broken):
+            if self._way - self._began >= 0.5 * LENGTH and self._next is None:
+                self._next = SurfelMap(config)
+                self.uncertainty.open_next()
+            self.key = self._key_scan(scan, T_local_laser, broken)
+            self._last_key = T_local_laser
+        self._write(scan, T_local_laser, distance + turn)
+        if self._way - self._began >= LENGTH and self.key is not None:
+            self._take_over()
+
+    def _write(self, scan: LaserScan, T_local_laser: Pose2D, moved: float) -> None:
+        self.state = self._with(T_map_added=T_local_laser)
+        for submap in (self.map, self._next):
+            if submap is not None:
+                submap.add(self._facets, scan, T_local_laser, moved, walls=False)
+        self._walls.add_walls(T_local_laser.theta)
+
+    def _is_key(self, T_local_laser: Pose2D, broken: bool) -> bool:
+        last = self._last_key
+        if last is None or broken:
+            return True
+        turn = abs(wrap_angle(T_local_laser.theta - last.theta))
+        return last.distance(T_local_laser) >= KEY_DISTANCE or turn >= KEY_ANGLE
+
+    def _is_broken(self) -> bool:
+        """True where the scan located last did not fit, so that a submap must begin with it."""
+        if self._found is None or len(self._facets) < LEAST_FACETS or len(self.map) == 0:
+            return False
+        return self._share < BROKEN_SHARE and self._way - self._broke >= CALM
+
+    @property
+    def _share(self) -> float:
+        return 1.0 if self._found is None else self._found.fit.inliers / max(len(self._facets), 1)
+
+    def _begin_anew(self) -> None:
+        """Leave what was mapped; the submap that begins here is joined to it by odometry alone."""
+        self._broke, self._next = self._way, SurfelMap(self.map.config)
+        self.uncertainty.open_next()
+        self._take_over()
+        self._began = self._way
+        self.state = self._with(bad_matches=0)
+
+    def _take_over(self) -> None:
+        """The older submap is finished; scans are matched to the next."""
+        assert self._next is not None
+        self._number, self._began = self._number + 1, self._began + 0.5 * LENGTH
+        self.state, self._next = self._with(map=self._next), None
+        self.uncertainty.take_over()
+
+    def _key_scan(self, scan: LaserScan, T_local_laser: Pose2D, broken: bool) -> KeyScan:
+        ranges, lidar, bearings = made_of(scan)
+        submaps = (self._number,) if self._next is None else (self._number, self._number + 1)
+        return KeyScan(
+            T_local_laser.as_array(), submaps, self._facets, ranges, lidar, bearings,
+            self._information(), self._share, self._odometry_covariance(T_local_laser), broken=broken,
+        )  # fmt: skip
+
+    def _information(self) -> FloatArray:
+        """Of the last match, in the directions that its scan constrained."""
+        if self._found is None or self._found.odometry_only:
+            return np.zeros((3, 3))
+        fit, scale = self._found.fit, np.array([1.0, 1.0, self.config.lever])
+        constrained = fit.projector * np.outer(1.0 / scale, scale)
+        return np.asarray(constrained.T @ fit.information @ constrained)
+
+    def _odometry_covariance(self, T_local_laser: Pose2D) -> FloatArray:
+        if self._last_key is None:
+            return np.zeros((3, 3))
+        motion = self._last_key.between(T_local_laser)
+        return self.state.odometry_inflation * motion_covariance(motion, 0.0, self.config.motion)
+
+    def _pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
+        return self.uncertainty.pose_covariance(pose, match_covariance)

@@ -1,0 +1,43 @@
+"""The uncertainty of the open submaps: a pose inherits that of the submap that it was matched to."""
+
+from typing import Final
+
+import numpy as np
+
+from slam.motion_model import propagate
+from slam.pose import FloatArray, Pose2D
+
+NEW_SHARE: Final = 0.3
+"""Of the variance of one match, what a submap has more than the one before: it is made by many scans, whose errors
+average."""
+
+
+class SubmapUncertainty:
+    """Covariances of the two open submaps, each (3, 3) of x, y, theta where it began."""
+
+    def __init__(self, first: FloatArray) -> None:
+        self._here: tuple[Pose2D, FloatArray] = Pose2D(), first
+        self._next: tuple[Pose2D, FloatArray] | None = None
+        self._last: tuple[Pose2D, FloatArray] = Pose2D(), np.zeros((3, 3))
+
+    def pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
+        """Covariance (3, 3) of a pose, for that against the submap."""
+        self._last = pose, match_covariance
+        began, covariance = self._here
+        return propagate(covariance, began, pose) + match_covariance
+
+    def open_next(self) -> None:
+        """The next submap begins at the last pose."""
+        pose, match_covariance = self._last
+        began, covariance = self._here
+        self._next = pose, propagate(covariance, began, pose) + NEW_SHARE * match_covariance
+
+    def take_over(self) -> None:
+        """Scans are matched to the next submap from now on."""
+        assert self._next is not None
+        self._here, self._next = self._next, None
+
+    def know(self, pose: Pose2D, covariance: FloatArray) -> None:
+        """The pose (local) of the submap that scans are matched to is known with this covariance (3, 3) since a loop
+        was closed."""
+        self._here, self._next = (pose, covariance), None if self._next is None else self._next

@@ -1,0 +1,27 @@
+"""The mapper that the settings name: a matcher with its map, with loops or without."""
+
+from slam.config import ForceFieldConfig, LeastSquaresConfig, OwnMethod, PointMapConfig, SlamConfig, SurfelMapConfig
+from slam.graph.submap_mapper import SubmapMapper
+from slam.matching.mapper import Mapper
+from slam.matching.own_mapper import OwnMapper
+from slam.matching.paper_mapper import PaperMapper
+from slam.matching.surfel_mapper import SurfelMapper
+from slam.matching.surfel_mapper_state import SurfelMapperState
+from slam.pose import Pose2D
+
+
+def make_mapper(config: SlamConfig, T_base_laser: Pose2D, seed: int) -> Mapper:
+    """The mapper of these settings; SlamConfig has seen to it that the two parts fit."""
+    if isinstance(config.matching, OwnMethod):
+        return OwnMapper(config.matching, T_base_laser, seed)
+    if isinstance(config.matching, ForceFieldConfig) and isinstance(config.map, PointMapConfig):
+        return PaperMapper(config.map, config.matching, T_base_laser, seed)
+    assert isinstance(config.map, SurfelMapConfig)
+    return surfel_mapper(config, T_base_laser, SurfelMapperState.empty(config.map))
+
+
+def surfel_mapper(config: SlamConfig, T_base_laser: Pose2D, state: SurfelMapperState) -> SurfelMapper:
+    """This project's own, which goes on from a state; on rolling submaps where loops are closed."""
+    assert isinstance(config.matching, LeastSquaresConfig)
+    kind = SurfelMapper if config.loops == "never" else SubmapMapper
+    return kind(state, config.matching, T_base_laser, config.odometry)

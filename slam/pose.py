@@ -100,17 +100,19 @@ def stack_poses(poses: Iterable[Pose2D]) -> FloatArray:
 
 def relative_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
     """``T_origin_pose`` of poses (..., 3) given in one frame with the origin, (3,) or of the same shape."""
-    dx, dy, turn = np.moveaxis(poses - origin, -1, 0)
-    c, s = np.cos(origin[..., 2]), np.sin(origin[..., 2])
-    return np.stack([c * dx + s * dy, c * dy - s * dx, wrap_angles(turn)], axis=-1)
+    out = np.asarray(poses - origin)
+    dx, dy, c, s = out[..., 0].copy(), out[..., 1].copy(), np.cos(origin[..., 2]), np.sin(origin[..., 2])
+    out[..., 0], out[..., 1], out[..., 2] = c * dx + s * dy, c * dy - s * dx, wrap_angles(out[..., 2])
+    return out
 
 
 def compose_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
     """Poses (..., 3) given in the frames of ``origin``, in the frame of that: undoes relative_poses."""
-    c, s = np.cos(origin[..., 2]), np.sin(origin[..., 2])
-    x, y, turn = np.moveaxis(poses, -1, 0)
-    turned = wrap_angles(origin[..., 2] + turn)
-    return np.stack([origin[..., 0] + c * x - s * y, origin[..., 1] + s * x + c * y, turned], axis=-1)
+    out = np.empty(np.broadcast_shapes(origin.shape, poses.shape))
+    x, y, c, s = poses[..., 0], poses[..., 1], np.cos(origin[..., 2]), np.sin(origin[..., 2])
+    out[..., 0], out[..., 1] = origin[..., 0] + c * x - s * y, origin[..., 1] + s * x + c * y
+    out[..., 2] = wrap_angles(origin[..., 2] + poses[..., 2])
+    return out
 
 
 def inverse_poses(poses: FloatArray) -> FloatArray:

@@ -9,10 +9,12 @@ from slam.graph.closed_map import map_of
 from slam.graph.closure import ClosedRun, Closure
 from slam.graph.condensed import CondensedGraph
 from slam.graph.key_scan import KeyScan
+from slam.graph.loop_check import distances_to
 from slam.graph.loop_search import LoopSearch
 from slam.graph.pose_graph import Edges, solve_graph
-from slam.graph.submap import Submap, path_of
+from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
+from slam.graph.submap_view import SubmapView
 from slam.graph.surest_paths import surest_covariances
 from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray, compose_poses
@@ -58,7 +60,7 @@ class BackEnd:
         graph = self.graph
         for number in graph.keys[-1].submaps if graph.keys else ():
             self._finish(number)
-        edges = Edges.of(graph.edges)
+        edges = Edges.of([*graph.edges, *graph.odometry_edges()])
         solution = solve_graph(np.array(graph.poses).reshape(-1, 3), edges, KERNEL)
         graph.poses = list(solution.poses)
         key_nodes = np.array(graph.key_nodes, np.int64)
@@ -90,6 +92,7 @@ class BackEnd:
         submap = self.graph.submaps[number]
         if len(submap.keys) < 2:
             return False
+        submap.finish(self.graph.keys)
         self._finished.append(submap)
         found = self._find_loops(submap)
         if found:
@@ -98,17 +101,17 @@ class BackEnd:
 
     def _find_loops(self, submap: Submap) -> int:
         """Seek a submap in the earlier ones, the surest first; returns how often it was found."""
-        candidates, found = self._candidates(submap), 0
+        candidates, found, view = self._candidates(submap), 0, self._search.view(submap)
         for other, covariance in candidates[:MOST_CANDIDATES]:
             self.tried += 1
-            loop = self._search.find(submap, other, covariance, "odometry")
+            loop = self._search.find(view, other, covariance, "odometry")
             if loop is not None:
                 self.graph.add_loop(loop)
                 found += 1
                 if found == ENOUGH:
                     break
         if submap.broken and not found:
-            found += self._find_after_break(submap)
+            found += self._find_after_break(view)
         return found
 
     def _candidates(self, submap: Submap) -> list[tuple[Submap, FloatArray]]:
@@ -116,25 +119,28 @@ class BackEnd:
         at = {other.number: k for k, other in enumerate(self.graph.submaps.values())}
         poses = np.array([self.graph.poses[other.node] for other in self.graph.submaps.values()])
         covariances = surest_covariances(at[submap.number], poses, self.condensed.hops())
-        rows = []
+        rows, own = [], self._places(submap)
         for other in self._finished[:-1]:
             if self._are_neighbours(other, submap):
                 continue
             covariance = covariances[at[other.number]]
             sigma = float(np.sqrt(covariance[0, 0] + covariance[1, 1]))
-            gap = self._gap(submap, other)
+            gap = float(distances_to(own, self._places(other)).min())
             if gap <= NEAR + SIGMAS * sigma:
                 rows.append((sigma + GAP_COST * gap, other, covariance))
         rows.sort(key=lambda row: row[0])
         return [(other, covariance) for _, other, covariance in rows]
 
-    def _find_after_break(self, submap: Submap) -> int:
+    def _find_after_break(self, view: SubmapView) -> int:
         """Seek a submap with any heading beside where the front end lost its way."""
-        near = [(self._gap(submap, other), other) for other in self._finished[:-1] if other.number < submap.number]
+        submap = view.submap
+        own = self._places(submap)
+        earlier = [other for other in self._finished[:-1] if other.number < submap.number]
+        near = [(float(distances_to(own, self._places(other)).min()), other) for other in earlier]
         near = sorted((row for row in near if row[0] < BREAK_REACH), key=lambda row: row[0])
         for _, other in near[:BREAK_CANDIDATES]:
             self.tried += 1
-            loop = self._search.find(submap, other, np.diag(BREAK_SIGMAS**2), "break")
+            loop = self._search.find(view, other, np.diag(BREAK_SIGMAS**2), "break")
             if loop is not None:
                 self.graph.add_loop(loop)
                 return 1
@@ -149,14 +155,9 @@ class BackEnd:
             return False
         return not any(self.graph.submaps[number].broken for number in range(low + 1, high + 1))
 
-    def _gap(self, submap: Submap, other: Submap) -> float:
-        """Metres between the paths of two submaps, as the graph has them."""
-        graph = self.graph
-        own, others = (
-            compose_poses(graph.correction(each), path_of(each, graph.keys))[:, :2] for each in (submap, other)
-        )
-        offsets = own[:, None] - others[None]
-        return float(np.hypot(offsets[..., 0], offsets[..., 1]).min())
+    def _places(self, submap: Submap) -> FloatArray:
+        """Poses (K, 3) of the key scans of a finished submap, as the graph has them."""
+        return compose_poses(self.graph.correction(submap), submap.path)
 
 
 def _loop_weights(edges: Edges, weights: FloatArray, loops: int) -> FloatArray:

@@ -31,8 +31,8 @@ class KeyScan:
     """(3, 3) of T_local_laser against the submap, in the axes of ``local``; none for the first scan of a submap."""
     share: float = 1.0
     """Of its facets, those that agreed with the submap."""
-    odometry: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
-    """Covariance (3, 3) of the motion since the key scan before, by odometry alone, in the axes of that one."""
+    wheels: FloatArray = field(default_factory=lambda: np.zeros(3))
+    """(3,): the motion since the key scan before, by the wheels alone, in the frame of that one."""
     index: int = 0
     """Number of the scan in the run."""
     broken: bool = False

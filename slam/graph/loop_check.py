@@ -5,12 +5,13 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from slam.config import SurfelMapConfig
-from slam.graph.key_scan import KeyScan
-from slam.mapping.free_beams import free_beams
+from slam.graph.submap import Submap
+from slam.graph.submap_view import SubmapView
+from slam.lines.segments import IntArray
 from slam.mapping.free_space import count_seen_through
 from slam.mapping.surfel_grid import Grid
 from slam.matching.least_squares import SolverSettings, solve
-from slam.pose import FloatArray
+from slam.pose import FloatArray, compose_poses
 
 LEAST_FACETS: Final = 5
 """A scan with fewer facets says nothing."""
@@ -18,13 +19,25 @@ PRIOR_INFORMATION: Final = np.diag(1.0 / np.array([0.1, 0.1, 0.03]) ** 2)
 """Of the place of a key scan, given that of its submap: metres and radians."""
 AGREEING: Final = 0.5, 0.7
 """Share of the facets that must agree, and share of that with which the scan agreed with its own submap: the lesser."""
+NEAR: Final = 3.0
+"""Metres from the path of the other submap, within which a key scan is asked."""
+LEAST_AGREEING, LEAST_AGREEING_SHARE = 2, 0.5
+"""Key scans that must agree, and share of those that were asked."""
+FIRST_ASKED: Final = 5
+"""Key scans that are asked first; where too few of them agree, the others are not asked."""
+SLIDES: Final = (-1.6, -0.8, -0.4, 0.4, 0.8, 1.6)
+"""Metres along the direction that the key scans know least, in which they are asked again ..."""
+MOST_SLID: Final = 6
+"""... so many of them at most ..."""
+SLIDING_AGREEMENT: Final = 0.85
+"""... and where one agrees with this share of what it did, the direction is open."""
 
 
 class KeyMatch(NamedTuple):
     """A key scan matched to another submap."""
 
-    key: int
-    """Its number."""
+    at: int
+    """Its number in its submap."""
     pose: FloatArray
     """(3,), in the frame ``local`` of the other submap."""
     information: FloatArray
@@ -34,19 +47,82 @@ class KeyMatch(NamedTuple):
     agrees: bool
 
 
-def match_key(
-    number: int, key: KeyScan, pose: FloatArray, grid: Grid, settings: SolverSettings, config: SurfelMapConfig
-) -> KeyMatch | None:
-    """Match a key scan that is thought to be at ``pose`` (3,) in the map of another submap; None where it has nothing
-    to say."""
-    count = len(key.facets)
-    if count < LEAST_FACETS:
+class Check(NamedTuple):
+    """What the key scans say of a place."""
+
+    T_other_submap: FloatArray
+    """(3,), between the frames ``local`` of the two submaps."""
+    matches: list[KeyMatch]
+    """Of the key scans that were asked."""
+
+    @property
+    def agreement(self) -> float:
+        """Sum over the key scans that were asked."""
+        return sum(match.agreement for match in self.matches)
+
+    @property
+    def agreeing(self) -> list[KeyMatch]:
+        """The matches that agree."""
+        return [match for match in self.matches if match.agrees]
+
+    @property
+    def passed(self) -> bool:
+        """True where enough of them agree."""
+        return len(self.agreeing) >= max(LEAST_AGREEING, LEAST_AGREEING_SHARE * len(self.matches))
+
+
+class LoopCheck:
+    """Asks the key scans of a submap whether it lies at a place in another one."""
+
+    def __init__(self, settings: SolverSettings, config: SurfelMapConfig) -> None:
+        self._settings = settings._replace(first_kernel=4.0 * settings.kernel)
+        self._config = config
+
+    def check(self, view: SubmapView, T_other_submap: FloatArray, other: Submap, grid: Grid) -> Check:
+        """Ask all key scans that lie near the other's path there."""
+        poses = compose_poses(T_other_submap, view.path)
+        near = np.flatnonzero(distances_to(poses, other.path) <= NEAR)
+        first = near[np.unique(np.linspace(0, len(near) - 1, min(FIRST_ASKED, len(near))).round().astype(np.int64))]
+        found = Check(T_other_submap, self._matches(view, first, poses, grid))
+        if 2 * len(found.agreeing) < len(found.matches):
+            return found
+        rest = np.setdiff1d(near, first)
+        return Check(T_other_submap, [*found.matches, *self._matches(view, rest, poses, grid)])
+
+    def open_direction(self, view: SubmapView, check: Check, grid: Grid) -> FloatArray | None:
+        """The direction (2,) along which the submap may slide and agree nearly as well, as in a corridor; None where
+        there is none."""
+        asked = check.agreeing
+        asked = [asked[k] for k in np.unique(np.linspace(0, len(asked) - 1, MOST_SLID).round().astype(np.int64))]
+        information = np.sum([match.information[:2, :2] for match in asked], axis=0)
+        direction: FloatArray = np.linalg.eigh(information)[1][:, 0]
+        agreement = sum(match.agreement for match in asked)
+        at = np.array([match.at for match in asked])
+        poses = np.array([match.pose for match in asked])
+        for slide in SLIDES:
+            slid = poses + slide * np.append(direction, 0.0)
+            matches = [self._match(view, int(a), pose, grid) for a, pose in zip(at, slid, strict=True)]
+            if sum(match.agreement for match in matches) > SLIDING_AGREEMENT * agreement:
+                return direction
         return None
-    fit = solve(key.facets, pose, pose, PRIOR_INFORMATION, grid, settings)
-    beams = free_beams(key.scan, config.no_echo_reach)
-    through = count_seen_through(grid, beams, fit.pose, config.carve_reach, config.free_margin)
-    agreement = (fit.inliers - through) / count
-    scale = np.array([1.0, 1.0, settings.lever])
-    constrained = fit.projector * np.outer(1.0 / scale, scale)
-    information = constrained.T @ fit.information @ constrained
-    return KeyMatch(number, fit.pose, information, agreement, agreement > min(AGREEING[0], AGREEING[1] * key.share))
+
+    def _matches(self, view: SubmapView, asked: IntArray, poses: FloatArray, grid: Grid) -> list[KeyMatch]:
+        numbers = [at for at in asked.tolist() if len(view.keys[at].facets) >= LEAST_FACETS]
+        return [self._match(view, at, poses[at], grid) for at in numbers]
+
+    def _match(self, view: SubmapView, at: int, pose: FloatArray, grid: Grid) -> KeyMatch:
+        """Match a key scan that is thought to be at ``pose`` (3,) in the map of another submap."""
+        key, config, settings = view.keys[at], self._config, self._settings
+        fit = solve(key.facets, pose, pose, PRIOR_INFORMATION, grid, settings)
+        through = count_seen_through(grid, view.beams(at), fit.pose, config.carve_reach, config.free_margin)
+        agreement = (fit.inliers - through) / len(key.facets)
+        scale = np.array([1.0, 1.0, settings.lever])
+        constrained = fit.projector * np.outer(1.0 / scale, scale)
+        information = constrained.T @ fit.information @ constrained
+        return KeyMatch(at, fit.pose, information, agreement, agreement > min(AGREEING[0], AGREEING[1] * key.share))
+
+
+def distances_to(path: FloatArray, other: FloatArray) -> FloatArray:
+    """Metres from each pose (K, 3) to the nearest of the others (J, 3), shape (K,)."""
+    offsets = path[:, None, :2] - other[None, :, :2]
+    return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).min(axis=1))

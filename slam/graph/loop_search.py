@@ -1,29 +1,25 @@
 """Search of a loop: a submap is sought in another one, and what is found is verified by its key scans."""
 
-from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
 from slam.config import LeastSquaresConfig, SurfelMapConfig
 from slam.graph.loop import Loop, Proposal
-from slam.graph.loop_check import KeyMatch, match_key
+from slam.graph.loop_check import Check, KeyMatch, LoopCheck, distances_to
 from slam.graph.place_search import Window, find_places
 from slam.graph.pose_graph import Edge
-from slam.graph.submap import Submap, SubmapGrids, path_of
+from slam.graph.submap import Submap, SubmapMaps
 from slam.graph.submap_graph import LOOP_SIGMAS, SubmapGraph, turned_information
-from slam.lines.facets import NX, NY, X, Y
-from slam.mapping.surfel_grid import Grid
-from slam.matching.coarse_search import PLACE_X
+from slam.graph.submap_view import SubmapView
+from slam.matching.coarse_search import PLACE_X, SCORE
 from slam.matching.least_squares import SolverSettings, solve
 from slam.pose import FloatArray, compose_poses, inverse_poses, relative_poses, wrap_angle
 
 JOINT: Final = 6
 """Key scans that are sought together."""
-REACH: Final = 15.0
-"""Metres: facets farther from the sensor take no part in the search."""
-LEAST_FACETS, MOST_FACETS = 15, 350
-"""Facets that are sought together."""
+LEAST_FACETS: Final = 15
+"""Of them, which say too little where they are fewer."""
 MOST_WINDOW, MOST_ANGLE = 8.0, 0.5
 """Half the window, metres and radians, at most ..."""
 ANY_HEADING: Final = 0.5
@@ -33,13 +29,11 @@ SIGMAS: Final = 3.0
 LEAST_SHARE: Final = 0.3
 """Share of the facets that must lie on walls for a place to be followed up."""
 PLACES: Final = 4
-"""Places that are followed up."""
+"""Places that are followed up ..."""
+FOLLOWED_SHARE: Final = 0.75
+"""... unless the score is less than this share of the best."""
 FOUND_INFORMATION: Final = np.diag(1.0 / np.array([0.3, 0.3, 0.1]) ** 2)
 """Of a place from the search: metres and radians."""
-NEAR: Final = 3.0
-"""Metres from the path of the other submap, within which a key scan is asked."""
-LEAST_AGREEING, LEAST_AGREEING_SHARE = 2, 0.5
-"""Key scans that must agree, and share of those that were asked."""
 AMBIGUOUS: Final = 0.9
 """A second place with this share of the agreement of the first leaves the direction between them open ..."""
 APART, TURNED = 0.3, 0.1
@@ -48,63 +42,50 @@ OWN_SIGMAS: Final = np.array([0.1, 0.1, 0.02])
 """Errors of the path within submaps, metres and radians, added to what the graph says."""
 
 
-class _Place(NamedTuple):
-    """A place that was followed up."""
-
-    T_other_submap: FloatArray
-    """(3,), between the frames ``local`` of the two."""
-    reference: FloatArray
-    """(3,): the pose of the key scan in the middle, in the other's frame."""
-    matches: list[KeyMatch]
-    agreement: float
-    """Sum over the key scans that were asked."""
-
-
 class LoopSearch:
     """Compares submaps of a graph."""
 
     def __init__(self, graph: SubmapGraph, matching: LeastSquaresConfig, config: SurfelMapConfig) -> None:
         self._graph, self._config = graph, config
-        self.grids = SubmapGrids(config, graph.keys)
+        self._maps = SubmapMaps(config, graph.keys)
         shared = {name: getattr(matching, name) for name in SolverSettings._fields if name != "standing_way"}
         self._settings = SolverSettings(**shared, standing_way=0.0)
+        self._check = LoopCheck(self._settings, config)
 
-    def find(self, submap: Submap, other: Submap, covariance: FloatArray, proposal: Proposal) -> Loop | None:
+    def view(self, submap: Submap) -> SubmapView:
+        """A submap as it is sought in others."""
+        return SubmapView(submap, self._graph.keys, self._config.no_echo_reach)
+
+    def find(self, view: SubmapView, other: Submap, covariance: FloatArray, proposal: Proposal) -> Loop | None:
         """Seek a submap in another one; ``covariance`` (3, 3) is that of the other's node as seen from the first, map
         axes. None where they do not agree."""
-        graph = self._graph
-        T_other_submap = relative_poses(graph.correction(other), graph.correction(submap))
-        path, other_path = path_of(submap, graph.keys), path_of(other, graph.keys)
-        seen = compose_poses(T_other_submap, path)
-        distances = _distances(seen, other_path)
-        middle = int(np.argmin(distances))
-        prior = seen[middle]
-        at_prior = self._covariance_there(other, covariance, prior)
-        return self.find_near(submap, other, prior, at_prior, middle, np.argsort(distances, kind="stable"), proposal)
-
-    def find_near(
-        self, submap: Submap, other: Submap, prior: FloatArray, covariance: FloatArray, middle: int,
-        nearest: Sequence[int] | np.ndarray, proposal: Proposal,
-    ) -> Loop | None:  # fmt: skip
-        """Seek a key scan, the ``middle`` one of its submap, about ``prior`` (3,), frame ``local`` of the other."""
-        facets = self._joint_scan(submap, middle, nearest[:JOINT])
+        T_other_submap = relative_poses(self._graph.correction(other), self._graph.correction(view.submap))
+        seen = compose_poses(T_other_submap, view.path)
+        nearest_first = np.argsort(distances_to(seen, other.path), kind="stable")
+        middle = int(nearest_first[0])
+        facets = view.joint_scan(middle, nearest_first[:JOINT])
         if len(facets) < LEAST_FACETS:
             return None
-        grid, path = self.grids.of(other), path_of(submap, self._graph.keys)
-        width = min(MOST_WINDOW, SIGMAS * float(np.sqrt(max(covariance[0, 0], covariance[1, 1]))))
-        any_heading = covariance[2, 2] > ANY_HEADING**2
-        angle = min(np.pi if any_heading else MOST_ANGLE, SIGMAS * float(np.sqrt(covariance[2, 2])))
-        information = np.linalg.inv(covariance) / len(facets)
-        window = Window.about(prior, information, width, angle)
-        found = []
-        for place in find_places(facets, window, grid, REACH, LEAST_SHARE, PLACES):
+        prior = seen[middle]
+        window = _window(prior, self._covariance_there(other, covariance, prior), len(facets))
+        grid, pictures = self._maps.of(other)
+        places = find_places(facets, window, pictures, LEAST_SHARE, PLACES)
+        settings = self._settings._replace(first_kernel=8.0 * self._settings.kernel)
+        checks = []
+        for place in places[places[:, SCORE] >= FOLLOWED_SHARE * places[:, SCORE].max(initial=0.0)]:
             start = place[PLACE_X:].copy()
-            first_kernel = 8.0 * self._settings.kernel
-            fit = solve(
-                facets, start, start, FOUND_INFORMATION, grid, self._settings._replace(first_kernel=first_kernel)
-            )
-            found.append(self._followed(submap, other, grid, fit.pose, path[middle]))
-        return self._loop(submap, other, found, proposal)
+            fit = solve(facets, start, start, FOUND_INFORMATION, grid, settings)
+            found = compose_poses(fit.pose, inverse_poses(view.path[middle]))
+            checks.append(self._check.check(view, found, other, grid))
+        checks.sort(key=lambda check: -check.agreement)
+        if not checks or not checks[0].passed:
+            return None
+        direction, contradicted = _second_place(checks, view.path[middle])
+        if contradicted:
+            return None
+        if direction is None:
+            direction = self._check.open_direction(view, checks[0], grid)
+        return self._loop(view, other, checks[0], direction, proposal)
 
     def _covariance_there(self, other: Submap, covariance: FloatArray, prior: FloatArray) -> FloatArray:
         """Covariance (3, 3) of a place seen from the other submap, axes of its frame ``local``."""
@@ -116,86 +97,60 @@ class LoopSearch:
         R = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
         return np.asarray(R @ J @ covariance @ J.T @ R.T + np.diag(OWN_SIGMAS**2))
 
-    def _joint_scan(self, submap: Submap, middle: int, numbers: Sequence[int] | np.ndarray) -> FloatArray:
-        """The facets of some key scans together, in the frame of the one in the middle."""
-        graph, parts = self._graph, []
-        origin = graph.keys[submap.keys[middle]].T_local_laser
-        for number in numbers:
-            key = graph.keys[submap.keys[number]]
-            parts.append(_moved(key.facets, relative_poses(origin, key.T_local_laser)))
-        facets = np.concatenate(parts)
-        facets = facets[np.hypot(facets[:, X], facets[:, Y]) < REACH]
-        return np.ascontiguousarray(facets[:: len(facets) // MOST_FACETS + 1])
-
-    def _followed(self, submap: Submap, other: Submap, grid: Grid, reference: FloatArray, own: FloatArray) -> _Place:
-        """Ask all key scans that lie near the other's path when the one at ``own`` (3,) lies at ``reference``."""
-        graph = self._graph
-        T_other_submap = compose_poses(reference, inverse_poses(own))
-        poses = compose_poses(T_other_submap, path_of(submap, graph.keys))
-        near = _distances(poses, path_of(other, graph.keys)) <= NEAR
-        settings = self._settings._replace(first_kernel=4.0 * self._settings.kernel)
-        matches = []
-        for at in np.flatnonzero(near):
-            number = submap.keys[at]
-            match = match_key(number, graph.keys[number], poses[at], grid, settings, self._config)
-            if match is not None:
-                matches.append(match)
-        return _Place(T_other_submap, reference, matches, sum(match.agreement for match in matches))
-
-    def _loop(self, submap: Submap, other: Submap, found: list[_Place], proposal: Proposal) -> Loop | None:
-        if not found:
-            return None
-        found = sorted(found, key=lambda place: -place.agreement)
-        best = found[0]
-        agreeing = [match for match in best.matches if match.agrees]
-        if len(agreeing) < max(LEAST_AGREEING, LEAST_AGREEING_SHARE * len(best.matches)):
-            return None
-        direction = None
-        for place in found[1:]:
-            offset = relative_poses(best.reference, place.reference)
-            turned = abs(wrap_angle(float(offset[2]))) > TURNED
-            if place.agreement > AMBIGUOUS * best.agreement and (turned or np.hypot(*offset[:2]) > APART):
-                if turned:
-                    return None
-                direction = place.reference[:2] - best.reference[:2]
-                break
-        number = len(self._graph.loops)
-        edges = tuple(self._edge(match, other, number, direction) for match in agreeing)
+    def _loop(
+        self, view: SubmapView, other: Submap, check: Check, direction: FloatArray | None, proposal: Proposal
+    ) -> Loop:
+        """What was found; along an open direction (2,) the submap stays where it was thought to be."""
+        graph, submap, T_other_submap = self._graph, view.submap, check.T_other_submap
+        shift = np.zeros(3)
+        if direction is not None:
+            thought = compose_poses(
+                relative_poses(graph.correction(other), graph.correction(submap)), submap.T_local_submap
+            )
+            offset = (thought - compose_poses(T_other_submap, submap.T_local_submap))[:2]
+            shift[:2] = (offset @ direction) * direction
+            T_other_submap = T_other_submap + shift
+        number = len(graph.loops)
+        edges = tuple(self._edge(view, match, other, number, direction, shift) for match in check.agreeing)
         return Loop(
-            number, submap.number, other.number, best.T_other_submap, proposal, len(best.matches), len(agreeing),
-            best.agreement / max(len(best.matches), 1), direction is not None, edges,
-            self._graph.keys[submap.keys[-1]].index,
+            number, submap.number, other.number, T_other_submap, proposal, len(check.matches), len(edges),
+            check.agreement / len(check.matches), direction is not None, edges, view.keys[-1].index,
         )  # fmt: skip
 
-    def _edge(self, match: KeyMatch, other: Submap, number: int, open_direction: FloatArray | None) -> Edge:
-        information = match.information
-        if open_direction is not None:
-            information = _without(information, open_direction)
+    def _edge(
+        self, view: SubmapView, match: KeyMatch, other: Submap, number: int, direction: FloatArray | None,
+        shift: FloatArray,
+    ) -> Edge:  # fmt: skip
+        information = match.information if direction is None else _without(match.information, direction)
         information = turned_information(information, float(other.T_local_submap[2]), LOOP_SIGMAS)
-        measured = relative_poses(other.T_local_submap, match.pose)
-        return Edge(other.node, self._graph.key_nodes[match.key], measured, information, number)
+        measured = relative_poses(other.T_local_submap, match.pose + shift)
+        return Edge(other.node, self._graph.key_nodes[view.submap.keys[match.at]], measured, information, number)
+
+
+def _window(prior: FloatArray, covariance: FloatArray, facets: int) -> Window:
+    """The poses that are tried about a prior (3,) of this covariance (3, 3)."""
+    width = min(MOST_WINDOW, SIGMAS * float(np.sqrt(max(covariance[0, 0], covariance[1, 1]))))
+    most_angle = np.pi if covariance[2, 2] > ANY_HEADING**2 else MOST_ANGLE
+    angle = min(most_angle, SIGMAS * float(np.sqrt(covariance[2, 2])))
+    return Window.about(prior, np.linalg.inv(covariance) / facets, width, angle)
+
+
+def _second_place(checks: list[Check], own: FloatArray) -> tuple[FloatArray | None, bool]:
+    """The direction (2,) to a second place that is nearly as good, None for none; and whether it is turned, so that the
+    first is not to be believed. The places are those of the key scan at ``own`` (3,)."""
+    best = compose_poses(checks[0].T_other_submap, own)
+    for check in checks[1:]:
+        place = compose_poses(check.T_other_submap, own)
+        offset = place[:2] - best[:2]
+        turned = abs(wrap_angle(float(place[2] - best[2]))) > TURNED
+        apart = float(np.hypot(*offset))
+        if check.agreement > AMBIGUOUS * checks[0].agreement and (turned or apart > APART):
+            return offset / max(apart, 1e-9), turned
+    return None, False
 
 
 def _without(information: FloatArray, direction: FloatArray) -> FloatArray:
     """The information (3, 3) without what it says along a direction (2,) of the place."""
-    d = np.append(direction / np.linalg.norm(direction), 0.0)
+    d = np.append(direction, 0.0)
     along = information @ d
     return np.asarray(information - np.outer(along, along) / max(float(d @ along), 1e-9))
-
-
-def _moved(facets: FloatArray, pose: FloatArray) -> FloatArray:
-    """Facets (F, 7) of a scan at ``pose`` (3,)."""
-    c, s = np.cos(pose[2]), np.sin(pose[2])
-    moved = facets.copy()
-    moved[:, X], moved[:, Y] = (
-        pose[0] + c * facets[:, X] - s * facets[:, Y],
-        pose[1] + s * facets[:, X] + c * facets[:, Y],
-    )
-    moved[:, NX], moved[:, NY] = c * facets[:, NX] - s * facets[:, NY], s * facets[:, NX] + c * facets[:, NY]
-    return moved
-
-
-def _distances(path: FloatArray, other: FloatArray) -> FloatArray:
-    """Metres from each pose (K, 3) to the nearest of the others (J, 3), shape (K,)."""
-    offsets = path[:, None, :2] - other[None, :, :2]
-    return np.asarray(np.hypot(offsets[..., 0], offsets[..., 1]).min(axis=1))

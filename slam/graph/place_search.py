@@ -40,25 +40,42 @@ class Window(NamedTuple):
         return cls(prior, information, int(np.ceil(width / PIXEL)), int(np.ceil(angle / HEADING_STEP)))
 
 
+class Pictures(NamedTuple):
+    """A submap as find_places looks at it."""
+
+    drawn: NDArray[np.uint8]
+    """(9, rows, columns), see coarse_search.py."""
+    pooled: NDArray[np.uint8]
+    """The greatest value of the block that begins at each pixel."""
+    x0: float
+    """Lower left corner, metres, in the frame of the submap's map."""
+    y0: float
+
+
+def draw_submap(grid: Grid, path: FloatArray, reach: float) -> Pictures:
+    """Draw what can be matched within ``reach`` of a path (K, 3)."""
+    low, high = path[:, :2].min(axis=0) - reach, path[:, :2].max(axis=0) + reach
+    size = int(np.ceil((high - low).max() / PIXEL)) + BLOCK
+    drawn = draw(grid, float(low[0]), float(low[1]), size)
+    return Pictures(drawn, _pooled(drawn), float(low[0]), float(low[1]))
+
+
 @compiled
-def find_places(facets: FloatArray, window: Window, grid: Grid, reach: float, least: float, most: int) -> FloatArray:
-    """Up to ``most`` different poses, (N, 4), the best first, where at least the share ``least`` of the facets (F, 7),
-    of which none is farther than ``reach``, lies on walls. SCORE is that share less the cost of the prior."""
-    n, blocks = window.places, (2 * window.places + BLOCK) // BLOCK
-    size = 2 * (int(reach / PIXEL) + n + 2 + BLOCK)
-    x0, y0 = window.prior[0] - 0.5 * size * PIXEL, window.prior[1] - 0.5 * size * PIXEL
-    pictures = draw(grid, x0, y0, size)
-    shifts = _shifts(facets, window, x0, y0)
-    bounds = _bounds(shifts, pooled(pictures), blocks)
+def find_places(facets: FloatArray, window: Window, pictures: Pictures, least: float, most: int) -> FloatArray:
+    """Up to ``most`` different poses, (N, 4), the best first, where at least the share ``least`` of the facets (F, 7)
+    lies on walls. SCORE is that share less the cost of the prior."""
+    blocks = (2 * window.places + BLOCK) // BLOCK
+    shifts = _shifts(facets, window, pictures.x0, pictures.y0)
+    bounds = _bounds(shifts, pictures.pooled, blocks)
     chosen = _highest(bounds, window, len(facets), least)
     places, shares = np.empty((len(chosen), 4)), np.empty(len(chosen))
     for b in range(len(chosen)):
-        shares[b] = _best_of_block(chosen[b], blocks, shifts, pictures, window, places[b])
+        shares[b] = _best_of_block(chosen[b], blocks, shifts, pictures.drawn, window, places[b])
     return _distinct(places, shares, least, most)
 
 
 @compiled
-def pooled(pictures: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _pooled(pictures: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """The greatest value of the block that begins at each pixel, (P, rows, columns)."""
     out = pictures.copy()
     layers, rows, columns = pictures.shape
@@ -99,14 +116,26 @@ def _shifts(facets: FloatArray, window: Window, x0: float, y0: float) -> IntArra
 def _bounds(shifts: IntArray, maxima: NDArray[np.uint8], blocks: int) -> NDArray[np.uint16]:
     """Upper bound of the grey values for every heading and block of places, (A, blocks, blocks)."""
     bounds = np.zeros((len(shifts), blocks, blocks), np.uint16)
+    _, rows, columns = maxima.shape
     for a in range(len(shifts)):
         for f in range(shifts.shape[1]):
             side, row, column = shifts[a, f]
-            for i in range(blocks):
+            low_i, high_i = _inside(row, rows, blocks)
+            low_j, high_j = _inside(column, columns, blocks)
+            for i in range(low_i, high_i):
                 line = maxima[side, row + i * BLOCK]
-                for j in range(blocks):
+                for j in range(low_j, high_j):
                     bounds[a, i, j] += line[column + j * BLOCK]
     return bounds
+
+
+@compiled
+def _inside(first: int, size: int, blocks: int) -> tuple[int, int]:
+    """The blocks that begin inside of the picture, when the first begins at this pixel; those before it count as far as
+    they reach into it."""
+    low = 0 if first >= 0 else (-first + BLOCK - 1) // BLOCK
+    high = min(blocks, (size - 1 - first) // BLOCK + 1)
+    return low, max(high, low)
 
 
 @compiled
@@ -145,12 +174,15 @@ def _best_of_block(
     """Write the best place (4,) of a block; returns the share of the facets on walls there."""
     a, first_i, first_j = block // (blocks * blocks), block // blocks % blocks * BLOCK, block % blocks * BLOCK
     turn, facets = (a - window.headings) * HEADING_STEP, shifts.shape[1]
+    _, rows, columns = pictures.shape
     best_share, place[SCORE] = 0.0, -np.inf
     for i in range(first_i, min(first_i + BLOCK, 2 * window.places + 1)):
         for j in range(first_j, min(first_j + BLOCK, 2 * window.places + 1)):
             total = 0.0
             for f in range(facets):
-                total += pictures[shifts[a, f, 0], shifts[a, f, 1] + i, shifts[a, f, 2] + j]
+                row, column = shifts[a, f, 1] + i, shifts[a, f, 2] + j
+                if 0 <= row < rows and 0 <= column < columns:
+                    total += pictures[shifts[a, f, 0], row, column]
             share = total / (FULL_GREY * facets)
             dx, dy = (j - window.places) * PIXEL, (i - window.places) * PIXEL
             score = share - _cost(dx, dy, turn, window)

@@ -3,17 +3,20 @@
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from slam.config import SurfelMapConfig
 from slam.graph.key_scan import KeyScan
+from slam.graph.place_search import Pictures, draw_submap
 from slam.mapping.surfel_grid import Grid
 from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray, Pose2D
 
-KEPT: Final = 24
+REACH: Final = 15.0
+"""Metres: what is farther from the path takes no part in the search."""
+KEPT: Final = 16
 """Maps of submaps that are kept; others are made again from their key scans."""
 
 
@@ -29,31 +32,39 @@ class Submap:
     """True where odometry alone joins it to the submap before."""
     keys: list[int] = field(default_factory=list)
     """Numbers of its key scans."""
+    path: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    """Poses of its key scans (K, 3) in its frame ``local``, once it is finished."""
+
+    def finish(self, keys: Sequence[KeyScan]) -> None:
+        """No key scan is added any more."""
+        self.path = np.array([keys[number].T_local_laser for number in self.keys])
 
 
-class SubmapGrids:
-    """The maps of submaps, each in the frame ``local`` of its key scans."""
+class SubmapMap(NamedTuple):
+    """The map of a submap, in the frame ``local`` of its key scans."""
+
+    grid: Grid
+    pictures: Pictures
+
+
+class SubmapMaps:
+    """The maps of submaps to which nothing is added any more."""
 
     def __init__(self, config: SurfelMapConfig, keys: Sequence[KeyScan]) -> None:
         self._config, self._keys = config, keys
-        self._kept: OrderedDict[int, Grid] = OrderedDict()
+        self._kept: OrderedDict[int, SubmapMap] = OrderedDict()
 
-    def of(self, submap: Submap) -> Grid:
-        """The map of a submap to which nothing is added any more."""
-        grid = self._kept.pop(submap.number, None) or self._made(submap)
-        self._kept[submap.number] = grid
+    def of(self, submap: Submap) -> SubmapMap:
+        """The map of a submap, made now where it is not kept."""
+        found = self._kept.pop(submap.number, None) or self._made(submap)
+        self._kept[submap.number] = found
         if len(self._kept) > KEPT:
             self._kept.popitem(last=False)
-        return grid
+        return found
 
-    def _made(self, submap: Submap) -> Grid:
+    def _made(self, submap: Submap) -> SubmapMap:
         made = SurfelMap(self._config)
         for number in submap.keys:
             key = self._keys[number]
             made.add(key.facets, key.scan, Pose2D.from_array(key.T_local_laser), walls=False)
-        return made.grid
-
-
-def path_of(submap: Submap, keys: Sequence[KeyScan]) -> FloatArray:
-    """Poses of the key scans of a submap (K, 3) in its frame ``local``."""
-    return np.array([keys[number].T_local_laser for number in submap.keys])
+        return SubmapMap(made.grid, draw_submap(made.grid, submap.path, REACH))

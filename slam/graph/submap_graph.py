@@ -6,6 +6,7 @@ import numpy as np
 
 from slam.graph.key_scan import AGREEING_SHARE, KeyScan
 from slam.graph.loop import Loop
+from slam.graph.odometry_error import OdometryError, motion_errors
 from slam.graph.pose_graph import NO_LOOP, Edge
 from slam.graph.submap import Submap
 from slam.pose import FloatArray, compose_poses, inverse_poses, relative_poses
@@ -54,8 +55,6 @@ class SubmapGraph:
         self.keys.append(key)
         self.key_nodes.append(self._new_node(pose))
         self._number_of[self.key_nodes[number]] = number
-        if number:
-            self._join_by_odometry(number)
         for name in key.submaps:
             self._join_to_submap(number, self.submaps[name])
 
@@ -70,6 +69,19 @@ class SubmapGraph:
             correction = self.correction(self.submaps[key.submaps[0]])
             self.poses[self.key_nodes[number]] = compose_poses(correction, key.T_local_laser)
 
+    def odometry_edges(self) -> list[Edge]:
+        """From each key scan to the next: their motion in ``local``, as sure as the wheels were found to be."""
+        error, errors, edges = OdometryError.learnt(self.keys), motion_errors(self.keys), []
+        for number in range(1, len(self.keys)):
+            before, key = self.keys[number - 1], self.keys[number]
+            measured = relative_poses(before.T_local_laser, key.T_local_laser)
+            covariance = error.covariance(key.wheels, errors[number])
+            if key.broken:
+                covariance = covariance + np.diag(BREAK_SIGMAS**2)
+            information = np.asarray(np.linalg.inv(covariance), np.float64)
+            edges.append(Edge(self.key_nodes[number - 1], self.key_nodes[number], measured, information, NO_LOOP))
+        return edges
+
     def _T_map_local(self, key: KeyScan) -> FloatArray:
         """Of the submap that it was matched to, or of the last one, where it begins a new one."""
         known = self.submaps.get(key.submaps[0]) or (self.submaps[self.keys[-1].submaps[0]] if self.keys else None)
@@ -78,13 +90,6 @@ class SubmapGraph:
     def _new_node(self, pose: FloatArray) -> int:
         self.poses.append(pose)
         return len(self.poses) - 1
-
-    def _join_by_odometry(self, number: int) -> None:
-        key, before = self.keys[number], self.keys[number - 1]
-        measured = relative_poses(before.T_local_laser, key.T_local_laser)
-        covariance = key.odometry + (np.diag(BREAK_SIGMAS**2) if key.broken else 0.0)
-        information = np.asarray(np.linalg.inv(covariance), np.float64)
-        self.edges.append(Edge(self.key_nodes[number - 1], self.key_nodes[number], measured, information, NO_LOOP))
 
     def _join_to_submap(self, number: int, submap: Submap) -> None:
         key = self.keys[number]

@@ -13,9 +13,9 @@ from slam.graph.key_scan import KeyScan, made_of
 from slam.graph.submap_uncertainty import SubmapUncertainty
 from slam.lines.segments import Segments
 from slam.mapping.surfel_map import SurfelMap
+from slam.matching.match import Match
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.matching.surfel_mapper_state import SurfelMapperState
-from slam.motion_model import motion_covariance
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import LaserScan
 
@@ -42,11 +42,18 @@ class SubmapMapper(SurfelMapper):
         super().__init__(state, config, T_base_laser, odometry)
         self.key: KeyScan | None = None
         self.uncertainty = SubmapUncertainty(state.covariance)
+        self._wheels = Pose2D()  # the motion since the last key scan by odometry alone
         self._number = 0  # of the submap that scans are matched to
         self._next: SurfelMap | None = None
         self._last_key: Pose2D | None = None
         self._way = self._began = 0.0
         self._broke = -np.inf
+
+    def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
+        """See SurfelMapper; the motion that led to ``prior`` is remembered for the next key scan."""
+        if self.state.T_map_base is not None:
+            self._wheels = self._wheels @ self.state.T_map_base.between(prior)
+        return super().locate(scan, segments, prior)
 
     def add(self, scan: LaserScan, segments: Segments, T_local_laser: Pose2D) -> None:
         """Write the scan located last into the open submaps, where it was taken far enough from the last one."""
@@ -114,10 +121,11 @@ class SubmapMapper(SurfelMapper):
 
     def _key_scan(self, scan: LaserScan, T_local_laser: Pose2D, broken: bool) -> KeyScan:
         ranges, lidar, bearings = made_of(scan)
+        wheels, self._wheels = self.T_base_laser.inverse() @ self._wheels @ self.T_base_laser, Pose2D()
         submaps = (self._number,) if self._next is None else (self._number, self._number + 1)
         return KeyScan(
             T_local_laser.as_array(), submaps, self._facets, ranges, lidar, bearings,
-            self._information(), self._share, self._odometry_covariance(T_local_laser), broken=broken,
+            self._information(), self._share, wheels.as_array(), broken=broken,
         )  # fmt: skip
 
     def _information(self) -> FloatArray:
@@ -127,12 +135,6 @@ class SubmapMapper(SurfelMapper):
         fit, scale = self._found.fit, np.array([1.0, 1.0, self.config.lever])
         constrained = fit.projector * np.outer(1.0 / scale, scale)
         return np.asarray(constrained.T @ fit.information @ constrained)
-
-    def _odometry_covariance(self, T_local_laser: Pose2D) -> FloatArray:
-        if self._last_key is None:
-            return np.zeros((3, 3))
-        motion = self._last_key.between(T_local_laser)
-        return self.state.odometry_inflation * motion_covariance(motion, 0.0, self.config.motion)
 
     def _pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
         return self.uncertainty.pose_covariance(pose, match_covariance)

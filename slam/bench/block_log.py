@@ -40,7 +40,7 @@ def block_log(seed: int, scans: int = SCANS) -> Log:
     """Make the log of a walk through the blocks of this seed, with ``scans`` scans half a metre apart."""
     plan_random, walk_random, noise_random = (np.random.default_rng([seed, stream]) for stream in range(3))
     plan = make_block_plan(plan_random)
-    truth = smooth_poses(walk(plan, scans * STEP + 2.0 * _ROUNDED, walk_random), STEP)[:scans]
+    truth = smooth_poses(walk(plan, 1.1 * scans * STEP + 2.0 * _ROUNDED, walk_random), STEP)[:scans]
     odometry = noisy_odometry(truth, noise_random)
     distances = cast_walls(plan.walls, truth, LIDAR.angle_min, LIDAR.angle_increment, LIDAR.beams)
     return Log(

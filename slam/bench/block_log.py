@@ -16,10 +16,12 @@ SCANS: Final = 3900
 STEP: Final = 0.5
 """Metres from scan to scan."""
 LIDAR: Final = Lidar(
-    angle_min=-pi / 2.0, angle_increment=pi / 360.0, beams=361, range_min=0.05, range_max=30.0, scan_time=1.0
+    angle_min=-pi / 2.0, angle_increment=pi / 360.0, beams=361, range_min=0.05, range_max=20.0, scan_time=1.0
 )
-RANGE_SIGMA: Final = 0.01
-"""Standard deviation of the ranges, metres, which come in steps as large."""
+RANGE_SIGMA: Final = 0.02
+"""Standard deviation of the ranges, metres ..."""
+RESOLUTION: Final = 0.01
+"""... and their step."""
 DROPOUT: Final = 0.002
 """Share of the beams without echo."""
 TRAVEL_SCALE: Final = 0.01
@@ -28,11 +30,11 @@ TRAVEL_SIGMA: Final = 0.02
 """... of the way, metres after one metre, ..."""
 TURN_SIGMA: Final = 0.02
 """... of the share by which turns are wrong, ..."""
-HEADING_SIGMA: Final = np.radians(1.0)
+HEADING_SIGMA: Final = np.radians(2.0)
 """... and of the heading, radians after one metre."""
 _FINE: Final = 0.05
 """Step in which the path is smoothed, metres ..."""
-_ROUNDED: Final = 2.0
+_ROUNDED: Final = 3.0
 """... and the length over which it is."""
 
 
@@ -122,6 +124,6 @@ def cast_walls(
 def _measured(distances: FloatArray, random: np.random.Generator) -> FloatArray:
     """Ranges that the lidar reports of these distances."""
     ranges = distances + RANGE_SIGMA * random.standard_normal(distances.shape)
-    ranges = np.round(ranges / RANGE_SIGMA) * RANGE_SIGMA
-    lost = (distances > LIDAR.range_max) | (random.random(distances.shape) < DROPOUT)
+    ranges = np.round(ranges / RESOLUTION) * RESOLUTION
+    lost = (ranges > LIDAR.range_max) | (random.random(distances.shape) < DROPOUT)
     return np.where(lost, np.inf, ranges)

@@ -1,6 +1,7 @@
 """A large floor plan: blocks of rooms with corridors between them, and a walk through its corridors."""
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise, product
 from typing import Final
@@ -9,10 +10,12 @@ import numpy as np
 
 from slam.pose import FloatArray, Pose2D
 
-_BLOCKS: Final = (6, 5)
+_BLOCKS: Final = (5, 4)
 """Blocks along x and along y."""
-_BLOCK: Final = (12.0, 30.0)
+_BLOCK: Final = (12.0, 50.0)
 """Least and largest side of a block, metres."""
+_SHIFT: Final = 2.5
+"""Each crossing is shifted by up to this each way, metres: few corridors are parallel."""
 _CORRIDOR: Final = (2.0, 4.5)
 """Least and largest width of a corridor, metres."""
 _WALL: Final = 0.15
@@ -37,29 +40,26 @@ class BlockPlan:
 
     walls: FloatArray
     """(W, 2, 2): start and end, metres."""
-    x: FloatArray
-    """Of the corridors along y, (NX,) ..."""
-    y: FloatArray
-    """... and y of those along x, (NY,)."""
-
-    def place(self, node: Node) -> FloatArray:
-        """Return where two corridors cross, (2,)."""
-        return np.array([self.x[node[0]], self.y[node[1]]])
+    crossings: FloatArray
+    """(NX, NY, 2): where the corridors cross."""
 
     def neighbours(self, node: Node) -> list[Node]:
         """List the crossings that a corridor leads to without another between."""
         i, k = node
         around = [(i - 1, k), (i + 1, k), (i, k - 1), (i, k + 1)]
-        return [(i, k) for i, k in around if 0 <= i < len(self.x) and 0 <= k < len(self.y)]
+        columns, rows, _ = self.crossings.shape
+        return [(i, k) for i, k in around if 0 <= i < columns and 0 <= k < rows]
 
 
 def make_block_plan(random: np.random.Generator) -> BlockPlan:
     """Draw the blocks, the corridors between and around them, and the rooms, bays and recesses in all walls."""
-    (x_low, x_high), (y_low, y_high) = (_corridors(count, random) for count in _BLOCKS)
-    corners = [_corners(x_high[i], y_high[k], x_low[i + 1], y_low[k + 1]) for i, k in product(*map(range, _BLOCKS))]
-    outside = _corners(x_low[0], y_low[0], x_high[-1], y_high[-1])[::-1]
-    walls = [_side(begin, end, random) for c in (outside, *corners) for begin, end in pairwise([*c, c[0]])]
-    return BlockPlan(np.concatenate(walls), (x_low + x_high) / 2.0, (y_low + y_high) / 2.0)
+    (x, x_half), (y, y_half) = (_corridors(count, random) for count in _BLOCKS)
+    crossings = np.stack(np.meshgrid(x, y, indexing="ij"), axis=2)
+    crossings += random.uniform(-_SHIFT, _SHIFT, crossings.shape)
+    halves = np.stack(np.meshgrid(x_half, y_half, indexing="ij"), axis=2)
+    outlines = [_outside(crossings, halves), *_insides(crossings, halves)]
+    sides = [_side(a, b, random) for outline in outlines for a, b in pairwise([*outline, outline[0]])]
+    return BlockPlan(np.concatenate(sides), crossings)
 
 
 def walk(plan: BlockPlan, length: float, random: np.random.Generator) -> FloatArray:
@@ -74,20 +74,35 @@ def walk(plan: BlockPlan, length: float, random: np.random.Generator) -> FloatAr
         fresh = [other for other in onwards if walked[frozenset((node, other))] == least]
         path.append(fresh[random.integers(len(fresh))])
         walked[frozenset((node, path[-1]))] += 1
-        left -= float(np.linalg.norm(plan.place(path[-1]) - plan.place(node)))
-    return np.array([plan.place(node) for node in path])
+        left -= float(np.linalg.norm(plan.crossings[path[-1]] - plan.crossings[node]))
+    return np.array([plan.crossings[node] for node in path])
 
 
 def _corridors(blocks: int, random: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Draw the lower and the upper bounds (blocks + 1,) of the corridors that lie one beside the other, metres."""
+    """Draw the middles and half the widths (blocks + 1,) of the corridors that lie one beside the other, metres."""
     widths, gaps = random.uniform(*_CORRIDOR, blocks + 1), random.uniform(*_BLOCK, blocks)
-    low = np.concatenate([[0.0], np.cumsum(widths[:-1] + gaps)])
-    return low, low + widths
+    steps = gaps + (widths[:-1] + widths[1:]) / 2.0
+    return np.concatenate([[0.0], np.cumsum(steps)]), widths / 2.0
 
 
-def _corners(x_low: float, y_low: float, x_high: float, y_high: float) -> FloatArray:
-    """Corners (4, 2) of a rectangle, counter-clockwise."""
-    return np.array([[x_low, y_low], [x_high, y_low], [x_high, y_high], [x_low, y_high]])
+def _insides(crossings: FloatArray, halves: FloatArray) -> Iterator[FloatArray]:
+    """Outlines (4, 2) of the blocks, counter-clockwise: the corners of the corridors around each."""
+    for i, k in product(*map(range, _BLOCKS)):
+        corners = [((i, k), (1, 1)), ((i + 1, k), (-1, 1)), ((i + 1, k + 1), (-1, -1)), ((i, k + 1), (1, -1))]
+        yield np.array([crossings[at] + halves[at] * out for at, out in corners])
+
+
+def _outside(crossings: FloatArray, halves: FloatArray) -> FloatArray:
+    """Outline (N, 2) of the wall around all, clockwise: a corner beside every crossing of the outer corridors."""
+    (columns, rows), corners = np.add(_BLOCKS, 1), []
+    ring = [
+        *((0, k) for k in range(rows - 1)), *((i, rows - 1) for i in range(columns - 1)),
+        *((columns - 1, k) for k in range(rows - 1, 0, -1)), *((i, 0) for i in range(columns - 1, 0, -1)),
+    ]  # fmt: skip
+    for i, k in ring:
+        out = np.array([(i == columns - 1) - float(i == 0), (k == rows - 1) - float(k == 0)])
+        corners.append(crossings[i, k] + halves[i, k] * out)
+    return np.array(corners)
 
 
 def _side(begin: FloatArray, end: FloatArray, random: np.random.Generator) -> FloatArray:

@@ -56,7 +56,7 @@ def block_table(seed: int, config: SlamConfig, console: Terminal, scans: int = S
         "wrong,\nbelieved",
     )  # fmt: skip
     notes = (
-        "A lidar of 361 beams and 30 m, a scan every half metre. Wall time of an update in milliseconds; CPU: all "
+        "A lidar of 361 beams and 20 m, a scan every half metre. Wall time of an update in milliseconds; CPU: all "
         "threads. For it: memory beyond that before the first scan, the log and the compiled code."
     )
     return ResultTable(f"A building of blocks, seed {seed}", columns, rows, notes)

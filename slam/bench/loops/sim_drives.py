@@ -57,6 +57,8 @@ class Drive(NamedTuple):
     finish_time: float
     sizes: tuple[GraphSize, ...]
     """At every scan; none where no loop is closed."""
+    loops: int
+    """Loops that were found in all."""
 
 
 class _MeasuredSlam(LineSlam):
@@ -123,6 +125,7 @@ def drive(name: str, seed: int, settings: tuple[str, ...], hour: bool = False) -
     return Drive(
         ending, len(live), rmse(wheels_off), rmse(off), rmse(final_off), float(off.max()), float(final_off.max()),
         score_walls(seen.walls, seen.seen, lines), np.array(slam.times), finish_time, tuple(slam.sizes),
+        0 if closed is None else len(closed.loops),
     )  # fmt: skip
 
 

@@ -68,9 +68,8 @@ def _run_table(found: dict[tuple[str, int, str], Drive]) -> ResultTable:
         never, auto = (found[name, seed, way] for way in WAYS)
         metres = never.odometry_ate, never.ate, auto.ate, auto.final_ate, never.worst, auto.final_worst
         endings = never.ending if never.ending == auto.ending else f"{never.ending}, {auto.ending}"
-        loops = str(auto.sizes[-1].loops) if auto.sizes else ""
         cells = [f"{100 * value:.1f}" for value in metres]
-        rows.append((f"{name}, {seed}", endings, *cells, loops, f"{auto.finish_time:.2f}"))
+        rows.append((f"{name}, {seed}", endings, *cells, str(auto.loops), f"{auto.finish_time:.2f}"))
     notes = "Against the truth, without alignment. Each way drives by its own poses: no two drives are the same."
     return ResultTable("Loops driven in the simulator", columns, rows, notes)
 

@@ -13,7 +13,7 @@ from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angle
 
 HOP_SIGMAS: Final = np.array([0.08, 0.08, 0.04])
 """From one submap to the next, for the search of candidates: metres and radians. The graph takes half of it."""
-BREAK_SIGMAS: Final = np.array([0.3, 0.3, 0.25])
+BREAK_SIGMAS: Final = np.array([0.7, 0.7, 0.6])
 """Beyond that, where the front end broke."""
 BREAK_WEIGHT: Final = 0.05
 """Of an edge over a break, in the graph."""

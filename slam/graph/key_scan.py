@@ -9,7 +9,7 @@ from slam.lidars import Lidar
 from slam.pose import FloatArray, unit_vectors
 from slam.scan import LaserScan
 
-AGREEING_SHARE = 0.6  # of the facets: a scan of which fewer agree says less than its information claims
+SILENT_SHARE, AGREEING_SHARE = 0.15, 0.6  # of the facets that agree: a scan says nothing below, all it claims above
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,6 +50,12 @@ class KeyScan:
             0.0, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max,
             self.ranges.astype(np.float64), 0.0, lidar.scan_time, fan,
         )  # fmt: skip
+
+    @property
+    def trust(self) -> float:
+        """Share of its information that its match to the submap deserves, 0 to 1."""
+        trust = (self.share - SILENT_SHARE) / (AGREEING_SHARE - SILENT_SHARE)
+        return 0.0 if self.broken else min(max(trust, 0.0), 1.0) ** 2
 
     @property
     def nbytes(self) -> int:

@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.graph.key_scan import AGREEING_SHARE, KeyScan
+from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.odometry_error import OdometryError, motion_errors
 from slam.graph.pose_graph import NO_LOOP, Edge
@@ -74,7 +74,7 @@ class SubmapGraph:
         error, errors, edges = OdometryError.learnt(self.keys), motion_errors(self.keys), []
         for number in range(1, len(self.keys)):
             before, key = self.keys[number - 1], self.keys[number]
-            measured = relative_poses(before.T_local_laser, key.T_local_laser)
+            measured = relative_poses(before.T_local_laser, key.T_local_laser) if key.trust > 0.0 else key.wheels
             covariance = error.covariance(key.wheels, errors[number])
             if key.broken:
                 covariance = covariance + np.diag(BREAK_SIGMAS**2)
@@ -96,8 +96,7 @@ class SubmapGraph:
         if not submap.keys:
             information = np.diag(1.0 / (ORIGIN_SHARE * SUBMAP_SIGMAS**2))
         else:
-            doubt = min(1.0, key.share / AGREEING_SHARE) ** 2
-            information = doubt * turned_information(key.information, submap.T_local_submap[2], SUBMAP_SIGMAS)
+            information = key.trust * turned_information(key.information, submap.T_local_submap[2], SUBMAP_SIGMAS)
         submap.keys.append(number)
         measured = relative_poses(submap.T_local_submap, key.T_local_laser)
         self.edges.append(Edge(submap.node, self.key_nodes[number], measured, information, NO_LOOP))

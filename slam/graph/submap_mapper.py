@@ -21,6 +21,8 @@ from slam.scan import LaserScan
 
 LENGTH: Final = 8.0
 """Metres of way that a submap covers; the next begins half way."""
+LEAST_KEYS: Final = 6
+"""Key scans that a submap has at least when the next begins, however far apart they are."""
 TURN_WAY: Final = 0.3
 """Metres of way that a turn of one radian counts as."""
 KEY_DISTANCE, KEY_ANGLE = 0.25, 0.25
@@ -46,7 +48,8 @@ class SubmapMapper(SurfelMapper):
         self._number = 0  # of the submap that scans are matched to
         self._next: SurfelMap | None = None
         self._last_key: Pose2D | None = None
-        self._way = self._began = 0.0
+        self._way = self._began = self._opened = 0.0
+        self._keys = 0  # since the submap that was opened last began
         self._broke = -np.inf
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
@@ -71,13 +74,15 @@ class SubmapMapper(SurfelMapper):
             return
         self._way += distance + TURN_WAY * turn
         if self._is_key(T_local_laser, broken):
-            if self._way - self._began >= 0.5 * LENGTH and self._next is None:
-                self._next = SurfelMap(config)
+            self._keys += 1
+            if self._way - self._began >= 0.5 * LENGTH and self._next is None and self._keys >= LEAST_KEYS:
+                self._keys = 0
+                self._next, self._opened = SurfelMap(config), self._way
                 self.uncertainty.open_next()
             self.key = self._key_scan(scan, T_local_laser, broken)
             self._last_key = T_local_laser
         self._write(scan, T_local_laser, distance + turn)
-        if self._way - self._began >= LENGTH and self.key is not None:
+        if self._next is not None and self._way - self._began >= LENGTH and self._keys >= LEAST_KEYS:
             self._take_over()
 
     def _write(self, scan: LaserScan, T_local_laser: Pose2D, moved: float) -> None:
@@ -98,7 +103,7 @@ class SubmapMapper(SurfelMapper):
         """True where the scan located last did not fit, so that a submap must begin with it."""
         if self._found is None or len(self._facets) < LEAST_FACETS or len(self.map) == 0:
             return False
-        return self._share < BROKEN_SHARE and self._way - self._broke >= CALM
+        return self._found.odometry_only and self._way - self._broke >= CALM
 
     @property
     def _share(self) -> float:
@@ -109,13 +114,13 @@ class SubmapMapper(SurfelMapper):
         self._broke, self._next = self._way, SurfelMap(self.map.config)
         self.uncertainty.open_next()
         self._take_over()
-        self._began = self._way
+        self._began, self._keys = self._way, 0
         self.state = self._with(bad_matches=0)
 
     def _take_over(self) -> None:
         """The older submap is finished; scans are matched to the next."""
         assert self._next is not None
-        self._number, self._began = self._number + 1, self._began + 0.5 * LENGTH
+        self._number, self._began = self._number + 1, self._opened
         self.state, self._next = self._with(map=self._next), None
         self.uncertainty.take_over()
 

@@ -173,5 +173,7 @@ def test_what_is_not_there_is_skipped_and_an_unknown_part_is_named(tmp_path: Pat
     shown = CliRunner().invoke(app, ["bench", "loops", "logs", "--stress", "--log", "fr079", "--data", str(tmp_path)])
     assert shown.exit_code == 0
     assert shown.output.count("skipped") == 2
+    shown = CliRunner().invoke(app, ["bench", "loops", "logs", "--variant", "every=5"])
+    assert isinstance(shown.exception, InputError)
     with pytest.raises(InputError, match="no part 'log'; did you mean logs"):
         list(loop_tables(["log"], LoopBench(tmp_path)))

@@ -7,6 +7,7 @@ import typer
 
 from slam.cli.bench import TablesFile, console, print_tables, use_one_thread
 from slam.console.options import Settings
+from slam.errors import InputError
 
 
 def bench_loops(
@@ -34,12 +35,17 @@ def bench_loops(
 ) -> None:
     """Measure what closing loops is worth and what it costs, with one set of settings for all.
 
-    Every run is made with loops left open and with loops closed: as the poses were known then (live), and in the end
-    (final). logs: recorded logs, their loops, and the cost of both, scan by scan in turn. sim: office_loop and
-    campus_loop against the truth. blocks: a generated building of 2 km, time and memory. stress: logs made harder, see
-    bench slam. hour: one simulated hour around office_loop.
+    Every run is made with loops left open and with loops closed: as the poses were known then, and in the end.
 
-    A log that is not there is skipped.
+    logs: recorded logs, their loops, and the cost of both, scan by scan in turn. One that is not there is skipped.
+
+    sim: office_loop and campus_loop against the truth.
+
+    blocks: a generated building of 2 km, for time and memory; nothing else should run beside it.
+
+    stress: logs made harder, see bench slam.
+
+    hour: one simulated hour around office_loop.
 
     [bold]Examples[/bold]
 
@@ -57,5 +63,7 @@ def bench_loops(
     from slam.bench.loops_report import LoopBench, loop_tables
 
     asked = [*(parts or []), *["stress"] * stress, *["hour"] * hour]
+    if variants and "stress" not in asked:
+        raise InputError("--variant: makes a log harder, which needs --stress")
     bench = LoopBench(data, logs or [], variants or [], seeds, tuple(settings or ()), console)
     print_tables(loop_tables(asked, bench), out, "Loops")

@@ -26,6 +26,7 @@ from slam.graph.closure import ClosedRun
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.pose_graph import Edges
+from slam.graph.refined_walls import RefinedWalls
 from slam.graph.submap import Submap
 from slam.line_slam import LineSlam
 from slam.mapping.surfel_map import SurfelMap
@@ -40,6 +41,9 @@ DRIFT = np.array([3.0, -2.0, 0.4])
 @pytest.fixture(scope="module")
 def both() -> BothWays:
     return run_both_ways(SMALL, SlamConfig())
+
+
+NO_WALLS = RefinedWalls(*(np.empty((0, *shape)) for shape in ((2, 2), (2, 2), (), (), ())))
 
 
 def run_with_loops(errors: FloatArray, T_base_laser: FloatArray) -> tuple[ClosedRun, InterpolatedPoses]:
@@ -59,7 +63,7 @@ def run_with_loops(errors: FloatArray, T_base_laser: FloatArray) -> tuple[Closed
     weights = np.array([1.0, 0.2] * len(loops))[: len(loops)]
     closed = ClosedRun(
         tuple(keys), local, np.zeros((16, 3, 3)), SurfelMap(SurfelMapConfig()), tuple(loops), weights, local,
-        np.arange(16), tuple(submaps), Edges.of([]), np.empty(0), T_base_laser,
+        np.arange(16), tuple(submaps), Edges.of([]), np.empty(0), T_base_laser, NO_WALLS, np.empty((0, 2, 2)),
     )  # fmt: skip
     return closed, InterpolatedPoses(truth, np.ones(16, np.bool_))
 

@@ -23,8 +23,10 @@ class Closure:
     """Number of the submap for which they were sought."""
     T_map_local: FloatArray
     """(3,), as the last submap has it."""
+    T_local_submap: FloatArray
+    """(3,): where the last submap begins ..."""
     covariance: FloatArray
-    """(3, 3) of the last submap's place, x, y, theta, map frame."""
+    """... and the covariance (3, 3) of its place, x, y, theta, map frame."""
     map: SurfelMap
     """All key scans until then."""
     keys: int

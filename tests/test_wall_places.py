@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from slam.config import SurfelMapConfig
 from slam.graph.constellation import ALONG_X, ALONG_Y, CELL, CELLS, LENGTH, MIDDLE_X, MIDDLE_Y, Constellation
-from slam.graph.place_evidence import contradicted, metres_on, weigh_places
+from slam.graph.place_evidence import contradicted, metres_on, normal_equations, weigh_places
 from slam.graph.wall_places import propose_places
-from slam.graph.wall_votes import BLUR, REACH, XX, XY, YY, fixedness, moved, places_voted_for, shift_votes, turn_votes
+from slam.graph.wall_votes import BLUR, REACH, fixedness, moved, places_voted_for, shift_votes, turn_votes
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.coarse_search import HEADING, PLACE_X, SCORE
 from slam.pose import FloatArray, Pose2D
@@ -189,13 +189,32 @@ def test_votes_for_turns_are_most_at_the_turn_that_is_true() -> None:
     assert votes.sum() == pytest.approx(2.5 * np.minimum(walls[:, LENGTH], 3.0).sum() ** 2)
 
 
-def test_parallel_votes_fix_next_to_nothing_and_crossed_ones_much() -> None:
-    votes = np.zeros((1, 2, 3))
-    votes[0, :, XX], votes[0, 1, YY] = 6.0, 6.0
-    votes[0, :, XY] = 0.0
-    parallel, crossed = fixedness(votes)[0]
-    assert parallel < 0.2 * crossed
-    assert crossed == pytest.approx(6.0)
+def test_parallel_walls_fix_next_to_nothing_and_crossed_ones_much() -> None:
+    assert fixedness(0.0, 0.0, 0.0) == 0.0
+    assert fixedness(12.0, 0.0, 0.0) < 0.5 * fixedness(6.0, 0.0, 6.0)
+    assert fixedness(6.0, 0.0, 6.0) == pytest.approx(6.0)
+    c, s = np.cos(0.4), np.sin(0.4)  # the same crossing, turned
+    information = 2.0 * np.outer([c, s], [c, s]) + 5.0 * np.outer([-s, c], [-s, c])
+    assert fixedness(information[0, 0], information[0, 1], information[1, 1]) == pytest.approx(fixedness(2.0, 0.0, 5.0))
+
+
+def test_normal_equations_are_those_of_numeric_derivatives() -> None:
+    """The plain reference: offset and turn of a wall that slides on another, differentiated by small steps."""
+    wall, other = np.array([[1.0, 0.4, 1.0, 0.0, 2.0]]), np.array([[1.2, 0.5, np.cos(0.1), np.sin(0.1), 9.0]])
+    pose, normal = np.array([0.1, -0.05, 0.03]), np.array([-np.sin(0.1), np.cos(0.1)])
+
+    def residuals(pose: FloatArray) -> FloatArray:
+        there = moved(wall, *pose)[0]
+        offset = normal @ (there[[MIDDLE_X, MIDDLE_Y]] - other[0, [MIDDLE_X, MIDDLE_Y]])
+        length = wall[0, LENGTH] * np.cos(0.1 - pose[2])
+        return np.array([np.sqrt(length) * offset, np.sqrt(length**3 / 12.0) * np.sin(pose[2] - 0.1)])
+
+    wide, pairs = 1e6, np.zeros((1, 2), np.int64)
+    information, gradient = normal_equations(moved(wall, *pose), other, pairs, pose[0], pose[1], wide)
+    steps = 1e-6 * np.eye(3)
+    J = np.column_stack([(residuals(pose + d) - residuals(pose - d)) / 2e-6 for d in steps])
+    np.testing.assert_allclose(information, J.T @ J, rtol=0.02)
+    np.testing.assert_allclose(gradient, -J.T @ residuals(pose), rtol=0.02)
 
 
 def test_metres_on_free_floor_are_those_of_plain_samples() -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.pose_graph import Edges
+from slam.graph.refined_walls import RefinedWalls
 from slam.graph.submap import Submap
 from slam.lines.segments import IntArray
 from slam.mapping.surfel_map import SurfelMap
@@ -30,6 +31,10 @@ class Closure:
     """Number of them."""
     loops: tuple[Loop, ...]
     """Those that were found since the closure before."""
+    poses: FloatArray
+    """(K, 3): T_map_laser of the key scans."""
+    loop_keys: IntArray
+    """(L, 2): numbers of two key scans of each loop, see ``loop_keys``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +61,10 @@ class ClosedRun:
     """(E,)."""
     T_base_laser: FloatArray
     """(3,)."""
+    walls: RefinedWalls
+    """The walls that all key scans together see ..."""
+    wall_covariances: FloatArray
+    """... and the covariance (M, 2, 2) of the offset and the direction of each in the map; m^2, m rad, rad^2."""
 
     @cached_property
     def indices(self) -> IntArray:
@@ -66,6 +75,11 @@ class ClosedRun:
     def local(self) -> FloatArray:
         """T_local_laser of the key scans, (K, 3)."""
         return np.array([key.T_local_laser for key in self.keys]).reshape(-1, 3)
+
+    @property
+    def T_map_local(self) -> FloatArray:
+        """(3,): where the last key scan puts the frame of the front end."""
+        return compose_poses(self.poses[-1], inverse_poses(self.local[-1]))
 
     def trajectory(self, T_local_base: FloatArray) -> FloatArray:
         """``T_map_base`` (S, 3) of every scan of the run, for what the front end had, (S, 3).

@@ -21,7 +21,7 @@ from slam.graph.constellation import (
     Floor,
     cell_of,
 )
-from slam.graph.wall_votes import moved
+from slam.graph.wall_votes import fixedness, moved
 from slam.lines.segments import IntArray
 from slam.matching.coarse_search import HEADING, PLACE_X, PLACE_Y, SCORE
 from slam.pose import FloatArray
@@ -38,8 +38,6 @@ PRIOR: Final = np.array([0.1, 0.1, 1.0])
 """Information by which a round holds x, y (metres of wall) and the heading (metres^3) where they were."""
 SLACK: Final = 1.0
 """Metres by which the rounds may move two walls against each other."""
-CHANCE: Final = 1.0
-"""Metres of wall in each direction by which a place may be held by chance."""
 CONTRADICTION: Final = 8.0
 """Metres of contradicted wall that halve a score: doors move, and a wall that was missed lets the robot see too far."""
 
@@ -52,20 +50,13 @@ def weigh_places(places: FloatArray, submap: Constellation, other: Constellation
         pairs = _pairs(moved(submap.walls, x, y, theta), other.walls)
         for kernel in KERNELS[:-1]:
             there = moved(submap.walls, x, y, theta)
-            information, gradient = _normal_equations(there, other.walls, pairs, x, y, kernel)
+            information, gradient = normal_equations(there, other.walls, pairs, x, y, kernel)
             step = np.linalg.solve(information + np.diag(PRIOR), gradient)
             x, y, theta = x + step[0], y + step[1], theta + step[2]
-        information, _ = _normal_equations(moved(submap.walls, x, y, theta), other.walls, pairs, x, y, KERNELS[-1])
+        information, _ = normal_equations(moved(submap.walls, x, y, theta), other.walls, pairs, x, y, KERNELS[-1])
         places[k, PLACE_X], places[k, PLACE_Y], places[k, HEADING] = x, y, wrapped(theta)
         against = CONTRADICTION + contradicted(places[k], submap, other)
-        places[k, SCORE] = fixedness(information) / against
-
-
-@compiled
-def fixedness(information: FloatArray) -> float:
-    """How much walls fix a place in every direction, metres of wall: none, where they are all parallel."""
-    xx, xy, yy = information[0, 0] + CHANCE, information[0, 1], information[1, 1] + CHANCE
-    return float(np.sqrt(xx * yy - xy * xy) - CHANCE)
+        places[k, SCORE] = fixedness(information[0, 0], information[0, 1], information[1, 1]) / against
 
 
 @compiled
@@ -97,7 +88,7 @@ def _pairs(walls: FloatArray, others: FloatArray) -> IntArray:
 
 
 @compiled
-def _normal_equations(
+def normal_equations(
     walls: FloatArray, others: FloatArray, pairs: IntArray, x: float, y: float, kernel: float
 ) -> tuple[FloatArray, FloatArray]:
     """Information (3, 3), and minus the gradient (3,), for a step of x, y and theta about (x, y), of the pairs of walls

@@ -2,7 +2,7 @@
 
 Each pair of walls votes for the turn that makes them face the same way. At a turn each such pair votes for the strip of
 shifts that lay one on the other. It holds the place across the wall and leaves it free along it: a vote is a matrix of
-information, and a shift counts as much as its votes fix it in every direction. A long corridor alone says nothing.
+information, and a shift counts as much as its votes fix it in every direction. A corridor alone says little.
 """
 
 from typing import Final
@@ -31,8 +31,8 @@ LONGEST_VOTE: Final = 3.0
 """Metres of wall that count, at most: two long walls fix no turn and no place better than two of this length."""
 SAME_WAY: Final = 0.9925
 """Cosine between two walls that face the same way: 7 degrees."""
-CHANCE: Final = 0.1
-"""Metres of wall in each direction that a shift has by chance."""
+CHANCE: Final = 1.0
+"""Metres of wall in each direction that hold any place, by chance."""
 LEAST_OVERLAP: Final = 0.1
 """Metres of one wall on another, at least, for a vote."""
 BLUR = (0.5, 1.0, 0.5)
@@ -61,7 +61,7 @@ def places_voted_for(walls: FloatArray, others: FloatArray) -> FloatArray:
     places, count = np.empty((TURNS * SHIFTS, 4)), 0
     for k in range(len(turns)):
         theta = turns[k] * 2.0 * np.pi / TURN_BINS
-        scores = fixedness(shift_votes(moved(walls, 0.0, 0.0, theta), others))
+        scores = _scores(shift_votes(moved(walls, 0.0, 0.0, theta), others))
         for _ in range(SHIFTS):
             best = int(np.argmax(scores))
             row, column = best // (2 * REACH), best % (2 * REACH)
@@ -141,10 +141,21 @@ def _vote(wall: FloatArray, other: FloatArray, votes: FloatArray) -> None:
 
 
 @compiled
-def fixedness(votes: FloatArray) -> FloatArray:
-    """How much votes (R, C, 3) fix a shift in every direction: the root of the determinant of each, metres of wall."""
-    determinants = (votes[:, :, XX] + CHANCE) * (votes[:, :, YY] + CHANCE) - votes[:, :, XY] ** 2
-    return np.sqrt(determinants) - CHANCE
+def _scores(votes: FloatArray) -> FloatArray:
+    """How much each shift is fixed by its votes (R, C, 3), shape (R, C)."""
+    rows, columns, _ = votes.shape
+    scores = np.empty((rows, columns))
+    for i in range(rows):
+        for j in range(columns):
+            scores[i, j] = fixedness(votes[i, j, XX], votes[i, j, XY], votes[i, j, YY])
+    return scores
+
+
+@compiled
+def fixedness(xx: float, xy: float, yy: float) -> float:
+    """How much walls fix a place in every direction: the root of the determinant of their information; metres of wall.
+    Little, where they are all parallel."""
+    return float(np.sqrt((xx + CHANCE) * (yy + CHANCE) - xy * xy) - CHANCE)
 
 
 @compiled

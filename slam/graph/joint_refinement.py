@@ -1,0 +1,161 @@
+"""Joint refinement, the last step of the graph: all key scans and all walls of a building by least squares at once.
+
+Each round finds the walls that the facets see at the present poses, and moves the poses by Gauss-Newton. The walls are
+eliminated; what they leave for the poses is solved by conjugate gradients, with the factors of the graph itself as
+preconditioner. From round to round the kernel shrinks, and with it what the facets of a wall may be off. All of it
+happens in the frame of the first node, so that where the map lies makes no difference.
+"""
+
+from typing import NamedTuple, Self
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.linalg import SuperLU
+
+from slam.graph.main_edges import find_main_edges, no_main_edges
+from slam.graph.pose_graph import Edges, factorize, linear_system
+from slam.graph.refined_walls import RefinedWalls, refined_walls
+from slam.graph.wall_equations import WallEquations, fit_lines, wall_equations
+from slam.graph.wall_landmarks import LINE_NX, LINE_NY, FoundWalls, Sights, find_walls, wall_spans
+from slam.lines.facets import NX, NY, VARIANCE, X, Y
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
+
+
+class RefinementSettings(NamedTuple):
+    """Settings of the refinement, SI units."""
+
+    floor: float = 0.01
+    """Standard deviation added to every facet, metres: real walls are not flat as lines."""
+    correlation: float = 4.0
+    """Errors of neighbouring facets are alike: their information is divided by this."""
+    kernel: float = 0.05
+    """Residuals far above this, metres, lose their weight."""
+    straight: float = 0.01
+    """Metres by which pieces of a wall may lie off its line."""
+    gap: float = 0.04
+    """Metres across a wall between neighbouring facets of one piece, at most."""
+    first_width: float = 4.0
+    """Kernel, straight and gap are so many times wider in the first round; the factor is halved until it is 1."""
+    reused: float = 0.03
+    """Weight of the edges that come from matching: what the scans matched, their facets say again of the walls."""
+    directions: bool = True
+    """Walls are held softly to the main directions of the building, where it has any."""
+    rounds: int = 6
+    """Greatest number of rounds ..."""
+    settled: float = 1e-3
+    """... the last of which moves the poses by less than this, root mean square, metres."""
+    tolerance: float = 1e-2
+    """Of the conjugate gradients, relative ..."""
+    max_iterations: int = 150
+    """... and the greatest number of their iterations."""
+
+
+class Refinement(NamedTuple):
+    """What the refinement found."""
+
+    poses: FloatArray
+    """(N, 3)."""
+    walls: RefinedWalls
+    rounds: int
+
+
+def refine(
+    poses: FloatArray, edges: Edges, weights: FloatArray, facets: list[FloatArray], nodes: IntArray,
+    settings: RefinementSettings | None = None,
+) -> Refinement:  # fmt: skip
+    """Refine poses (N, 3), of which the first stays, by edges of these weights (E,) and by the walls that are seen.
+
+    ``facets`` (F_k, 7) are those of the K key scans, sensor frame; ``nodes`` (K,) are the numbers of their nodes, whose
+    poses are the sensor's.
+    """
+    settings = settings or RefinementSettings()
+    local, sensed = relative_poses(poses[0], poses), _Sensed.of(facets, settings)
+    preconditioner = factorize(linear_system(local, edges, weights)[0][3:, 3:]) if len(poses) > 1 else None
+    weights = _beside_walls(edges, weights, nodes, len(poses), settings.reused)
+    width, step, rounds = settings.first_width, np.inf, 0
+    while preconditioner is not None and rounds < settings.rounds and step > settings.settled:
+        equations = _equations(sensed.seen_from(local[nodes]), nodes, width, len(poses), settings)[1]
+        H, gradient = linear_system(local, edges, weights)
+        gradient = gradient.reshape(-1, 3) + equations.gradient
+        moved = _conjugate_gradients(csr_matrix(H), equations, preconditioner, -gradient, settings)
+        local += moved
+        local[:, 2] = wrap_angles(local[:, 2])
+        step = float(np.sqrt(np.mean(moved[:, :2] ** 2))) if width <= 1.0 else np.inf
+        width, rounds = max(0.5 * width, 1.0), rounds + 1
+    sights = sensed.seen_from(local[nodes])
+    walls, equations = _equations(sights, nodes, 1.0, len(poses), settings)
+    return Refinement(compose_poses(poses[0], local), refined_walls(sights, walls, equations, poses[0]), rounds)
+
+
+class _Sensed(NamedTuple):
+    """The facets of all key scans that have a normal."""
+
+    facets: FloatArray
+    """(F, 7), sensor frame."""
+    variances: FloatArray
+    """(F,) along the normal, with all that makes it larger."""
+    scans: IntArray
+    """(F,): number of the key scan."""
+
+    @classmethod
+    def of(cls, facets: list[FloatArray], settings: RefinementSettings) -> Self:
+        together = np.concatenate([np.empty((0, 7)), *facets])
+        scans = np.repeat(np.arange(len(facets)), [len(one) for one in facets])
+        walls = (together[:, NX] != 0.0) | (together[:, NY] != 0.0)
+        variances = settings.correlation * (together[walls, VARIANCE] + settings.floor**2)
+        return cls(together[walls], variances, scans[walls])
+
+    def seen_from(self, poses: FloatArray) -> Sights:
+        """The facets where the sensor was at these poses (K, 3)."""
+        c, s = np.cos(poses[:, 2])[self.scans], np.sin(poses[:, 2])[self.scans]
+        x, y, nx, ny = self.facets[:, [X, Y, NX, NY]].T
+        levers = np.column_stack([c * x - s * y, s * x + c * y])
+        normals = np.column_stack([c * nx - s * ny, s * nx + c * ny])
+        return Sights(poses[self.scans, :2] + levers, normals, levers, self.variances, self.scans)
+
+
+def _beside_walls(edges: Edges, weights: FloatArray, nodes: IntArray, count: int, reused: float) -> FloatArray:
+    """Weights (E,) of the edges beside the walls. Those of odometry, from one key scan to the next, keep theirs."""
+    is_key = np.zeros(count, np.bool_)
+    is_key[nodes] = True
+    odometry = is_key[edges.first] & is_key[edges.second] & ~edges.robust
+    return np.where(odometry, weights, reused * weights)
+
+
+def _equations(
+    sights: Sights, nodes: IntArray, width: float, count: int, settings: RefinementSettings
+) -> tuple[FoundWalls, WallEquations]:
+    """Find the walls, and what they say of ``count`` poses."""
+    kernel = width * settings.kernel
+    walls = find_walls(sights, width * settings.straight, width * settings.gap)
+    walls = walls._replace(lines=fit_lines(sights, walls, kernel))
+    main = no_main_edges(len(walls.lines))
+    if settings.directions:
+        spans = wall_spans(sights.points, walls.lines, walls.sights, walls.begins)
+        theta = np.arctan2(walls.lines[:, LINE_NY], walls.lines[:, LINE_NX])
+        main = find_main_edges(theta, spans[:, 1] - spans[:, 0])
+    return walls, wall_equations(sights, nodes, walls, main, kernel, count)
+
+
+def _conjugate_gradients(
+    H: csr_matrix, equations: WallEquations, preconditioner: SuperLU, right: FloatArray, settings: RefinementSettings
+) -> FloatArray:
+    """Solve (H + S) x = ``right`` (N, 3), where the first node stays."""
+    x, residual = np.zeros_like(right), right.copy()
+    residual[0] = 0.0
+    direction, before, least = np.zeros_like(right), np.inf, 0.0
+    for iteration in range(settings.max_iterations):
+        preconditioned = np.zeros_like(right)
+        preconditioned[1:] = preconditioner.solve(residual[1:].ravel()).reshape(-1, 3)
+        squared = float(np.sum(residual * preconditioned))
+        least = settings.tolerance**2 * squared if iteration == 0 else least
+        if squared <= least:
+            break
+        direction = preconditioned + squared / before * direction
+        image = (H @ direction.ravel()).reshape(-1, 3) + equations.apply(direction)
+        image[0] = 0.0
+        length, before = squared / float(np.sum(direction * image)), squared
+        x += length * direction
+        residual -= length * image
+    return x

@@ -1,0 +1,138 @@
+"""Covariances of the poses of a graph: the diagonal blocks of the inverse of its information matrix.
+
+The inverse is full, but its blocks where the factors L D L^T have one follow from one another, from the last column
+backwards (Takahashi, Fagan and Chen, 1973; Kaess and Dellaert, Robotics and Autonomous Systems 57, 2009):
+Z_ij = -sum_k Z_ik L_kj and Z_jj = D_j^-1 - sum_k L_kj^T Z_kj, over the blocks k of column j of L.
+"""
+
+import numpy as np
+from scipy.sparse import bsr_matrix, csc_matrix, identity
+from scipy.sparse.linalg import splu
+
+from slam.compiled import compiled
+from slam.graph.pose_graph import Edges, linear_system
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray
+
+
+def pose_covariances(poses: FloatArray, edges: Edges, weights: FloatArray) -> FloatArray:
+    """Covariances (N, 3, 3) of poses (N, 3), map frame, where the first is known; ``weights`` (E,) are of the edges."""
+    covariances = np.zeros((len(poses), 3, 3))
+    if len(poses) > 1:
+        H, _ = linear_system(poses, edges, weights)
+        covariances[1:] = inverse_blocks(csc_matrix(H)[3:, 3:])
+    return covariances
+
+
+def inverse_blocks(H: csc_matrix) -> FloatArray:
+    """The diagonal blocks (N, 3, 3) of the inverse of a symmetric positive definite (3N, 3N)."""
+    blocks = bsr_matrix(H, blocksize=(3, 3))
+    blocks.sort_indices()
+    begins, rows = blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64)
+    place = _elimination_places(begins, rows)
+    columns, members = _pattern(begins, rows, place)
+    D, L = _factors(begins, rows, blocks.data, place, columns, members)
+    return np.asarray(_inverse_diagonal(D, L, columns, members)[place])
+
+
+def _elimination_places(begins: IntArray, rows: IntArray) -> IntArray:
+    """When to eliminate each node, (N,), so that few blocks fill: by minimum degree."""
+    count = len(begins) - 1
+    graph = csc_matrix((np.ones(len(rows)), rows, begins), shape=(count, count)) + count * identity(count, format="csc")
+    factors = splu(graph, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    return np.asarray(factors.perm_c, np.int64)
+
+
+@compiled
+def _pattern(begins: IntArray, rows: IntArray, place: IntArray) -> tuple[IntArray, IntArray]:
+    """Where the blocks of each column of L begin, (N + 1,), and their ascending rows, all in the order of elimination.
+
+    A column has the blocks of the matrix below its diagonal, and those that its children in the elimination tree have
+    below theirs.
+    """
+    count = len(place)
+    node = np.argsort(place)
+    first_child, next_child = np.full(count, -1, np.int64), np.full(count, -1, np.int64)
+    mark = np.full(count, -1, np.int64)
+    columns, members, size = np.zeros(count + 1, np.int64), np.empty(len(rows), np.int64), 0
+    for j in range(count):
+        while size + count - j > len(members):
+            members = np.concatenate((members, np.empty(len(members) + count, np.int64)))
+        mark[j] = j
+        for i in range(begins[node[j]], begins[node[j] + 1]):
+            size = _note(place[rows[i]], j, mark, members, size)
+        child = first_child[j]
+        while child >= 0:
+            for i in range(columns[child], columns[child + 1]):
+                size = _note(members[i], j, mark, members, size)
+            child = next_child[child]
+        columns[j + 1] = size
+        members[columns[j] : size].sort()
+        if size > columns[j]:
+            parent = members[columns[j]]
+            next_child[j], first_child[parent] = first_child[parent], j
+    return columns, members[:size].copy()
+
+
+@compiled
+def _note(i: int, j: int, mark: IntArray, members: IntArray, size: int) -> int:
+    """Write row ``i`` of column ``j``, if it is below the diagonal and not there yet; returns the size then."""
+    if i > j and mark[i] != j:
+        mark[i], members[size] = j, i
+        return size + 1
+    return size
+
+
+@compiled
+def _factors(
+    begins: IntArray, rows: IntArray, data: FloatArray, place: IntArray, columns: IntArray, members: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """The inverse of D (N, 3, 3), and the blocks of L, (B, 3, 3)."""
+    count = len(place)
+    node, at = np.argsort(place), np.zeros(count, np.int64)
+    D, L = np.zeros((count, 3, 3)), np.zeros((len(members), 3, 3))
+    for j in range(count):
+        for b in range(columns[j], columns[j + 1]):
+            at[members[b]] = b
+        for b in range(begins[node[j]], begins[node[j] + 1]):
+            i = place[rows[b]]
+            if i == j:
+                D[j] += data[b]
+            elif i > j:  # the blocks of a row are those of the column, turned over
+                L[at[i]] += data[b].T
+    for j in range(count):
+        D[j] = np.linalg.inv(D[j])
+        for b in range(columns[j], columns[j + 1]):
+            k = members[b]
+            for i in range(columns[k], columns[k + 1]):
+                at[members[i]] = i
+            update = L[b] @ D[j]
+            D[k] -= update @ L[b].T
+            for i in range(b + 1, columns[j + 1]):
+                L[at[members[i]]] -= L[i] @ update.T
+        for b in range(columns[j], columns[j + 1]):
+            L[b] = L[b] @ D[j]
+    return D, L
+
+
+@compiled
+def _inverse_diagonal(D: FloatArray, L: FloatArray, columns: IntArray, members: IntArray) -> FloatArray:
+    """Blocks Z_jj (N, 3, 3) of the inverse, in the order of elimination; ``D`` (N, 3, 3) is inverse."""
+    diagonal, below = np.empty_like(D), np.zeros_like(L)
+    at = np.zeros(len(D), np.int64)
+    for j in range(len(D) - 1, -1, -1):
+        begin, end = columns[j], columns[j + 1]
+        for b in range(begin, end):
+            at[members[b]] = b
+        for b in range(begin, end):
+            k = members[b]
+            below[b] -= diagonal[k] @ L[b]
+            for i in range(columns[k], columns[k + 1]):
+                c = at[members[i]]
+                if begin <= c < end and members[c] == members[i]:
+                    below[c] -= below[i] @ L[b]
+                    below[b] -= below[i].T @ L[c]
+        diagonal[j] = D[j]
+        for b in range(begin, end):
+            diagonal[j] -= L[b].T @ below[b]
+    return diagonal

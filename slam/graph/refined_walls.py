@@ -1,0 +1,64 @@
+"""The walls of a building as the refinement leaves them, and how sure they are."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.graph.wall_equations import WallEquations
+from slam.graph.wall_landmarks import FoundWalls, Sights, wall_spans
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray
+
+
+class RefinedWalls(NamedTuple):
+    """M walls, map frame."""
+
+    ends: FloatArray
+    """(M, 2, 2): [wall, start or end, x or y], metres, the sensor to the left: the outermost facets that see the wall,
+    between which there may be doors."""
+    covariance: FloatArray
+    """(M, 2, 2) of a wall's offset at its middle and of its direction, where the poses are known; m^2, m rad, rad^2."""
+    rms: FloatArray
+    """(M,): root mean square of the residuals, by their weights, metres."""
+    scans: IntArray
+    """(M,): how many key scans see it."""
+    anchor: IntArray
+    """(M,): the node of the key scan that tells most of it."""
+
+
+def refined_walls(sights: Sights, walls: FoundWalls, equations: WallEquations, T_map_local: FloatArray) -> RefinedWalls:
+    """The walls of sights in the frame ``local``, which is at this pose (3,) in the map."""
+    spans = wall_spans(sights.points, walls.lines, walls.sights, walls.begins)
+    nx, ny, x, y = walls.lines.T
+    ends = np.column_stack([x, y])[:, None] + spans[:, :, None] * np.column_stack([-ny, nx])[:, None]
+    J = np.tile(np.eye(2), (len(spans), 1, 1))
+    J[:, 0, 1] = -spans.mean(axis=1)  # the normal turns, and with it the offset at the middle
+    covariance = J @ equations.covariance @ J.swapaxes(1, 2)
+    c, s = np.cos(T_map_local[2]), np.sin(T_map_local[2])
+    ends = ends @ np.array([[c, s], [-s, c]]) + T_map_local[:2]
+    rms = np.sqrt(equations.squares[:, 0] / equations.squares[:, 1])
+    return RefinedWalls(ends, covariance, rms, np.diff(equations.begins), _anchors(equations))
+
+
+def wall_covariances(walls: RefinedWalls, poses: FloatArray, covariances: FloatArray) -> FloatArray:
+    """Covariances (M, 2, 2) of the walls' offsets and directions in the map frame, for poses (N, 3) with covariances
+    (N, 3, 3).
+
+    A wall has the error of its anchor, and that which it has where the poses are known. What other scans see of it
+    holds the two together, which is left out: the result is rather too large.
+    """
+    along = walls.ends[:, 1] - walls.ends[:, 0]
+    tx, ty = (along / np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-12)[:, None]).T
+    nx, ny = ty, -tx
+    lx, ly = (walls.ends.mean(axis=1) - poses[walls.anchor, :2]).T
+    J = np.zeros((len(along), 2, 3))
+    J[:, 0, 0], J[:, 0, 1], J[:, 0, 2], J[:, 1, 2] = nx, ny, lx * ny - ly * nx, 1.0
+    return np.asarray(walls.covariance + J @ covariances[walls.anchor] @ J.swapaxes(1, 2))
+
+
+def _anchors(equations: WallEquations) -> IntArray:
+    """Node of the pair of each wall that has the most weight, (M,)."""
+    weight = np.hypot(equations.coupling[:, 0, 0], equations.coupling[:, 1, 0])
+    wall = np.repeat(np.arange(len(equations.begins) - 1), np.diff(equations.begins))
+    best_first = np.lexsort((-weight, wall))
+    return np.asarray(equations.nodes[best_first[equations.begins[:-1]]])

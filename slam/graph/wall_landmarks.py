@@ -1,0 +1,229 @@
+"""Walls as landmarks: the facets of all key scans, gathered into walls that are straight within about a centimetre.
+
+Facets that face one way are put into cells along the wall, and those of a cell that lie close together across it are
+one piece. A wall grows from its heaviest piece over its neighbours, as long as these lie on its line. Where the wall of
+the building bends or steps, the landmark ends and another one begins: how long it is, the wall tells, no grid.
+"""
+
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from slam.compiled import compiled
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray
+
+SIDES: Final = 16
+"""Directions into which the normals are sorted, before facets are put together."""
+CELL: Final = 0.3
+"""Metres along a wall that a piece is long."""
+TABLE: Final = 512
+"""Cells to each side of the table of pieces, which is repeated over the plane."""
+NEIGHBOURS = 2  # cells to each side in which a wall may go on
+WALL_COSINE = 0.95  # between the normals of a piece and of its wall, at least
+SIGMAS = 0.5  # of the place of a piece, which it may be off beyond what a wall may be off straight
+LEVER = 0.3  # metres: a normal tells as much of a direction as two points so far apart
+LEAST_SCANS = 2  # that must see a wall
+W, WX, WY, WXX, WXY, WYY, WNX, WNY, WNXX, WNXY, WNYY = range(11)
+"""The weighted sums from which a line is fitted: of 1, x, y, xx, xy, yy, and of the normals: x, y, xx, xy, yy."""
+LINE_NX, LINE_NY, LINE_X, LINE_Y = range(4)
+"""Columns of lines (M, 4): unit normal away from the sensor, and a point in the middle of what was seen."""
+
+
+class Sights(NamedTuple):
+    """Facets of all key scans in one frame, in the order of the scans."""
+
+    points: FloatArray
+    """(F, 2): centres."""
+    normals: FloatArray
+    """(F, 2), away from the sensor."""
+    levers: FloatArray
+    """(F, 2): from the sensor to the centre."""
+    variances: FloatArray
+    """(F,) of the centre along the normal, m^2."""
+    scans: IntArray
+    """(F,): number of the key scan."""
+
+
+class FoundWalls(NamedTuple):
+    """Walls, and the facets that see them."""
+
+    lines: FloatArray
+    """(M, 4)."""
+    sights: IntArray
+    """(G,): numbers of facets, sorted by wall and within a wall by scan."""
+    begins: IntArray
+    """(M + 1,): where those of each wall begin, and G."""
+
+
+def find_walls(sights: Sights, straight: float, gap: float) -> FoundWalls:
+    """Find the walls that two scans see or more.
+
+    Neighbouring facets of a piece are no farther apart across it than ``gap``, metres, and a piece lies no farther off
+    the line of its wall than ``straight``, metres.
+    """
+    information = 1.0 / sights.variances
+    cell, key = _sort_keys(sights.points, sights.normals)
+    order = np.argsort(key, kind="stable")
+    piece_of, pieces = _pieces(sights.points, sights.normals, information, cell, order, gap)
+    columns_rows = np.floor(pieces[:, WX : WY + 1] / (CELL * pieces[:, W : W + 1])).astype(np.int64)
+    heaviest_first = np.argsort(-pieces[:, W], kind="stable")
+    wall_of_piece, lines = _grow_walls(pieces, columns_rows, heaviest_first, straight)
+    return FoundWalls(*_sort_by_wall(wall_of_piece[piece_of], sights.scans, lines))
+
+
+@compiled
+def wall_spans(points: FloatArray, lines: FloatArray, numbers: IntArray, begins: IntArray) -> FloatArray:
+    """From where to where along its line (M, 4) each wall was seen, (M, 2), metres from the point of the line; the
+    other arguments are those of Sights and FoundWalls."""
+    spans = np.empty((len(lines), 2))
+    for m in range(len(lines)):
+        nx, ny, x, y = lines[m]
+        low, high = np.inf, -np.inf
+        for f in numbers[begins[m] : begins[m + 1]]:
+            along = nx * (points[f, 1] - y) - ny * (points[f, 0] - x)
+            low, high = min(low, along), max(high, along)
+        spans[m, 0], spans[m, 1] = low, high
+    return spans
+
+
+@compiled
+def _sort_keys(points: FloatArray, normals: FloatArray) -> tuple[IntArray, IntArray]:
+    """Number of the cell of each facet, by its side and its place along it, and a key in the order of which the facets
+    of a cell follow one another across the wall; (F,) each."""
+    cell, key = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
+    for f in range(len(points)):
+        turn = np.arctan2(normals[f, 1], normals[f, 0]) * SIDES / (2.0 * np.pi)
+        side = int(np.floor(turn + 0.5)) % SIDES
+        c, s = np.cos(side * 2.0 * np.pi / SIDES), np.sin(side * 2.0 * np.pi / SIDES)
+        along, across = c * points[f, 1] - s * points[f, 0], c * points[f, 0] + s * points[f, 1]
+        cell[f] = (side << 24) + (1 << 23) + int(np.floor(along / CELL))
+        key[f] = (cell[f] << 32) + (1 << 31) + int(np.floor(1e4 * across))
+    return cell, key
+
+
+@compiled
+def _pieces(
+    points: FloatArray, normals: FloatArray, information: FloatArray, cell: IntArray, order: IntArray, gap: float
+) -> tuple[IntArray, FloatArray]:
+    """Number of the piece of each facet (F,), and the sums of each piece (P, 11)."""
+    piece_of, sums, count = np.empty(len(points), np.int64), np.zeros((len(points), 11)), 0
+    for i in range(len(order)):
+        f, before = order[i], order[i - 1]
+        x, y = points[f]
+        nx, ny = normals[f]
+        apart = abs((x - points[before, 0]) * nx + (y - points[before, 1]) * ny)
+        if i == 0 or cell[f] != cell[before] or apart > gap:
+            count += 1
+        piece_of[f] = count - 1
+        products = (1.0, x, y, x * x, x * y, y * y, nx, ny, nx * nx, nx * ny, ny * ny)
+        for j in range(11):
+            sums[count - 1, j] += information[f] * products[j]
+    return piece_of, sums[:count]
+
+
+@compiled
+def _fit(sums: FloatArray, seed: FloatArray, line: FloatArray) -> None:
+    """Fit a line (4,) to sums (11,): along it the points scatter most and the normals least; facing like the seed's."""
+    w, x, y = sums[W], sums[WX] / sums[W], sums[WY] / sums[W]
+    xx = sums[WXX] - w * x * x - LEVER * LEVER * sums[WNXX]
+    xy = sums[WXY] - w * x * y - LEVER * LEVER * sums[WNXY]
+    yy = sums[WYY] - w * y * y - LEVER * LEVER * sums[WNYY]
+    along = 0.5 * np.arctan2(2.0 * xy, xx - yy)
+    nx, ny = -np.sin(along), np.cos(along)
+    sign = 1.0 if nx * seed[WNX] + ny * seed[WNY] >= 0.0 else -1.0
+    line[LINE_NX], line[LINE_NY], line[LINE_X], line[LINE_Y] = sign * nx, sign * ny, x, y
+
+
+@compiled
+def _grow_walls(
+    pieces: FloatArray, columns_rows: IntArray, heaviest_first: IntArray, straight: float
+) -> tuple[IntArray, FloatArray]:
+    """Number of the wall of each piece (P,), and the lines (M, 4)."""
+    head = np.full((TABLE, TABLE), -1, np.int64)  # first piece in a cell, and in those TABLE cells away
+    following, wall_of = np.empty(len(pieces), np.int64), np.full(len(pieces), -1, np.int64)
+    for k in range(len(pieces)):
+        column, row = columns_rows[k, 0] % TABLE, columns_rows[k, 1] % TABLE
+        following[k] = head[row, column]
+        head[row, column] = k
+    lines, queue, count = np.empty((len(pieces), 4)), np.empty(len(pieces), np.int64), 0
+    for seed in heaviest_first:
+        if wall_of[seed] < 0:
+            _grow_one(pieces, columns_rows, head, following, straight, wall_of, queue, seed, count, lines[count])
+            count += 1
+    return wall_of, lines[:count]
+
+
+@compiled
+def _grow_one(
+    pieces: FloatArray, columns_rows: IntArray, head: IntArray, following: IntArray, straight: float,
+    wall_of: IntArray, queue: IntArray, seed: int, number: int, line: FloatArray,
+) -> None:  # fmt: skip
+    """One wall, from its heaviest piece outwards over its neighbours; ``queue`` (P,) is scratch, ``line`` filled."""
+    sums = pieces[seed].copy()
+    _fit(sums, pieces[seed], line)
+    wall_of[seed], queue[0] = number, seed
+    begin, end = 0, 1
+    while begin < end:
+        column, row = columns_rows[queue[begin]]
+        begin += 1
+        for i in range(row - NEIGHBOURS, row + NEIGHBOURS + 1):
+            for j in range(column - NEIGHBOURS, column + NEIGHBOURS + 1):
+                k = head[i % TABLE, j % TABLE]
+                while k >= 0:
+                    here = columns_rows[k, 0] == j and columns_rows[k, 1] == i
+                    if here and wall_of[k] < 0 and _lies_on(pieces[k], line, straight):
+                        wall_of[k], queue[end] = number, k
+                        end += 1
+                        sums += pieces[k]
+                        _fit(sums, pieces[seed], line)
+                    k = following[k]
+    _let_go(pieces, queue[1:end], straight, wall_of, sums, line)
+    _fit(sums, pieces[seed], line)
+
+
+@compiled
+def _let_go(
+    pieces: FloatArray, members: IntArray, straight: float, wall_of: IntArray, sums: FloatArray, line: FloatArray
+) -> None:
+    """Take those pieces off a wall that its line turned away from as it grew; they may make another one."""
+    for k in members:
+        if not _lies_on(pieces[k], line, straight):
+            wall_of[k] = -1
+            sums -= pieces[k]
+
+
+@compiled
+def _lies_on(piece: FloatArray, line: FloatArray, straight: float) -> bool:
+    """True where a piece faces the way of a line and lies on it, within ``straight``, metres, and its uncertainty."""
+    nx, ny, w = line[LINE_NX], line[LINE_NY], piece[W]
+    offset = nx * (piece[WX] / w - line[LINE_X]) + ny * (piece[WY] / w - line[LINE_Y])
+    cosine, sine = (nx * piece[WNX] + ny * piece[WNY]) / w, (nx * piece[WNY] - ny * piece[WNX]) / w
+    variance = SIGMAS * SIGMAS / w
+    is_on = offset * offset < straight * straight + variance
+    is_along = (sine * LEVER) ** 2 < (0.5 * straight) ** 2 + 2.0 * variance
+    return bool(cosine > WALL_COSINE and is_on and is_along)
+
+
+@compiled
+def _sort_by_wall(wall_of: IntArray, scans: IntArray, lines: FloatArray) -> tuple[FloatArray, IntArray, IntArray]:
+    """FoundWalls of the walls that LEAST_SCANS scans see; ``wall_of`` and ``scans`` are of facets (F,)."""
+    counts, seen = np.zeros(len(lines), np.int64), np.zeros(len(lines), np.int64)
+    last = np.full(len(lines), -1, np.int64)
+    for f in range(len(wall_of)):
+        m = wall_of[f]
+        counts[m] += 1
+        if last[m] != scans[f]:
+            seen[m], last[m] = seen[m] + 1, scans[f]
+    kept = np.flatnonzero(seen >= LEAST_SCANS)
+    begins, at = np.zeros(len(kept) + 1, np.int64), np.full(len(lines), -1, np.int64)
+    for n in range(len(kept)):
+        begins[n + 1] = begins[n] + counts[kept[n]]
+        at[kept[n]] = begins[n]
+    sights = np.empty(begins[-1], np.int64)
+    for f in range(len(wall_of)):
+        m = wall_of[f]
+        if at[m] >= 0:
+            sights[at[m]] = f
+            at[m] += 1
+    return lines[kept], sights, begins

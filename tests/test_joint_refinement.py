@@ -1,0 +1,310 @@
+"""Key scans and walls, refined together."""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from slam.graph.joint_refinement import RefinementSettings, refine
+from slam.graph.main_edges import MainEdges, find_main_edges, no_main_edges
+from slam.graph.pose_graph import NO_LOOP, Edges
+from slam.graph.refined_walls import RefinedWalls, wall_covariances
+from slam.graph.wall_equations import LEAST_SCATTER, fit_lines, wall_equations
+from slam.graph.wall_landmarks import FoundWalls, Sights, find_walls
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
+
+SIGMA = 0.004  # metres, of a facet along its normal
+ODOMETRY = np.array([0.01, 0.01, 0.006])  # of a motion, metres and radians
+EXACT = RefinementSettings(floor=0.0, correlation=1.0)  # the facets of this file are flat and independent
+
+
+class Run(NamedTuple):
+    truth: FloatArray
+    start: FloatArray
+    edges: Edges
+    facets: list[FloatArray]
+
+    @property
+    def nodes(self) -> IntArray:
+        return np.arange(len(self.truth))
+
+    @property
+    def weights(self) -> FloatArray:
+        return np.ones(len(self.edges.first))
+
+
+def corridor_walls() -> FloatArray:
+    """A ring of corridors, 2 m wide, with a cross wall at every corner room; (M, 2, 2)."""
+    corners = [
+        [(-1.0, -1.0), (11.0, -1.0), (11.0, 7.0), (-1.0, 7.0)],
+        [(1.0, 1.0), (9.0, 1.0), (9.0, 5.0), (1.0, 5.0)],
+        [(4.0, 2.0), (6.0, 2.0), (6.0, 4.0), (4.0, 4.0)],
+    ]
+    return np.array([(ring[k], ring[(k + 1) % 4]) for ring in corners for k in range(4)])
+
+
+def facets_seen(
+    pose: FloatArray, walls: FloatArray, noise: np.random.Generator | None, reach: float = 5.0
+) -> FloatArray:
+    """Facets (F, 7) of all walls within reach, as if none hid another."""
+    rows = []
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    for start, end in walls:
+        length = np.hypot(*(end - start))
+        along, count = (end - start) / length, max(int(length / 0.2), 1)
+        for k in range(count):
+            offset = start + (k + 0.5) * length / count * along - pose[:2]
+            if np.hypot(*offset) > reach:
+                continue
+            normal = np.array([-along[1], along[0]])
+            normal *= 1.0 if normal @ offset > 0.0 else -1.0
+            offset = offset + (0.0 if noise is None else SIGMA * noise.normal()) * normal
+            to_sensor = np.array([[c, s], [-s, c]])
+            rows.append((*(to_sensor @ offset), *(to_sensor @ normal), SIGMA**2, 5.0, float(k > 0)))
+    return np.array(rows)
+
+
+def chain(truth: FloatArray, noise: np.random.Generator | None, sigmas: FloatArray = ODOMETRY) -> Edges:
+    """Odometry from each pose to the next."""
+    measured = relative_poses(truth[:-1], truth[1:])
+    if noise is not None:
+        measured = measured + sigmas * noise.normal(size=measured.shape)
+    count = len(measured)
+    information = np.tile(np.diag(1.0 / sigmas**2), (count, 1, 1))
+    return Edges(np.arange(count), np.arange(1, count + 1), measured, information, np.full(count, NO_LOOP))
+
+
+def drive(seed: int | None, step: float = 0.5, walls: FloatArray | None = None) -> Run:
+    """Once around the corridors; exact without a seed."""
+    noise = None if seed is None else np.random.default_rng(seed)
+    corners = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 6.0], [0.0, 6.0], [0.0, 0.0]])
+    rows = []
+    for a, b in pairwise(corners):
+        way = b - a
+        ticks = np.arange(0.0, np.hypot(*way), step) / np.hypot(*way)
+        rows += [(*(a + t * way), np.arctan2(way[1], way[0])) for t in ticks]
+    truth = np.array(rows)
+    walls = corridor_walls() if walls is None else walls
+    edges = chain(truth, noise)
+    start = truth[:1].copy()
+    for motion in edges.measured:
+        start = np.vstack([start, compose_poses(start[-1], motion[None])])
+    return Run(truth, start, edges, [facets_seen(pose, walls, noise) for pose in truth])
+
+
+def refined(run: Run, config: RefinementSettings = EXACT) -> tuple[FloatArray, RefinedWalls]:
+    found = refine(run.start, run.edges, run.weights, run.facets, run.nodes, config)
+    return found.poses, found.walls
+
+
+def differences(poses: FloatArray, others: FloatArray) -> FloatArray:
+    off = poses - others
+    off[:, 2] = wrap_angles(off[:, 2])
+    return off
+
+
+def offsets_from_walls(walls: RefinedWalls, truth: FloatArray) -> FloatArray:
+    """Offset along the normal and direction (M, 2) of each wall less those of the true line that fits best."""
+    rows = []
+    for start, end in walls.ends:
+        along, middle = (end - start) / np.hypot(*(end - start)), 0.5 * (start + end)
+        best = []
+        for a, b in truth:
+            t = (b - a) / np.hypot(*(b - a))
+            t = t if t @ along > 0.0 else -t
+            best.append(
+                ((middle - a) @ np.array([t[1], -t[0]]), np.arctan2(t[0] * along[1] - t[1] * along[0], t @ along))
+            )
+        rows.append(min(best, key=lambda off: abs(off[0]) + abs(off[1])))
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("place", [(0.0, 0.0, 1.0), (-37.3, 21.7, -2.0), (140.0, 5.1, 3.1)])
+def test_a_rigid_motion_moves_the_result_and_nothing_else(place: tuple[float, float, float]) -> None:
+    run, motion = drive(1), np.array(place)
+    poses, walls = refined(run)
+    moved = run._replace(start=compose_poses(motion, run.start))
+    others, other_walls = refined(moved)
+    assert differences(others, compose_poses(motion, poses)) == pytest.approx(0.0, abs=1e-6)
+    ends = np.column_stack([walls.ends.reshape(-1, 2), np.zeros(2 * len(walls.ends))])
+    assert other_walls.ends.reshape(-1, 2) == pytest.approx(compose_poses(motion, ends)[:, :2], abs=1e-6)
+    assert other_walls.covariance == pytest.approx(walls.covariance, rel=1e-4, abs=1e-12)
+
+
+def test_exact_data_stay_where_they_are() -> None:
+    run = drive(None)
+    poses, walls = refined(run)
+    assert differences(poses, run.truth) == pytest.approx(0.0, abs=1e-9)
+    assert walls.rms == pytest.approx(0.0, abs=1e-9)
+    assert offsets_from_walls(walls, corridor_walls()) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_order_of_the_scans_makes_no_difference() -> None:
+    run = drive(2)
+    poses, _ = refined(run)
+    order = np.random.default_rng(0).permutation(len(run.truth))
+    facets = [run.facets[k][::-1] for k in order]
+    others = refine(run.start, run.edges, run.weights, facets, run.nodes[order], EXACT).poses
+    assert differences(others, poses) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_building_bent_by_odometry_comes_back(seed: int) -> None:
+    run = drive(seed)
+    before = differences(run.start, run.truth)
+    after = differences(refined(run)[0], run.truth)
+    assert np.hypot(*before[:, :2].T).max() > 0.05
+    assert np.hypot(*after[:, :2].T).max() < 0.012
+    assert np.abs(after[:, 2]).max() < 0.003
+
+
+def test_walls_are_as_far_off_as_they_say_where_the_poses_are_known() -> None:
+    squares = []
+    for seed in range(20):
+        run = drive(seed, step=1.0)
+        known = run._replace(start=run.truth, edges=chain(run.truth, None, np.full(3, 1e-7)))
+        _, walls = refined(known, EXACT._replace(directions=False, rounds=2))
+        off = offsets_from_walls(walls, corridor_walls())
+        squares.append(np.einsum("mi,mij,mj->m", off, np.linalg.inv(walls.covariance), off))
+    assert np.mean(np.concatenate(squares)) == pytest.approx(2.0, rel=0.2)
+
+
+def test_walls_have_the_errors_of_the_poses_that_see_them() -> None:
+    """A map that hangs on a pose which is not known well is as unsure as that."""
+    run = drive(3)
+    poses, walls = refined(run)
+    covariances = np.tile(np.diag([0.1, 0.1, 0.0]) ** 2, (len(poses), 1, 1))
+    found = wall_covariances(walls, poses, covariances)
+    assert np.sqrt(found[:, 0, 0]) == pytest.approx(0.1, rel=0.01)
+    assert found[:, 1, 1] == pytest.approx(walls.covariance[:, 1, 1])
+    turned = np.tile(np.diag([0.0, 0.0, 0.01]) ** 2, (len(poses), 1, 1))
+    assert np.all(wall_covariances(walls, poses, turned)[:, 1, 1] > 0.01**2)
+
+
+def test_a_long_wall_is_one_landmark_and_a_step_of_it_is_not() -> None:
+    step = np.array([[[-3.0, 2.0], [0.0, 2.0]], [[0.0, 2.05], [3.0, 2.05]]])
+    straight = np.array([[[-3.0, 2.0], [3.0, 2.0]]])
+    for walls, count in ((straight, 1), (step, 2)):
+        sights = sights_of(
+            [facets_seen(np.array([x, 0.0, 0.0]), walls, None) for x in (-1.0, 0.0, 1.0)], [-1.0, 0.0, 1.0]
+        )
+        assert len(find_walls(sights, 0.01, 0.06).lines) == count
+
+
+def test_the_two_sides_of_a_thin_wall_are_two_landmarks() -> None:
+    wall = np.array([[[-2.0, 0.0], [2.0, 0.0]]])
+    places = [(0.0, -1.0), (0.5, -1.0), (0.0, 1.0), (0.5, 1.0)]
+    facets = [facets_seen(np.array([x, y, 0.0]), wall, None) for x, y in places]
+    sights = sights_of(facets, [x for x, _ in places], [y for _, y in places])
+    found = find_walls(sights, 0.01, 0.06)
+    assert sorted(found.lines[:, 1].round(6)) == [-1.0, 1.0]
+
+
+def test_a_wall_that_one_scan_sees_is_none() -> None:
+    wall = np.array([[[-2.0, 1.0], [2.0, 1.0]]])
+    assert len(find_walls(sights_of([facets_seen(np.zeros(3), wall, None)], [0.0]), 0.01, 0.06).lines) == 0
+
+
+def test_the_graph_alone_stays_where_it_is_without_facets() -> None:
+    run = drive(5)
+    found = refine(run.start, run.edges, run.weights, [np.empty((0, 7)) for _ in run.truth], run.nodes)
+    assert differences(found.poses, run.start) == pytest.approx(0.0, abs=1e-9)
+    assert len(found.walls.ends) == 0
+
+
+def test_one_pose_alone_stays() -> None:
+    edges = chain(np.zeros((1, 3)), None)
+    facets = [facets_seen(np.zeros(3), corridor_walls(), None)]
+    found = refine(np.ones((1, 3)), edges, np.ones(0), facets, np.zeros(1, np.int64))
+    assert found.poses == pytest.approx(np.ones((1, 3)))
+    assert found.rounds == 0
+
+
+def test_main_directions_hold_a_wing_that_odometry_lets_turn() -> None:
+    """Two rows of rooms seen apart from one another, joined by a motion whose turn is off by a degree."""
+    rooms = [[(0.0, -2.0), (6.0, -2.0)], [(6.0, 2.0), (0.0, 2.0)], [(0.0, 2.0), (0.0, -2.0)], [(6.0, -2.0), (6.0, 2.0)]]
+    walls = np.array([[(x + dx, y) for x, y in wall] for dx in (0.0, 20.0) for wall in rooms])
+    truth = np.array([(x + dx, 0.0, 0.0) for dx in (0.0, 20.0) for x in np.linspace(1.0, 5.0, 9)])
+    edges = chain(truth, None)
+    edges.measured[8, 2] += np.radians(1.0)
+    edges.information[8] = np.diag(np.array([0.1, 0.1, 0.05]) ** -2)
+    start = truth.copy()
+    start[9:] = compose_poses(compose_poses(truth[8], edges.measured[8:9]), relative_poses(truth[9], truth[9:]))
+    facets = [facets_seen(pose, walls, np.random.default_rng(k)) for k, pose in enumerate(truth)]
+    off = {}
+    for held in (True, False):
+        found = refine(start, edges, np.ones(len(edges.first)), facets, np.arange(18), EXACT._replace(directions=held))
+        off[held] = np.degrees(np.abs(found.poses[9:, 2])).max()
+    assert off[False] > 0.9
+    assert off[True] < 0.1
+
+
+def test_walls_of_any_direction_have_no_main_one() -> None:
+    found = find_main_edges(np.linspace(0.0, 6.0, 40), np.full(40, 5.0))
+    assert (found.direction == -1).all()
+    assert not found.information.any()
+
+
+def test_the_walls_are_eliminated_as_in_a_dense_system() -> None:
+    run = drive(6, step=2.0)
+    run = run._replace(start=run.truth + 0.003)
+    sights = sights_at(run.start, run.facets)
+    walls = find_walls(sights, 0.02, 0.1)
+    walls = walls._replace(lines=fit_lines(sights, walls, 0.05))
+    theta = np.arctan2(walls.lines[:, 1], walls.lines[:, 0])
+    for main in (no_main_edges(len(theta)), find_main_edges(theta, np.full(len(theta), 6.0))):
+        S, gradient = dense_system(sights, walls, main, 0.05, len(run.truth))
+        equations = wall_equations(sights, run.nodes, walls, main, 0.05, len(run.truth))
+        applied = [equations.apply(row.reshape(-1, 3)).ravel() for row in np.eye(len(S))]
+        assert np.array(applied) == pytest.approx(S, rel=1e-6, abs=1e-4 * np.abs(S).max() * 1e-4)
+        assert equations.gradient.ravel() == pytest.approx(gradient, rel=1e-6, abs=1e-8 * np.abs(gradient).max())
+
+
+def sights_of(facets: list[FloatArray], x: list[float], y: list[float] | None = None) -> Sights:
+    """Sights of scans with heading 0 at these places."""
+    return sights_at(np.column_stack([x, y or np.zeros(len(x)), np.zeros(len(x))]), facets)
+
+
+def sights_at(poses: FloatArray, facets: list[FloatArray]) -> Sights:
+    scans = np.repeat(np.arange(len(facets)), [len(one) for one in facets])
+    rows = np.concatenate(facets)
+    at, turn = poses[scans], poses[scans] * [0.0, 0.0, 1.0]
+    levers, normals = (
+        compose_poses(turn, np.column_stack([rows[:, k : k + 2], np.zeros(len(rows))]))[:, :2] for k in (0, 2)
+    )
+    return Sights(at[:, :2] + levers, normals, levers, rows[:, 4].copy(), scans)
+
+
+def dense_system(
+    sights: Sights, walls: FoundWalls, main: MainEdges, kernel: float, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """S and the gradient for the poses, from a plain matrix of poses, walls and main directions."""
+    M, K = len(walls.lines), main.direction.max(initial=-1) + 1
+    size = 3 * count + 2 * M + K
+    H, g = np.zeros((size, size)), np.zeros(size)
+
+    def add(J: FloatArray, w: float, r: float) -> None:
+        H[:] += w * np.outer(J, J)
+        g[:] += w * r * J
+
+    for m, (nx, ny, cx, cy) in enumerate(walls.lines):
+        total = 0.0
+        for f in walls.sights[walls.begins[m] : walls.begins[m + 1]]:
+            (dx, dy), (lx, ly) = sights.points[f] - (cx, cy), sights.levers[f]
+            r, v = nx * dx + ny * dy, sights.variances[f]
+            w = 1.0 / (v * (1.0 + r * r / (kernel**2 + v)) ** 2)
+            J = np.zeros(size)
+            J[3 * sights.scans[f] : 3 * sights.scans[f] + 3] = nx, ny, lx * ny - ly * nx
+            J[3 * count + 2 * m : 3 * count + 2 * m + 2] = -1.0, nx * dy - ny * dx
+            add(J, w, r)
+            total += w
+        H[3 * count + 2 * m + 1, 3 * count + 2 * m + 1] += LEAST_SCATTER**2 * total
+        if main.direction[m] >= 0:
+            J = np.zeros(size)
+            J[3 * count + 2 * m + 1], J[3 * count + 2 * M + main.direction[m]] = 1.0, -1.0
+            add(J, main.information[m], main.error[m])
+    n = 3 * count
+    reduce = H[:n, n:] @ np.linalg.inv(H[n:, n:])
+    return H[:n, :n] - reduce @ H[n:, :n], g[:n] - reduce @ g[n:]

@@ -1,5 +1,6 @@
 """The back end: key scans come in, loops are looked for whenever a submap is finished, and the graph is solved."""
 
+from time import thread_time
 from typing import Final
 
 import numpy as np
@@ -8,6 +9,7 @@ from slam.config import LeastSquaresConfig, SurfelMapConfig
 from slam.graph.closed_map import map_of
 from slam.graph.closure import ClosedRun, Closure
 from slam.graph.condensed import CondensedGraph
+from slam.graph.graph_size import GraphSize
 from slam.graph.joint_refinement import refine
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import loop_keys
@@ -56,24 +58,35 @@ class BackEnd:
         self._rebuilt = 0  # key scans when that map was made
         self._told = 0  # number of the loops of the closures until now
         self._finished: list[Submap] = []
-        self.tried = 0
+        self.tried, self.seconds = 0, 0.0
 
     def finishes(self, key: KeyScan) -> bool:
         """True for the first key scan that is matched to the next submap."""
         return bool(self.graph.keys) and key.submaps[0] != self.graph.keys[-1].submaps[0]
 
+    @property
+    def size(self) -> GraphSize:
+        """Counts of what it holds now."""
+        graph = self.graph
+        counts = len(graph.keys), len(graph.submaps), len(graph.edges), len(graph.loops)
+        return GraphSize(*counts, sum(key.nbytes for key in graph.keys), self.tried, self.seconds)
+
     def take(self, key: KeyScan) -> Closure | None:
         """Take the next key scan; where it finishes a submap, loops are sought for that, and a closure is returned
         where the map has changed."""
+        began = thread_time()
         finished = self.graph.keys[-1].submaps[0] if self.finishes(key) else None
         closed = finished is not None and self._finish(finished)
         self.graph.add(key)
         self._shown.append(compose_poses(self._T_map_local, key.T_local_laser))
-        return self._closure(finished) if finished is not None and closed and self._has_moved() else None
+        closure = self._closure(finished) if finished is not None and closed and self._has_moved() else None
+        self.seconds += thread_time() - began
+        return closure
 
     def finish(self, T_base_laser: FloatArray) -> ClosedRun:
         """There are no more key scans: seek loops for the open submaps too, and solve for all nodes."""
         graph = self.graph
+        began = thread_time()
         for number in graph.keys[-1].submaps if graph.keys else ():
             self._finish(number)
         edges = Edges.of([*graph.edges, *graph.odometry_edges()])
@@ -83,11 +96,13 @@ class BackEnd:
         nodes, walls, _ = refine(solution.poses, edges, solution.weights, facets, key_nodes)
         graph.poses = list(nodes)
         covariances = pose_covariances(nodes, edges, solution.weights)
+        surfel_map = self._map()
+        self.seconds += thread_time() - began
         return ClosedRun(
-            tuple(graph.keys), nodes[key_nodes], covariances[key_nodes], self._map(), tuple(graph.loops),
+            tuple(graph.keys), nodes[key_nodes], covariances[key_nodes], surfel_map, tuple(graph.loops),
             _loop_weights(edges, solution.weights, len(graph.loops)), nodes, key_nodes,
             tuple(graph.submaps.values()), edges, solution.weights, T_base_laser, walls,
-            wall_covariances(walls, nodes, covariances),
+            wall_covariances(walls, nodes, covariances), self.size,
         )  # fmt: skip
 
     def _closure(self, submap: int) -> Closure:

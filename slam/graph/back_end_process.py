@@ -19,6 +19,7 @@ from typing import IO, Any
 from slam.config import LeastSquaresConfig, SurfelMapConfig
 from slam.graph.back_end import BackEnd
 from slam.graph.closure import ClosedRun, Closure
+from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
 from slam.pose import FloatArray
 
@@ -37,6 +38,8 @@ class BackEndProcess:
         assert process.stdout is not None
         Thread(target=_send, args=(self._out, process.stdin), name="to the back end", daemon=True).start()
         Thread(target=_receive, args=(process.stdout, self._in), name="from the back end", daemon=True).start()
+        self.size = GraphSize()
+        """Of the graph, as the last result told."""
         self._lost = weakref.finalize(self, _let_go, self._out, process)
         self._out.put((matching, config))
         for key in keys:
@@ -68,7 +71,8 @@ class BackEndProcess:
         if isinstance(result, _Ended):
             self._in.put(result)  # for whoever asks next
             return None
-        return result if isinstance(result, Closure) else None
+        closure, self.size = result
+        return closure if isinstance(closure, Closure) else None
 
 
 class _Ended:
@@ -112,7 +116,7 @@ def main() -> None:
                 return
             finishes, closure = back_end.finishes(message), back_end.take(message)
             if finishes:
-                pickle.dump(closure, results, pickle.HIGHEST_PROTOCOL)
+                pickle.dump((closure, back_end.size), results, pickle.HIGHEST_PROTOCOL)
                 results.flush()
 
 

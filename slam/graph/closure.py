@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.pose_graph import Edges
@@ -67,6 +68,7 @@ class ClosedRun:
     """The walls that all key scans together see ..."""
     wall_covariances: FloatArray
     """... and the covariance (M, 2, 2) of the offset and the direction of each in the map; m^2, m rad, rad^2."""
+    size: GraphSize = GraphSize()
 
     @cached_property
     def indices(self) -> IntArray:

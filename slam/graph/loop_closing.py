@@ -10,6 +10,7 @@ from slam.graph.back_end import BackEnd
 from slam.graph.back_end_process import BackEndProcess
 from slam.graph.closed_map import ClosedMap
 from slam.graph.closure import ClosedRun, Closure
+from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
 from slam.graph.submap_mapper import SubmapMapper
 from slam.mapping.surfel_map import SurfelMap
@@ -63,6 +64,11 @@ class LoopClosing:
     def map(self) -> SurfelMap:
         """The map of all key scans."""
         return self._closed.map
+
+    @property
+    def size(self) -> GraphSize:
+        """Of the graph, as far as it is known here."""
+        return self._process.size if self._process is not None else GraphSize(len(self._early))
 
     def follow(self, index: int) -> Closure | None:
         """Take the last scan, number ``index`` of the run, where it became a key scan; returns the closure that is

@@ -42,6 +42,11 @@ class Estimate:
     """The closure that was taken over at this scan: pose and map have changed as a whole."""
 
     @property
+    def T_local_base(self) -> Pose2D:
+        """The pose as odometry and matching have it, which no closed loop moves."""
+        return self.T_map_local.inverse() @ self.T_map_base
+
+    @property
     def mapped(self) -> bool:
         """True where the scan was matched and offered to the map."""
         return self.segments is not None
@@ -84,7 +89,12 @@ class LineSlam:
     @property
     def T_map_base(self) -> Pose2D:
         """The estimate: the frame ``local`` of odometry and matching lies where the last closed loop put it."""
-        return self.loops.T_map_local @ self.T_local_base if self.loops else self.T_local_base
+        return self.T_map_local @ self.T_local_base if self.loops else self.T_local_base
+
+    @property
+    def T_map_local(self) -> Pose2D:
+        """Where the last closed loop put the frame in which odometry and matching go on."""
+        return self.loops.T_map_local if self.loops else _ORIGIN
 
     @property
     def points(self) -> Points:
@@ -124,10 +134,9 @@ class LineSlam:
         extraction_time: float = 0.0, closure: Closure | None = None,
     ) -> Estimate:  # fmt: skip
         """The estimate in the map frame."""
-        T_map_local = self.loops.T_map_local if self.loops else _ORIGIN
         return Estimate(
-            stamp, self.T_map_base, segments, match.turned(T_map_local.theta), len(self.points), extraction_time,
-            perf_counter() - began, T_map_local, closure,
+            stamp, self.T_map_base, segments, match.turned(self.T_map_local.theta), len(self.points), extraction_time,
+            perf_counter() - began, self.T_map_local, closure,
         )  # fmt: skip
 
     def _predict(self, odometry: Odometry) -> Pose2D:

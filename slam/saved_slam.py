@@ -5,9 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from slam.config import SlamConfig
+from slam.graph.closed_state import placed, uncertainty_of
+from slam.graph.closure import ClosedRun
 from slam.line_slam import LineSlam
 from slam.lines.learnt_noise import LearntNoise
 from slam.mappers import surfel_mapper
+from slam.mapping.map_uncertainty import MapUncertainty
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import Pose2D
@@ -31,15 +34,26 @@ class SavedSlam:
     """The noise of the ranges."""
 
 
-def save(slam: LineSlam) -> SavedSlam | None:
-    """Save the state for ``resume`` and ``relocate``; None where the map is not this project's own."""
+def save(slam: LineSlam, closed: ClosedRun | None = None) -> SavedSlam | None:
+    """Save the state for ``resume`` and ``relocate``; None where the map is not this project's own.
+
+    Where loops are closed, the map is that of the run that is over, or, without it, the map as it is known until now.
+    """
     if not isinstance(slam.mapper, SurfelMapper):
         return None
-    return SavedSlam(slam.mapper.state, slam.T_map_base, slam.T_odom_base, slam.T_local_mapped, slam.noise)
+    T_map_local, state = slam.T_map_local, slam.mapper.state
+    if closed is not None:
+        T_map_local = Pose2D.from_array(closed.T_map_local)
+        state = placed(state, T_map_local, closed.map, uncertainty_of(closed))
+    elif slam.loops is not None:
+        state = placed(state, T_map_local, slam.loops.map, MapUncertainty())
+    mapped = None if slam.T_local_mapped is None else T_map_local @ slam.T_local_mapped
+    return SavedSlam(state, T_map_local @ slam.T_local_base, slam.T_odom_base, mapped, slam.noise)
 
 
 def resume(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> LineSlam:
     """Continue as if the method had never stopped, with the next scan and odometry of the same run."""
+    config = _in_one_map(config)
     slam = LineSlam(config, T_base_laser, saved.T_map_base)
     slam.mapper, slam.noise = surfel_mapper(config, T_base_laser, saved.mapper), saved.noise
     slam.T_odom_base, slam.T_local_mapped = saved.T_odom_base, saved.T_map_mapped
@@ -48,8 +62,14 @@ def resume(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> LineSl
 
 def relocate(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam, T_map_base: Pose2D) -> LineSlam:
     """Continue in the saved map with a robot that begins anew at ``T_map_base``, and its odometry with it."""
+    config = _in_one_map(config)
     slam = LineSlam(config, T_base_laser, T_map_base)
     relocated = saved.mapper.relocated(T_map_base, RELOCATION_COVARIANCE)
     slam.mapper = surfel_mapper(config, T_base_laser, relocated)
     slam.noise = saved.noise
     return slam
+
+
+def _in_one_map(config: SlamConfig) -> SlamConfig:
+    """The settings without loops: a saved map is right as a whole, has no submaps, and does not move."""
+    return config.model_copy(update={"loops": "never"})

@@ -8,7 +8,9 @@ import pytest
 from hypothesis import settings
 
 from slam.pose import FloatArray, Pose2D
+from slam.run.experiment_setup import replay_experiment
 from slam.scan import LaserScan
+from slam.scenario.file import load_scenario
 
 settings.register_profile("hopslam", deadline=None, derandomize=True)  # time belongs in benchmarks
 settings.load_profile("hopslam")
@@ -59,3 +61,72 @@ def scan_of() -> Scanner:
 def room() -> FloatArray:
     """Corners of a room of 9 m by 5 m, one of which is cut out."""
     return np.array([[-3, -2], [4, -2], [4, 0], [6, 0], [6, 3], [-3, 3], [-3, -2]], float)
+
+
+LAP = np.array([[0, 0], [10, 0], [10, 6], [0, 6]], float)
+"""Corners of the way around a block, metres."""
+
+
+def _rectangle(x0: float, y0: float, x1: float, y1: float) -> FloatArray:
+    return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1], [x0, y0]])
+
+
+def _lap_path(laps: float, step: float = 0.12) -> list[Pose2D]:
+    """Along the sides of LAP, turning on the spot at its corners."""
+    poses, left, side = [], laps * 32.0, 0
+    while left > 0.0:
+        start, end = LAP[side % 4], LAP[(side + 1) % 4]
+        length, heading = float(np.hypot(*(end - start))), side * np.pi / 2
+        way = np.arange(0.0, min(length, left), step)
+        poses += [Pose2D(*(start + along / length * (end - start)), heading) for along in way]
+        poses += [Pose2D(*end, heading + turn) for turn in np.linspace(0.0, np.pi / 2, 8)[:-1]] if left > length else []
+        left, side = left - length, side + 1
+    return poses
+
+
+LAP_PATH = _lap_path(1.5)
+
+
+@pytest.fixture(scope="session")
+def lap_path() -> list[Pose2D]:
+    """``T_map_base`` with each scan of ``lap_log``: one and a half times around a block."""
+    return LAP_PATH
+
+
+@pytest.fixture(scope="session")
+def lap_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recorded run in CARMEN's format along ``lap_path``, with odometry that turns too far."""
+    niches = [(4, -1, 4.6, -0.6), (10.5, 2, 11, 2.8), (6, 6.5, 7.2, 7), (-1, 3, -0.6, 4)]
+    shapes = [_rectangle(-1, -1, 11, 7), _rectangle(1, 1, 9, 5), *(_rectangle(*niche) for niche in niches)]
+    edges = np.concatenate([np.stack([shape[:-1], shape[1:]], axis=1) for shape in shapes])
+    bearings, rng, lines = np.linspace(-np.pi / 2, np.pi / 2, 181), np.random.default_rng(1), []
+    wheels = Pose2D()
+    for k, pose in enumerate(LAP_PATH):
+        motion = LAP_PATH[max(k - 1, 0)].between(pose)
+        wheels = wheels @ Pose2D(motion.x, motion.y, motion.theta + 0.01 * motion.x)
+        ranges = _ranges(edges, pose, bearings) + 0.01 * rng.normal(size=181)
+        readings = " ".join(f"{reading:.3f}" for reading in np.where(ranges < 5.0, ranges, 8.0))
+        odometry, stamp = f"{wheels.x:.6f} {wheels.y:.6f} {wheels.theta:.9f}", f"{0.1 * k:.3f} host {0.1 * k:.3f}"
+        scan = f"0 -1.570796 3.141593 0.017453 8 0.01 0 181 {readings} 0"
+        lines.append(f"ROBOTLASER1 {scan} {odometry} {odometry} 0 0 0 0 0 {stamp}")
+    log = tmp_path_factory.mktemp("lap") / "lap.log"
+    log.write_text("\n".join(lines) + "\n")
+    return log
+
+
+def _ranges(edges: FloatArray, pose: Pose2D, bearings: FloatArray) -> FloatArray:
+    """Metres to the nearest of the edges (E, 2, 2) along each bearing."""
+    d = np.stack([np.cos(bearings + pose.theta), np.sin(bearings + pose.theta)], axis=1)[:, None]
+    start, along = edges[:, 0] - pose.translation, edges[:, 1] - edges[:, 0]
+    cross = d[..., 0] * along[:, 1] - d[..., 1] * along[:, 0]
+    with np.errstate(all="ignore"):  # a beam along a wall
+        r = (start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]) / cross
+        t = (start[:, 0] * d[..., 1] - start[:, 1] * d[..., 0]) / cross
+        return np.asarray(np.where((r > 0) & (t >= 0) & (t <= 1), r, np.inf).min(axis=1))
+
+
+@pytest.fixture(scope="session")
+def lap_run(lap_log: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a run whose loops were closed; copy it to change it."""
+    experiment = replay_experiment(lap_log, load_scenario("replay"))
+    return experiment.run(tmp_path_factory.mktemp("closed") / "run").folder

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 from pathlib import Path
 from typing import Any, get_args
 
@@ -15,7 +16,7 @@ from shapely.geometry import shape
 from slam.errors import InputError, StorageError
 from slam.files.logs import read_log
 from slam.files.tum import read_tum
-from slam.pose import FloatArray
+from slam.pose import FloatArray, relative_poses
 from slam.run.experiment_setup import replay_experiment, scenario_experiment
 from slam.run.export.formats import FORMATS, Format, export
 from slam.run.export.ros_map import count_rays
@@ -43,7 +44,7 @@ def test_tum_is_what_evo_reads(record: RunRecord, tmp_path: Path) -> None:
     export(record, "tum", tmp_path / "a.tum")
     trajectory = read_tum_trajectory_file(tmp_path / "a.tum")
     np.testing.assert_allclose(trajectory.timestamps, record.traces.stamps, atol=1e-6)
-    np.testing.assert_allclose(trajectory.positions_xyz[:, :2], record.traces.estimate[:, :2], atol=1e-6)
+    np.testing.assert_allclose(trajectory.positions_xyz[:, :2], record.traces.final[:, :2], atol=1e-6)
 
 
 def test_csv_has_a_row_for_each_scan(record: RunRecord, tmp_path: Path) -> None:
@@ -139,6 +140,44 @@ def test_bags_are_what_rosbags_reads(record: RunRecord, tmp_path: Path, to: str)
     K = len(record.traces.stamps)
     assert counts == {"/scan": K, "/odom": K, "/tf": K, "/ground_truth": K, "/tf_static": 1}
     assert (first.header.frame_id, len(first.ranges)) == ("laser", 682)
+
+
+def test_g2o_is_what_graphslam_reads(lap_run: Path, tmp_path: Path) -> None:
+    graphslam = pytest.importorskip("graphslam.graph")
+    export(RunRecord.open(lap_run), "g2o", tmp_path / "a.g2o")
+    read, graph = graphslam.Graph.from_g2o(tmp_path / "a.g2o"), RunRecord.open(lap_run).graph
+    assert graph is not None
+    poses = np.array([vertex.pose.to_array() for vertex in read._vertices])
+    np.testing.assert_allclose(poses, graph.nodes, atol=1e-12)
+    chi_squared = [_g2o_chi_squared(edge) for edge in read._edges]
+    np.testing.assert_allclose(chi_squared, graph.edge_weights * graph.chi_squared, rtol=1e-6, atol=1e-9)
+    assert read.calc_chi2() == pytest.approx(sum(chi_squared), rel=1e-3)  # its error has the axes of the second node
+
+
+def _g2o_chi_squared(edge: Any) -> float:
+    """chi^2 of an edge as EdgeSE2 of g2o has it: the error is measured^-1 (first^-1 second)."""
+    first, second, measured = (p.to_array() for p in (edge.vertices[0].pose, edge.vertices[1].pose, edge.estimate))
+    error = relative_poses(measured, relative_poses(first, second))
+    return float(error @ edge.information @ error)
+
+
+def test_a_run_without_loops_has_no_graph_to_export(record: RunRecord, tmp_path: Path) -> None:
+    shutil.copytree(record.folder, tmp_path / "run")
+    (tmp_path / "run" / "graph.json").unlink()
+    with pytest.raises(InputError, match=r"has no graph.json"):
+        export(RunRecord.open(tmp_path / "run"), "g2o", tmp_path / "a.g2o")
+
+
+def test_exports_show_what_is_known_in_the_end(lap_run: Path, tmp_path: Path) -> None:
+    record = RunRecord.open(lap_run)
+    export(record, "tum", tmp_path / "a.tum")
+    export(record, "csv", tmp_path / "a.csv")
+    np.testing.assert_allclose(read_tum(tmp_path / "a.tum")[1], read_tum(lap_run / "closed.tum")[1], atol=2e-9)
+    with (tmp_path / "a.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert record.traces.closed is not None
+    np.testing.assert_allclose([float(row["closed_x"]) for row in rows], record.traces.closed[:, 0], atol=1e-6)
+    np.testing.assert_allclose([float(row["x"]) for row in rows], record.traces.estimate[:, 0], atol=1e-6)
 
 
 @pytest.mark.parametrize("to", ["carmen", "mcap", "rosbag2"])

@@ -1,5 +1,6 @@
 """Generated worlds: the same for a seed, and free where the robot drives."""
 
+import math
 import re
 from pathlib import Path
 
@@ -8,15 +9,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from slam.bench.floor_plans import cast_beams
 from slam.errors import ScenarioError
+from slam.pose import Pose2D, path_lengths
 from slam.scenario.file import dump_scenario, load_scenario
+from slam.scenario.generators.campus import CampusGenerator
 from slam.scenario.generators.corridor import CorridorGenerator
 from slam.scenario.generators.loop import LoopGenerator
 from slam.scenario.generators.office import OfficeGenerator
 from slam.scenario.solids import clearance, obstacle_footprints, sample_path
 from slam.scenario.world_plan import GeneratedWorld
 
-Generator = CorridorGenerator | LoopGenerator | OfficeGenerator
+Generator = CampusGenerator | CorridorGenerator | LoopGenerator | OfficeGenerator
 SEEDS = st.integers(0, 2**31)
 PASSAGES = {
     "width": st.floats(2.6, 4.0),
@@ -41,10 +45,27 @@ OFFICES = st.builds(
     people=st.integers(0, 4),
     seed=SEEDS,
 )
+CAMPUSES = st.builds(
+    CampusGenerator,
+    size=st.tuples(st.floats(40.0, 60.0), st.floats(30.0, 45.0)),
+    skew=st.floats(0.0, 3.0),
+    passage_width=st.floats(1.4, 3.2),
+    shut=st.floats(0.0, 1.0),
+    bays=st.floats(0.0, 1.0),
+    furniture=st.floats(0.0, 1.0),
+    seed=SEEDS,
+)
 
 
 def way(generated: GeneratedWorld) -> np.ndarray:
     return np.unique(sample_path([(generated.start.x, generated.start.y), *generated.waypoints], step=0.06), axis=0)
+
+
+@given(generator=CAMPUSES)
+@settings(max_examples=8)
+def test_a_disc_of_the_robots_size_can_be_swept_along_the_route_of_a_campus(generator: CampusGenerator) -> None:
+    generated = generator.build()
+    assert clearance(way(generated), obstacle_footprints(generated.world.prisms())).min() > 0.3015
 
 
 @given(generator=st.one_of(CORRIDORS, LOOPS, OFFICES))
@@ -59,13 +80,13 @@ def test_a_disc_of_the_robots_size_can_be_swept_along_the_route_and_people_walk_
         assert np.linalg.norm(path[:, np.newaxis] - route, axis=2).min() > 0.55
 
 
-@given(generator=st.one_of(CORRIDORS, LOOPS, OFFICES))
+@given(generator=st.one_of(CAMPUSES, CORRIDORS, LOOPS, OFFICES))
 @settings(max_examples=30)
 def test_a_seed_gives_one_world_and_another_seed_another(generator: Generator) -> None:
     again, other = (generator.model_copy(update={"seed": generator.seed + k}).build() for k in (0, 1))
     assert again == generator.build()
     things = generator.model_dump()
-    if things["kind"] == "office" or things["boxes"]:
+    if things["kind"] in ("campus", "office") or things["boxes"]:
         assert other.world != again.world
 
 
@@ -82,6 +103,27 @@ def test_a_loop_comes_back_by_another_way() -> None:
     generated = LoopGenerator(size=(10.0, 6.0)).build()
     assert generated.waypoints[-1] == (generated.start.x, generated.start.y)
     assert len(set(generated.waypoints)) == len(generated.waypoints)
+
+
+def test_a_campus_is_driven_once_around_and_on_over_its_beginning() -> None:
+    """The ring of 150 m, at least 10 m of it again, the court, and the second half of the ring again."""
+    for seed in range(5):
+        generated = CampusGenerator(seed=seed).build()
+        home, route = (generated.start.x, generated.start.y), list(generated.waypoints)
+        once, again = route[: route.index(home) + 1], route[route.index(home) + 1 :]
+        assert path_lengths(np.array([home, *once]))[-1] > 145.0
+        assert math.dist(home, again[0]) > 10.0
+        assert again[0][1] == 0.0
+        assert again[-3:] == [once[-3], once[-2], home]
+
+
+def test_nothing_is_seen_through_the_walls_of_a_campus_from_its_corridors() -> None:
+    """Every ray from the robot's way ends at a wall, even in a campus that is all bays."""
+    generated = CampusGenerator(seed=3, bays=1.0, skew=3.0).build()
+    edges = np.concatenate([np.stack([o, np.roll(o, -1, axis=0)], axis=1) for o in generated.world.outlines(0.3)])
+    for place in way(generated)[::400]:
+        distance, _ = cast_beams(edges, Pose2D(*place.tolist()), np.linspace(-np.pi, np.pi, 90))
+        assert np.isfinite(distance).all()
 
 
 def write(folder: Path, text: str) -> Path:
@@ -112,8 +154,8 @@ def test_what_is_written_by_hand_stays(tmp_path: Path) -> None:
     ("generate", "complaint"),
     [
         ("{kind: corridor, lenght: 9}", "made.yaml:1: generate.lenght: unknown key; did you mean length?"),
-        ("{kind: maze}", "made.yaml:1: generate.kind: no kind 'maze'; known here: corridor, office, loop"),
-        ("{length: 9}", "generate: kind is missing; one of corridor, office, loop"),
+        ("{kind: maze}", "made.yaml:1: generate.kind: no kind 'maze'; known here: corridor, campus, office, loop"),
+        ("{length: 9}", "generate: kind is missing; one of corridor, campus, office, loop"),
         ("7", "generate: expected a section of settings (got 7)"),
         ("{kind: corridor, length: 9, boxes: 40}", "46 recesses, boxes and tables; the walls have room for 12"),
         ("{kind: corridor, width: 1.3}", "leave less than 0.2 m on either side for furniture"),
@@ -124,6 +166,10 @@ def test_what_is_written_by_hand_stays(tmp_path: Path) -> None:
         ("{kind: office, room_length: [4, 3]}", "generate.room_length: the lower bound comes first"),
         ("{kind: corridor, length: 1.0e+9}", "generate.length: expected a number of at most 1000"),
         ("{kind: office, room_depth: 1.0e+6}", "generate.room_depth: expected a number of at most 1000"),
+        ("{kind: campus, size: [30, 30]}", "size = [30.0, 30.0] m leaves no room for wings; at least 33.0 m by 22.6 m"),
+        ("{kind: campus, passage_length: [3, 4]}", "passage_length: 3 m lets the wings meet; at least 7.4 m"),
+        ("{kind: campus, room_length: [2, 6]}", "rooms of 1.33 m might be drawn; at least 1.55 m"),
+        ("{kind: campus, passage_width: 3.5}", "corridor_width: 3.2 m is too narrow; at least 3.5 m"),
         ("{kind: office, door_angle: [1, 2]}", "must lie within pi / 2 and pi"),
     ],
 )

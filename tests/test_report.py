@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -14,12 +15,15 @@ from typer.testing import CliRunner
 
 from slam.cli.main import app
 from slam.errors import InputError
+from slam.files.graphs.file import read_graph, write_graph
+from slam.pose import Pose2D
 from slam.run.experiment_setup import scenario_experiment
+from slam.run.pictures.map_picture import contents_of, map_figure, transform_ends
 from slam.run.report.animation import AppearingWalls, write_animation
 from slam.run.report.faults import faults
 from slam.run.report.figure_files import write_figures
 from slam.run.report.page import metric_rows, write_report
-from slam.run.report.run_section import changes, command
+from slam.run.report.run_section import changes, command, run_section
 from slam.run.results.metric_table import METRICS
 from slam.run.results.run_names import run_names
 from slam.run.results.run_record import RunRecord
@@ -171,13 +175,13 @@ def test_faults_are_found_and_named(run: Path, tmp_path: Path) -> None:
 
 def test_the_best_is_marked_and_only_where_there_is_one() -> None:
     runs = [{"ate_rmse_m": error, "scans": 5, "ending": "arrived"} for error in (0.2, 0.1)]
-    table = {metric.key: cells for metric, cells, _ in metric_rows(runs)}
+    table = {metric.key: cells for metric, cells, *_ in metric_rows(runs)}
     assert [cell.best for cell in table["ate_rmse_m"]] == [False, True]
     assert not any(cell.best for cell in table["scans"])
     walls = [{"wall_recall": share, "ending": "arrived"} for share in (0.9, 0.8)]
-    assert [cell.best for _, cells, _ in metric_rows(walls) for cell in cells] == [True, False]  # more is better
+    assert [cell.best for _, cells, *_ in metric_rows(walls) for cell in cells] == [True, False]  # more is better
     same = metric_rows([runs[0], runs[0]])
-    assert not any(cell.best for _, cells, _ in same for cell in cells)
+    assert not any(cell.best for _, cells, *_ in same for cell in cells)
 
 
 @pytest.mark.parametrize("ending", ["collided", "failed", "interrupted", None])
@@ -185,7 +189,7 @@ def test_a_run_that_was_cut_short_wins_nothing(ending: str | None) -> None:
     whole = [{"ate_rmse_m": error, "ending": "arrived"} for error in (0.3, 0.2)]
     short = {"ate_rmse_m": 0.1} | ({"ending": ending} if ending else {})
     for runs, best in (([short, *whole], [False, False, True]), ([short, whole[0]], [False, False])):
-        (_, cells, _), *_ = metric_rows(runs)
+        (_, cells, *_), *_ = metric_rows(runs)
         assert [cell.best for cell in cells] == best
 
 
@@ -285,3 +289,36 @@ def test_the_command_that_repeats_a_run_is_exact(own: Path) -> None:
     assert command(record, {"backend": "hardware", "dry_run": True}) == (
         f"hopslam run {config} --backend hardware --dry-run"
     )
+
+
+def test_a_closed_run_is_shown_with_its_loops(lap_run: Path, tmp_path: Path) -> None:
+    write_report([RunRecord.open(lap_run)], tmp_path / "a.html")
+    page = (tmp_path / "a.html").read_text()
+    assert "Without loops, as odometry and matching alone would have it" in page
+    graph = read_graph(lap_run / "graph.json")
+    assert f"All {len(graph.loops)} loops, {graph.believed.sum()} believed" in page
+    assert "not believed" not in page
+
+
+def test_a_doubtful_loop_is_told_in_words_and_comes_first(lap_run: Path, tmp_path: Path) -> None:
+    copy = shutil.copytree(lap_run, tmp_path / "run")
+    graph = read_graph(copy / "graph.json")
+    weights = np.append(0.1, graph.weights[1:])
+    write_graph(copy / "graph.json", replace(graph, weights=weights))
+    record = RunRecord.open(copy)
+    write_report([record], tmp_path / "a.html")
+    page = (tmp_path / "a.html").read_text()
+    assert "✗ not believed" in page
+    assert "loop not believed</span>" in page
+    rows = run_section(record, "run1", "run").loops
+    assert [row.believed for row in rows] == [False] + [True] * (len(graph.loops) - 1)
+    labels = map_figure(contents_of(record)).axes[0].get_legend_handles_labels()[1]
+    assert {"loop", "loop not believed"} <= set(labels)
+
+
+def test_segments_are_moved_with_their_scans() -> None:
+    """Against Pose2D, one by one."""
+    rng = np.random.default_rng(0)
+    poses, ends = rng.normal(size=(5, 3)), rng.normal(size=(5, 2, 2))
+    expected = [Pose2D(*pose).transform(line) for pose, line in zip(poses, ends, strict=True)]
+    np.testing.assert_allclose(transform_ends(poses, ends), expected, atol=1e-12)

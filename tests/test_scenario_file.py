@@ -50,7 +50,7 @@ def test_the_required_scenarios_are_shipped() -> None:
         "cluttered_room",
         "crowded_corridor",
     }
-    assert required | {"featureless_corridor", "random_office"} <= set(shipped_scenarios())
+    assert required | {"campus_loop", "featureless_corridor", "random_office"} <= set(shipped_scenarios())
 
 
 @pytest.mark.parametrize("name", sorted(set(shipped_scenarios()) - {"replay"}))
@@ -246,8 +246,8 @@ def test_python_objects_in_yaml_are_refused(tmp_path: Path) -> None:
     ("name", "hint"),
     [
         ("coridor", "did you mean corridor?"),
-        ("zzz", "give a path, or one of: cluttered_room, corridor"),
-        (300 * "a", "give a path, or one of: cluttered_room, corridor"),
+        ("zzz", "give a path, or one of: campus_loop, cluttered_room"),
+        (300 * "a", "give a path, or one of: campus_loop, cluttered_room"),
     ],
 )
 def test_a_missing_scenario_gets_a_hint(name: str, hint: str) -> None:

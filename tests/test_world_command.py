@@ -53,10 +53,11 @@ def test_a_picture_that_cannot_be_written_is_refused(
 
 
 def test_the_page_names_every_parameter_of_the_generators() -> None:
+    from slam.scenario.generators.campus import CampusGenerator
     from slam.scenario.generators.corridor import CorridorGenerator
     from slam.scenario.generators.loop import LoopGenerator
     from slam.scenario.generators.office import OfficeGenerator
 
     page = PAGE.read_text()
-    for generator in (CorridorGenerator, LoopGenerator, OfficeGenerator):
+    for generator in (CampusGenerator, CorridorGenerator, LoopGenerator, OfficeGenerator):
         assert [name for name in generator.model_fields if f"`{name}`" not in page] == []

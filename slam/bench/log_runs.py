@@ -13,13 +13,15 @@ from slam.console.terminal import Terminal
 from slam.files.logs import Log, read_log
 from slam.line_slam import LineSlam
 from slam.odometry import Odometry
-from slam.pose import FloatArray, Pose2D, stack_poses
+from slam.pose import FloatArray, Pose2D, compose_poses, stack_poses
 from slam.run.warm_up import warm_up
 
 LOGS: Final = {
     name: f"{name}.dat.gz" if name == "mines1" else f"{name}.log.gz"
     for name in ("corridor_synthetic", "fr079", "aces", "fr101", "belgioioso", "duke_loop5", "wean1", "wean3", "mines1")
 }
+CENTRE_AHEAD: Final = 0.04
+"""Metres. fr079: the relations are of the robot's centre, 4 cm ahead of the laser; the log has both in one place."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,6 +86,11 @@ def run_on(log: Log, name: str, config: SlamConfig, odometry: FloatArray | None 
         map_points=np.array([row.map_points for row in rows]),
         walls=slam.lines.ends,
     )
+
+
+def centre_poses(poses: FloatArray) -> FloatArray:
+    """Poses (N, 3) of the robot's centre."""
+    return compose_poses(poses, np.broadcast_to([CENTRE_AHEAD, 0.0, 0.0], poses.shape))
 
 
 def odometry_with_doubled_noise(truth: FloatArray, seed: int) -> FloatArray:

@@ -18,6 +18,12 @@ CELL: Final = 0.05
 """Metres: cells that are counted for the crispness; of the points in one, a single one is fitted."""
 LONG_WALL: Final = 2.0
 """Metres of a wall whose direction is told, at least."""
+URG_BEAMS: Final = 600
+"""Scans with more beams are those of a URG-04LX."""
+CRISP_URG: Final = 70, 4.0
+"""Crispness of a URG-04LX: beams left out at each end, and metres from which ranges are left out ..."""
+CRISP_OTHERS: Final = 0, 15.0
+"""... and of other sensors."""
 LOOPS: Final = {"duke_loop5": (50, 73)}
 """Logs that return to their start, and how many scans at the beginning and at the end show the same place."""
 LOOP_REACH: Final = 8.0
@@ -69,6 +75,11 @@ def faults_of(run: LogRun) -> WallFaults:
     return wall_faults(run.walls, np.concatenate(echoes), origins)
 
 
+def crispness_beams(log: Log) -> tuple[int, float]:
+    """Beams and ranges that the crispness of a log leaves out."""
+    return CRISP_URG if log.lidar.beams > URG_BEAMS else CRISP_OTHERS
+
+
 def crispness(log: Log, poses: FloatArray, cut: int, reach: float, deskew: bool) -> float:
     """Count occupied cells of 5 cm for every 1000 points, every scan drawn at its pose, deskewed or as it was taken.
 
@@ -100,6 +111,26 @@ def angles_off_main_axes(walls: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.angle(fourfold / np.sum(lengths * fourfold)) / 4.0, lengths
 
 
+def rms_off_axes(walls: FloatArray) -> float:
+    """Root mean square of the angles of the long ones among the walls (M, 2, 2) from the common directions of all,
+    weighed by length, radians; nan where none is long."""
+    long = _long(walls)
+    if not len(long):
+        return float("nan")
+    angles, lengths = angles_off_main_axes(long)
+    return float(np.sqrt(np.average(angles**2, weights=lengths)))
+
+
+def gap_of_loop(name: str, log: Log, poses: FloatArray) -> LoopGap | None:
+    """What lays the last scans of a log onto the first ones, at poses (N, 3); None where it does not end there."""
+    if name not in LOOPS:
+        return None
+    begin, end = LOOPS[name]
+    count = len(poses)
+    first, last = (_seen(log, poses, scans) for scans in (range(begin), range(count - end, count)))
+    return loop_gap(first, last, float(poses[0, 2]))
+
+
 def loop_gap(first: FloatArray, last: FloatArray, heading: float) -> LoopGap:
     """Fit the points ``last`` (M, 2) to ``first`` (N, 2), metres, along and across ``heading``, radians."""
     c, s = np.cos(heading), np.sin(heading)
@@ -116,12 +147,15 @@ def loop_gap(first: FloatArray, last: FloatArray, heading: float) -> LoopGap:
 
 
 def _walls(walls: FloatArray) -> tuple[str, str, str]:
-    long = walls[np.hypot(*(walls[:, 1] - walls[:, 0]).T) >= LONG_WALL]
+    long = _long(walls)
     if not len(long):
         return "0", "", ""
-    angles, lengths = angles_off_main_axes(long)
-    spread = np.sqrt(np.average(angles**2, weights=lengths))
-    return str(len(long)), f"{np.degrees(spread):.2f}", f"{np.degrees(np.abs(angles).max()):.1f}"
+    angles, _ = angles_off_main_axes(long)
+    return str(len(long)), f"{np.degrees(rms_off_axes(long)):.2f}", f"{np.degrees(np.abs(angles).max()):.1f}"
+
+
+def _long(walls: FloatArray) -> FloatArray:
+    return np.asarray(walls[np.hypot(*(walls[:, 1] - walls[:, 0]).T) >= LONG_WALL])
 
 
 def _faults(found: WallFaults) -> tuple[str, ...]:
@@ -130,20 +164,18 @@ def _faults(found: WallFaults) -> tuple[str, ...]:
 
 
 def _loop(run: LogRun) -> tuple[str, ...]:
-    if run.name not in LOOPS:
+    gap = gap_of_loop(run.name, run.log, run.poses)
+    if gap is None:
         return ("",) * 5
-    begin, end = LOOPS[run.name]
-    count = len(run.poses)
-    gap = loop_gap(_seen(run, range(begin)), _seen(run, range(count - end, count)), float(run.poses[0, 2]))
     return (
         f"{gap.along:.2f}", f"{gap.across:.2f}", f"{np.degrees(gap.turn):.2f}", f"{gap.agreement:.2f}",
         f"{gap.before:.2f}",
     )  # fmt: skip
 
 
-def _seen(run: LogRun, scans: Sequence[int]) -> FloatArray:
-    deskew = run.log.time_increment > 0.0
-    return np.concatenate([end_points(run.log, k, run.poses[k], 0, LOOP_REACH, deskew) for k in scans])
+def _seen(log: Log, poses: FloatArray, scans: Sequence[int]) -> FloatArray:
+    deskew = log.time_increment > 0.0
+    return np.concatenate([end_points(log, k, poses[k], 0, LOOP_REACH, deskew) for k in scans])
 
 
 def _thinned(points: FloatArray) -> FloatArray:

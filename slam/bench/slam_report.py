@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from slam.bench.log_runs import LOGS, LogRun, odometry_with_doubled_noise, run_log
-from slam.bench.map_shape import crispness, shape_table
+from slam.bench.log_runs import LOGS, LogRun, centre_poses, odometry_with_doubled_noise, run_log
+from slam.bench.map_shape import crispness, crispness_beams, shape_table
 from slam.bench.stopwatch import milliseconds
 from slam.config import SlamConfig
 from slam.console.result_table import ResultTable
@@ -28,14 +28,6 @@ PEERS: Final = {
     "fr079": "relations 0.047 m, 1.13 deg (LaMa)",
     "mines1": "crispness 43.8 on a sister log (small_gicp)",
 }
-CENTRE_AHEAD: Final = 0.04
-"""Metres. fr079: the relations are of the robot's centre, 4 cm ahead of the laser; the log has both in one place."""
-URG_BEAMS: Final = 600
-"""Scans with more beams are those of a URG-04LX."""
-CRISP_URG: Final = 70, 4.0
-"""Crispness of a URG-04LX: beams left out at each end, and metres from which ranges are left out ..."""
-CRISP_OTHERS: Final = 0, 15.0
-"""... and of other sensors."""
 
 
 def slam_tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Terminal) -> list[ResultTable]:
@@ -90,18 +82,14 @@ def _error_row(name: str, run: LogRun, folder: Path) -> tuple[str, ...]:
         known = read_relations(relations)
         cells["relations"] = " / ".join(
             f"{np.mean(found.metres):.4f}+-{np.std(found.metres):.3f}, {np.degrees(np.mean(found.radians)):.2f}"
-            for found in (relation_errors(known, stamps, poses) for poses in (run.poses, _centre_poses(run.poses)))
+            for found in (relation_errors(known, stamps, poses) for poses in (run.poses, centre_poses(run.poses)))
         )
     cells["end"] = f"{np.hypot(*end[:2]):.3f}, {abs(np.degrees(wrap_angle(float(end[2])))):.2f}"
-    cut, reach = CRISP_URG if run.log.lidar.beams > URG_BEAMS else CRISP_OTHERS
-    crisp = {crispness(run.log, run.poses, cut, reach, deskew) for deskew in {run.log.time_increment > 0.0, False}}
+    crisp = {
+        crispness(run.log, run.poses, *crispness_beams(run.log), deskew)
+        for deskew in {run.log.time_increment > 0.0, False}
+    }
     return (name, *cells.values(), " / ".join(f"{value:.1f}" for value in sorted(crisp)))
-
-
-def _centre_poses(poses: FloatArray) -> FloatArray:
-    """Poses of the robot's centre."""
-    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
-    return np.column_stack([poses[:, 0] + c * CENTRE_AHEAD, poses[:, 1] + s * CENTRE_AHEAD, poses[:, 2]])
 
 
 def _extent(poses: FloatArray) -> float:

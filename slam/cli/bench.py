@@ -23,6 +23,7 @@ BENCHES: Final = {
     "paper": "slam.cli.bench_methods:bench_paper",
     "lines": "slam.cli.bench_methods:bench_lines",
     "slam": "slam.cli.bench_methods:bench_slam",
+    "loops": "slam.cli.bench_loops:bench_loops",
     "localize": "slam.cli.bench_methods:bench_localize",
     "match": "slam.cli.bench_methods:bench_match",
     "sweep": "slam.cli.bench_costs:bench_sweep",
@@ -40,7 +41,7 @@ console = Terminal()
 
 @app.callback()
 def _bench() -> None:
-    """Measure the paper's figures, extractors, matchers, SLAM, line maps, simulator, drivers, sweeps, start-up."""
+    """Measure the paper's figures, extractors, matchers, SLAM, loops, walls, simulator, drivers, sweeps, start-up."""
 
 
 def use_one_thread() -> None:

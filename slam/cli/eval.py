@@ -40,6 +40,8 @@ def evaluate(
 ) -> None:
     """Score a trajectory: absolute and relative error against a reference, or the relations metric.
 
+    Of a run, that of the poses as they were known on the way, and again as they are known with its loops closed.
+
     [bold]Examples[/bold]
 
     hopslam eval runs/latest
@@ -52,17 +54,20 @@ def evaluate(
 
     hopslam eval runs/latest --relations fr079.relations.gz --max-gap 10
     """
-    from slam.run.scoring.evaluate import Delta, against_reference, against_relations, read_trajectory, reference_of
+    from slam.run.scoring import evaluate as scoring
 
     if delta_unit == "frames" and delta < 1.0:
         raise InputError(f"--delta {delta:g}: the next pose is 1 frame away; give --delta 1 or more")
-    estimate = read_trajectory(run)
     scores: list[Score] = []
-    if reference is not None or relations is None:
-        true = read_trajectory(reference_of(run, reference))
-        scores.extend(against_reference(estimate, true, Delta(delta, delta_unit), align, max_gap))
-    if relations is not None:
-        scores.append(against_relations(estimate, relations, max_gap))
+    for name, estimate in scoring.trajectories_to_score(run).items():
+        own: list[Score] = []
+        if reference is not None or relations is None:
+            true = scoring.read_trajectory(scoring.reference_of(run, reference))
+            pieces = scoring.Delta(delta, delta_unit)
+            own.extend(scoring.against_reference(estimate, true, pieces, align, max_gap))
+        if relations is not None:
+            own.append(scoring.against_relations(estimate, relations, max_gap))
+        scores += [score._replace(name=name + score.name) for score in own]
     typer.echo(_json(scores)) if as_json else Terminal().print(_table(scores))
 
 

@@ -17,7 +17,8 @@ def export(
 ) -> None:
     """Write a run in a format of other tools: see docs/formats.md.
 
-    tum: trajectory; csv: every scan; ros: occupancy map; geojson, dxf, svg: line map; carmen, mcap, rosbag2: log.
+    tum: trajectory; csv: every scan; ros: occupancy map; geojson, dxf, svg: line map; carmen, mcap, rosbag2: log;
+    g2o: graph. All but the log are as known after the last loop was closed.
 
     [bold]Examples[/bold]
 
@@ -26,6 +27,8 @@ def export(
     hopslam export runs/latest --to ros --out office_map
 
     hopslam export runs/latest --to dxf --out walls.dxf
+
+    hopslam export runs/latest --to g2o --out graph.g2o
 
     hopslam export runs/latest --to carmen --out run.log --force
     """

@@ -9,6 +9,7 @@ from slam.graph.closed_map import map_of
 from slam.graph.closure import ClosedRun, Closure
 from slam.graph.condensed import CondensedGraph
 from slam.graph.key_scan import KeyScan
+from slam.graph.loop import loop_keys
 from slam.graph.loop_check import distances_to
 from slam.graph.loop_search import LoopSearch
 from slam.graph.pose_graph import Edges, solve_graph
@@ -75,8 +76,11 @@ class BackEnd:
         graph = self.graph
         last = graph.submaps[graph.keys[-1].submaps[0]]
         loops, self._told = tuple(graph.loops[self._told :]), len(graph.loops)
-        self._mapped_at = self._key_poses()
-        return Closure(submap, graph.correction(last), np.zeros((3, 3)), self._map(), len(graph.keys), loops)
+        self._mapped_at = poses = self._key_poses()
+        where = loop_keys(loops, {s.number: s.keys for s in graph.submaps.values()}, graph.number_of, poses)
+        return Closure(
+            submap, graph.correction(last), np.zeros((3, 3)), self._map(), len(graph.keys), loops, poses, where
+        )  # fmt: skip
 
     def _map(self) -> SurfelMap:
         return map_of(zip(self.graph.keys, self._key_poses(), strict=True), SurfelMap(self._config))

@@ -30,6 +30,10 @@ class Closure:
     """Number of them."""
     loops: tuple[Loop, ...]
     """Those that were found since the closure before."""
+    poses: FloatArray
+    """(K, 3): T_map_laser of the key scans."""
+    loop_keys: IntArray
+    """(L, 2): numbers of two key scans of each loop, see ``loop_keys``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +70,11 @@ class ClosedRun:
     def local(self) -> FloatArray:
         """T_local_laser of the key scans, (K, 3)."""
         return np.array([key.T_local_laser for key in self.keys]).reshape(-1, 3)
+
+    @property
+    def T_map_local(self) -> FloatArray:
+        """(3,): where the last key scan puts the frame of the front end."""
+        return compose_poses(self.poses[-1], inverse_poses(self.local[-1]))
 
     def trajectory(self, T_local_base: FloatArray) -> FloatArray:
         """``T_map_base`` (S, 3) of every scan of the run, for what the front end had, (S, 3).

@@ -110,4 +110,5 @@ def turned_information(information: FloatArray, heading: float, sigmas: FloatArr
     turned = R.T @ (information / CORRELATION) @ R
     values, vectors = np.linalg.eigh(0.5 * (turned + turned.T))
     covariance = (vectors / np.maximum(values, LEAST_INFORMATION)) @ vectors.T
-    return np.asarray(np.linalg.inv(covariance + np.diag(sigmas**2)))
+    information = np.linalg.inv(covariance + np.diag(sigmas**2))
+    return np.asarray(0.5 * (information + information.T))  # of what is known badly, the inverse is not quite symmetric

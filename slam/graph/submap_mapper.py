@@ -21,18 +21,15 @@ from slam.scan import LaserScan
 
 LENGTH: Final = 8.0
 """Metres of way that a submap covers; the next begins half way."""
-LEAST_KEYS: Final = 6
+LEAST_KEYS: Final = 10
 """Key scans that a submap has at least when the next begins, however far apart they are."""
 TURN_WAY: Final = 0.3
 """Metres of way that a turn of one radian counts as."""
 KEY_DISTANCE, KEY_ANGLE = 0.25, 0.25
 """A scan becomes a key scan after this much motion, metres, or this much turning, radians."""
-BROKEN_SHARE: Final = 0.3
-"""A scan of which less agrees does not fit the submap: another begins, joined by odometry alone ..."""
-LEAST_FACETS: Final = 10
-"""... unless it has so few facets that it says nothing ..."""
-CALM: Final = 0.5
-"""... or another began less than this much way ago, metres."""
+MISFITS: Final = 2
+"""Scans in a row that the map contradicts, after which another submap begins that odometry alone joins to this one.
+One alone may come from wheels that were late, and are right again with the next."""
 
 
 class SubmapMapper(SurfelMapper):
@@ -50,7 +47,7 @@ class SubmapMapper(SurfelMapper):
         self._last_key: Pose2D | None = None
         self._way = self._began = self._opened = 0.0
         self._keys = 0  # since the submap that was opened last began
-        self._broke = -np.inf
+        self._misfits = 0  # scans in a row that the map contradicted
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
         """See SurfelMapper; the motion that led to ``prior`` is remembered for the next key scan."""
@@ -100,10 +97,10 @@ class SubmapMapper(SurfelMapper):
         return last.distance(T_local_laser) >= KEY_DISTANCE or turn >= KEY_ANGLE
 
     def _is_broken(self) -> bool:
-        """True where the scan located last did not fit, so that a submap must begin with it."""
-        if self._found is None or len(self._facets) < LEAST_FACETS or len(self.map) == 0:
-            return False
-        return self._found.odometry_only and self._way - self._broke >= CALM
+        """True where the scan located last and the one before did not fit, so that a submap must begin here."""
+        contradicted = self._found is not None and self._found.contradicted
+        self._misfits = self._misfits + 1 if contradicted else 0
+        return self._misfits >= MISFITS or self._lost
 
     @property
     def _share(self) -> float:
@@ -111,7 +108,7 @@ class SubmapMapper(SurfelMapper):
 
     def _begin_anew(self) -> None:
         """Leave what was mapped; the submap that begins here is joined to it by odometry alone."""
-        self._broke, self._next = self._way, SurfelMap(self.map.config)
+        self._misfits, self._next = 0, SurfelMap(self.map.config)
         self.uncertainty.open_next()
         self._take_over()
         self._began, self._keys = self._way, 0

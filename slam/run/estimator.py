@@ -3,6 +3,7 @@
 from typing import Protocol
 
 from slam.config import HoppingConfig, SlamConfig
+from slam.graph.closure import ClosedRun
 from slam.line_localizer import LineLocalizer, LocalizeThenMap
 from slam.line_slam import Estimate, LineSlam
 from slam.lines.range_noise import RangeNoise
@@ -58,16 +59,27 @@ def make_estimator(config: SlamConfig, T_base_laser: Pose2D, T_map_base: Pose2D,
 
 def noise_learnt_by(estimator: Estimator) -> RangeNoise | None:
     """The noise of the ranges after a run; None where the method asks for none."""
-    slam = estimator.slam if isinstance(estimator, LocalizeThenMap) else estimator
+    slam = _method_of(estimator)
     if not isinstance(slam, LineSlam | LineLocalizer) or isinstance(slam.config.lines, HoppingConfig):
         return None
     return slam.noise.noise
 
 
-def map_made_by(estimator: Estimator) -> SavedSlam | None:
-    """The map to save after a run; None where it was not changed, or is the paper's."""
-    slam = estimator.slam if isinstance(estimator, LocalizeThenMap) else estimator
-    return save(slam) if isinstance(slam, LineSlam) else None
+def finish(estimator: Estimator) -> ClosedRun | None:
+    """There are no more scans: the run with all its loops closed; None where the method closes none."""
+    slam = _method_of(estimator)
+    return slam.finish() if isinstance(slam, LineSlam) else None
+
+
+def map_made_by(estimator: Estimator, closed: ClosedRun | None = None) -> SavedSlam | None:
+    """The map to save after a run, which may be ``closed``; None where it was not changed, or is the paper's."""
+    slam = _method_of(estimator)
+    return save(slam, closed) if isinstance(slam, LineSlam) else None
+
+
+def _method_of(estimator: Estimator) -> Estimator | None:
+    """What maps, or would: of LocalizeThenMap None until it does."""
+    return estimator.slam if isinstance(estimator, LocalizeThenMap) else estimator
 
 
 _: tuple[type[Estimator], ...] = (LineLocalizer, LocalizeThenMap, DeadReckoning)

@@ -19,6 +19,7 @@ from slam.files.maps.file import write_map
 from slam.line_slam import LineSlam
 from slam.lines.learnt_noise import named_noise
 from slam.pose import FloatArray, Pose2D
+from slam.run.closing_loops import ClosedLoops, LoopCloser
 from slam.run.estimator import DeadReckoning, Estimator, map_made_by, noise_learnt_by
 from slam.run.loop import Ending, run_loop
 from slam.run.pilots import Pilot
@@ -99,44 +100,53 @@ class Experiment:
         began, date = perf_counter(), datetime.now().astimezone().isoformat(timespec="seconds")
         seen = SeenWalls(self.outlines, self.slam.T_base_laser)
         with Interruption() as interruption:
-            ending, error = self._drive(folder, viewers, console, seen, interruption)
-            metrics = self._measure(folder, ending, perf_counter() - began, seen) | {"began": date}
+            ending, error, closed = self._drive(folder, viewers, console, seen, interruption)
+            wall_time = perf_counter() - began - (closed.seconds if closed else 0.0)
+            metrics = self._measure(folder, ending, wall_time, seen, closed) | {"began": date}
             if error is not None:
                 metrics["error"] = str(error)
-            if (made := map_made_by(self.slam)) is not None and metrics["scans"]:
-                write_map(folder / "map.json", made)
             write_atomic(folder / "metrics.json", json.dumps(metrics, indent=2) + "\n")
             if metrics["scans"] and pictures:
-                self._draw(folder, console)
+                self._draw(folder, console, closed)
         if interruption.signal is not None:
             return Outcome(folder, "interrupted", metrics, error, interruption.signal)
         return Outcome(folder, ending, metrics, error)
 
-    def _draw(self, folder: Path, console: Terminal) -> None:
+    def _draw(self, folder: Path, console: Terminal, closed: ClosedLoops | None) -> None:
         from slam.run.pictures.error_curves import draw_errors  # late: matplotlib takes long to load
         from slam.run.pictures.map_picture import draw_map
 
+        points, lines = (closed.run.map, closed.run.map) if closed else (self.slam.points, self.slam.lines)
         with console.waiting("drawing"), suppress(KeyboardInterrupt):
-            draw_map(folder, self.slam.points.points, self.slam.lines.ends, self.outlines)
+            draw_map(folder, points.points, lines.ends, self.outlines)
             draw_errors(folder)
 
     def _drive(
         self, folder: Path, viewers: Viewers, console: Terminal, seen: SeenWalls, interruption: Interruption
-    ) -> tuple[Ending, HopslamError | None]:
-        """The loop, with its watchers, whose files are closed whatever ends it."""
-        with ExitStack() as stack:
-            T_map_odom, T_base_laser = self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser
-            watchers: list[Watcher] = [stack.enter_context(Recorder(folder, T_map_odom, T_base_laser))]
-            watchers += [stack.enter_context(RunLog(folder, T_base_laser)), seen]
+    ) -> tuple[Ending, HopslamError | None, ClosedLoops | None]:
+        """The loop, with its watchers, whose files are closed whatever ends it; then the run is closed and written."""
+        closer = LoopCloser(self.slam)
+        with ExitStack() as shown:
             viewer = None
             if (broadcast := viewers.open(self.scene, folder)) is not None:
-                viewer = RunViewer(stack.enter_context(broadcast), self.scene)
-                watchers.append(viewer)
-            watchers += [stack.enter_context(RunProgress(console, self.scenario.name)), interruption]
-            ending, error = self._loop(watchers, interruption)
+                viewer = RunViewer(shown.enter_context(broadcast), self.scene)
+            with ExitStack() as stack:
+                T_map_odom, T_base_laser = self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser
+                watchers: list[Watcher] = [stack.enter_context(Recorder(folder, T_map_odom, T_base_laser))]
+                watchers += [stack.enter_context(RunLog(folder, T_base_laser)), seen, closer]
+                watchers += [viewer] if viewer else []
+                watchers += [stack.enter_context(RunProgress(console, self.scenario.name)), interruption]
+                ending, error = self._loop(watchers, interruption)
+            closed = closer.close_loops(console)
             if viewer is not None:
+                if closed is not None:
+                    viewer.show_closed(closed.graph, closed.trajectory, closed.run.map)
                 viewer.end(ending, error)
-            return ending, error
+        if closed is not None:
+            closed.write(folder)
+        elif closer.steps and (made := map_made_by(self.slam)) is not None:
+            write_map(folder / "map.json", made)
+        return ending, error, closed
 
     def _loop(self, watchers: Sequence[Watcher], interruption: Interruption) -> tuple[Ending, HopslamError | None]:
         """Run the loop; whatever ends it, the robot is stopped at once."""
@@ -157,12 +167,15 @@ class Experiment:
         deskew, outlines = self.scenario.slam.deskew, tuple(self.outlines)
         return Scene(self.slam.T_base_laser, odom, self.slam, deskew, outlines, planned_route(self.scenario))
 
-    def _measure(self, folder: Path, ending: Ending, wall_time: float, seen: SeenWalls) -> dict[str, Any]:
-        metrics = self.measures(folder) | self.notes
+    def _measure(
+        self, folder: Path, ending: Ending, wall_time: float, seen: SeenWalls, closed: ClosedLoops | None
+    ) -> dict[str, Any]:
+        metrics = self.measures(folder) | self.notes | (closed.metrics if closed else {})
         if (noise := noise_learnt_by(self.slam)) is not None and metrics["scans"]:
             metrics |= noise_metrics(noise, named_noise(self.scenario.slam.lines))
         if seen.scans.any() and not isinstance(self.slam, DeadReckoning):
-            metrics |= wall_metrics(score_walls(seen.walls, seen.seen, self.slam.lines.ends))
+            lines = closed.run.map if closed else self.slam.lines
+            metrics |= wall_metrics(score_walls(seen.walls, seen.seen, lines.ends))
         metrics["ending"] = ending
         metrics["real_time_factor"] = round(metrics.get("duration_s", 0.0) / wall_time, 3)
         return metrics | {"seed": self.seed, "version": version("hopslam")}

@@ -15,6 +15,9 @@ from slam.run.viewer.viewers import Viewers
 _ERRORS: Final = (
     "ate_rmse_m", "ate_max_m", "final_m", "x_max_abs_m", "y_max_abs_m", "heading_rmse_deg", "heading_max_abs_deg",
 )  # fmt: skip
+_COLUMNS: Final = {"SLAM": "", "closed": "closed_", "dead reckoning": "odometry_"}
+"""Trajectories, and what stands before their keys in ``metrics.json``."""
+_LOOPS: Final = "{loops_believed} of {loops} believed; {closures} closures on the way, {closing_s:.1f} s at the end"
 _WALL_SHARES: Final = ("wall_precision", "wall_recall")
 _WALL_ERRORS: Final = ("wall_length_error_m", "wall_end_error_m", "wall_end_error_p90_m")
 _WALL_FAULTS: Final = ("wall_free_air_m", "wall_phantom_m", "wall_doubled_m")
@@ -49,13 +52,18 @@ def run_and_report(experiment: Experiment, out: Path | None, rerun: list[str] | 
 
 
 def summary_tables(metrics: dict[str, Any]) -> Iterator[TerminalTable]:
-    """Tables of ``metrics.json``: the errors of SLAM beside those of dead reckoning, where the truth is known; then
-    the rest."""
+    """Tables of ``metrics.json``: the errors of SLAM as it was known on the way, and of the run with its loops closed,
+    beside those of dead reckoning, where the truth is known; then the rest."""
     if "ate_rmse_m" in metrics:
-        errors = [(_label(METRICS[key]), f"{metrics[key]:.3f}", f"{metrics['odometry_' + key]:.3f}") for key in _ERRORS]
-        yield TerminalTable(("", "SLAM", "dead reckoning"), errors, bold_rows=len(errors))
+        columns = {name: prefix for name, prefix in _COLUMNS.items() if f"{prefix}ate_rmse_m" in metrics}
+        errors = [
+            (_label(METRICS[key]), *(f"{metrics[prefix + key]:.3f}" for prefix in columns.values())) for key in _ERRORS
+        ]
+        yield TerminalTable(("", *columns), errors, bold_rows=len(errors))
     found = list(_localization(metrics)) if "lost_scans" in metrics else []
     facts = [(label, text.format(**metrics)) for label, text in _FACTS] if metrics["scans"] else []
+    if metrics.get("loops"):
+        facts.append(("loops", _LOOPS.format(**metrics)))
     if "range_noise_m" in metrics:
         facts.append(("range noise", _range_noise(metrics)))
     if "wall_mapped_m" in metrics:

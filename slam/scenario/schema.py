@@ -6,6 +6,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from slam.config import Section, SlamConfig
 from slam.scenario.clock import Clock, Physics, make_clock
+from slam.scenario.generators.campus import CampusGenerator
 from slam.scenario.generators.corridor import CorridorGenerator
 from slam.scenario.generators.loop import LoopGenerator
 from slam.scenario.generators.office import OfficeGenerator
@@ -37,6 +38,7 @@ def _kind(generate: Any) -> str | None:
 
 Generator = Annotated[
     Annotated[CorridorGenerator, Tag("corridor")]
+    | Annotated[CampusGenerator, Tag("campus")]
     | Annotated[OfficeGenerator, Tag("office")]
     | Annotated[LoopGenerator, Tag("loop")],
     Discriminator(_kind),

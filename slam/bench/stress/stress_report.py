@@ -42,7 +42,7 @@ def stress_tables(
     names: Sequence[str], folder: Path, variants: Sequence[str], seeds: int, config: SlamConfig, console: Terminal
 ) -> list[ResultTable]:
     """Run each variant of each log with so many seeds; without names and variants, those of the project's table."""
-    cases = _cases(names, folder, variants, console)
+    cases = stress_cases(names, folder, variants, console)
     jobs = [(case, seed) for case in cases for seed in range(1, 1 + seeds)]
     with ProcessPoolExecutor(WORKERS) as pool:
         futures = [pool.submit(run_stressed, case, seed, config) for case, seed in jobs]
@@ -52,7 +52,7 @@ def stress_tables(
     return [_table(found)] if found else []
 
 
-def _cases(names: Sequence[str], folder: Path, variants: Sequence[str], console: Terminal) -> list[StressCase]:
+def stress_cases(names: Sequence[str], folder: Path, variants: Sequence[str], console: Terminal) -> list[StressCase]:
     """All that is asked for, where the log and something to score it with are there. InputError for a false variant."""
     for variant in variants:
         with_chance(variant)

@@ -45,11 +45,11 @@ class StressRun(NamedTuple):
 
 def run_stressed(case: StressCase, seed: int, config: SlamConfig) -> StressRun:
     """Make the log harder, run the method on it, and score what it found."""
-    log = _log(case.log, case.mended)
+    log = log_of_case(case)
     run = run_on(made_harder(log, with_chance(case.variant), seed), case.log.name, config)
     wheels = Trajectory(log.stamps, log.T_odom_base)
     error, odometry_error = (
-        _error(Trajectory(run.log.stamps, poses), wheels, case.log) for poses in (run.poses, run.odometry)
+        trajectory_error(Trajectory(run.log.stamps, poses), wheels, case.log) for poses in (run.poses, run.odometry)
     )
     return StressRun(error, odometry_error, len(run.poses), run.lost, run.odometry_only)
 
@@ -57,6 +57,11 @@ def run_stressed(case: StressCase, seed: int, config: SlamConfig) -> StressRun:
 def reference_of(log: Path, kind: str = "gt.tum") -> Path:
     """Return the path of a log's reference, which lies beside it: ``gt.tum``, or ``relations.gz``."""
     return log.with_name(f"{log.name.split('.')[0]}.{kind}")
+
+
+def log_of_case(case: StressCase) -> Log:
+    """Read the log of a case, with its lost signs put back where that is asked for."""
+    return _log(case.log, case.mended)
 
 
 @lru_cache(maxsize=2)
@@ -68,7 +73,7 @@ def _log(path: Path, mend: bool) -> Log:
     return replace(log, T_odom_base=mended(log.stamps, log.T_odom_base, reference))
 
 
-def _error(trajectory: Trajectory, wheels: Trajectory, log: Path) -> float:
+def trajectory_error(trajectory: Trajectory, wheels: Trajectory, log: Path) -> float:
     """Error against the relations of a log, or against its reference, at all of their times."""
     if (path := reference_of(log, "relations.gz")).is_file():
         relations = read_relations(path)

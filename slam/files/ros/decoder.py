@@ -72,11 +72,11 @@ def decimal_ranges(ranges: Any) -> FloatArray:
 
 def exact_bearings(angle_min: float, angle_increment: float) -> tuple[float, float]:
     """First bearing and step, given in single precision, as what they stand for: a lidar divides the turn into a whole
-    number of steps, and begins at a whole number of half ones. Where that does not fit, they are left as they are."""
+    number of steps, and begins at a whole number of half ones. Where that does not fit, as short decimals."""
     step = 2.0 * pi / max(round(2.0 * pi / angle_increment), 1) if angle_increment > 0.0 else 0.0
     first = round(2.0 * angle_min / step) * step / 2.0 if step else 0.0
     fits = abs(step - angle_increment) <= _SINGLE * step and abs(first - angle_min) <= _SINGLE * abs(angle_min)
-    return (first, step) if fits else (angle_min, angle_increment)
+    return (first, step) if fits else (decimal(angle_min), decimal(angle_increment))
 
 
 def decimal(value: float) -> float:

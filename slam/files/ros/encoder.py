@@ -1,6 +1,6 @@
 """This project's values as ROS 2 messages, in CDR: https://docs.ros.org/en/humble/p/sensor_msgs, nav_msgs, tf2_msgs."""
 
-from math import cos, sin
+from math import atan2, cos, inf, nextafter, sin
 from typing import Any, Final
 
 import numpy as np
@@ -18,6 +18,17 @@ _NO_INTENSITIES: Final = np.empty(0, np.float32)
 def nanoseconds(stamp: float) -> int:
     """Seconds as the whole nanoseconds of a ROS time; what lies beyond its ends, 1970 and 2038, is cut to them."""
     return round(1e9 * min(max(stamp, 0.0), float(_LAST_SECOND)))
+
+
+def _half_turn(theta: float) -> tuple[float, float]:
+    """Sine and cosine of half an angle, in the last bit such that the very angle is read back."""
+    s, c = sin(theta / 2.0), cos(theta / 2.0)
+    near = ((a, b) for a in _neighbours(s) for b in _neighbours(c) if 2.0 * atan2(a, b) == theta)
+    return next(near, (s, c))
+
+
+def _neighbours(value: float) -> tuple[float, float, float]:
+    return value, nextafter(value, inf), nextafter(value, -inf)
 
 
 class Encoder:
@@ -65,7 +76,7 @@ class Encoder:
         return self._make("geometry_msgs/msg/Pose", point, self._quaternion(pose.theta))
 
     def _quaternion(self, theta: float) -> Any:
-        return self._make("geometry_msgs/msg/Quaternion", 0.0, 0.0, sin(theta / 2.0), cos(theta / 2.0))
+        return self._make("geometry_msgs/msg/Quaternion", 0.0, 0.0, *_half_turn(theta))
 
     def _vector(self, x: float, y: float = 0.0, z: float = 0.0) -> Any:
         return self._make("geometry_msgs/msg/Vector3", x, y, z)

@@ -11,7 +11,7 @@ from slam.named_code import import_by_name
 if TYPE_CHECKING:
     from slam.run.results.run_record import RunRecord
 
-Format = Literal["tum", "csv", "ros", "geojson", "dxf", "svg", "carmen", "mcap", "rosbag2"]
+Format = Literal["tum", "csv", "ros", "geojson", "dxf", "svg", "carmen", "mcap", "rosbag2", "g2o"]
 FORMATS: Final[dict[Format, str]] = {
     "tum": "slam.run.export.trajectories:write_tum",
     "csv": "slam.run.export.trajectories:write_csv",
@@ -22,6 +22,7 @@ FORMATS: Final[dict[Format, str]] = {
     "carmen": "slam.run.export.carmen:write_carmen",
     "mcap": "slam.run.export.bags:write_mcap",
     "rosbag2": "slam.run.export.bags:write_rosbag2",
+    "g2o": "slam.run.export.g2o:write_g2o",
 }
 """Function of a RunRecord and a path that writes each format."""
 

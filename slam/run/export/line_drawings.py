@@ -49,7 +49,7 @@ def write_dxf(record: RunRecord, out: Path) -> None:
     space = drawing.modelspace()
     for start, end in record.walls.tolist():
         space.add_line(start, end, dxfattribs={"layer": "WALLS"})
-    way = record.traces.estimate[:, :2].tolist()
+    way = record.traces.final[:, :2].tolist()
     if len(way) > 1:
         space.add_lwpolyline(way, dxfattribs={"layer": "TRAJECTORY"})
     with atomic_file(out) as draft:
@@ -58,7 +58,7 @@ def write_dxf(record: RunRecord, out: Path) -> None:
 
 def write_svg(record: RunRecord, out: Path) -> None:
     """Write a picture in which one user unit is a metre, y up, walls black and the way of the robot blue."""
-    walls, way = record.walls, record.traces.estimate[:, :2]
+    walls, way = record.walls, record.traces.final[:, :2]
     corners = np.concatenate([walls.reshape(-1, 2), way])
     low, high = corners.min(axis=0) - _MARGIN, corners.max(axis=0) + _MARGIN
     (w, h), scale = high - low, _PIXELS / (high - low).max()

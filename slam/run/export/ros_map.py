@@ -115,7 +115,7 @@ def _beams(record: RunRecord) -> Iterator[Beams]:
     """The beams of every scan that say something, with the motion of the robot undone where the method did so too."""
     config, mount = record.config.slam, record.T_base_laser
     no_echo_reach = config.map.no_echo_reach if isinstance(config.map, SurfelMapConfig) else 0.0
-    for pose, seen in zip(record.traces.estimate.tolist(), record.observations(), strict=False):
+    for pose, seen in zip(record.traces.final.tolist(), record.observations(), strict=False):
         scan = deskewed(seen.scan, seen.odometry.twist, mount) if config.deskew else seen.scan
         T_map_laser, echoes = Pose2D(*pose) @ mount, scan.echoes
         reach = np.where(echoes, scan.ranges, np.where(scan.ranges == np.inf, min(no_echo_reach, scan.range_max), 0.0))

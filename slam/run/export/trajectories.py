@@ -14,14 +14,15 @@ from slam.run.results.run_record import RunRecord
 
 
 def write_tum(record: RunRecord, out: Path) -> None:
-    """Write one line a scan: ``stamp x y z qx qy qz qw``, map frame."""
-    rows = zip(record.traces.stamps.tolist(), record.traces.estimate.tolist(), strict=True)
+    """Write one line a scan: ``stamp x y z qx qy qz qw``, map frame, as known after the last loop was closed."""
+    rows = zip(record.traces.stamps.tolist(), record.traces.final.tolist(), strict=True)
     write_atomic(out, "".join(format_tum(stamp, Pose2D(*pose)) + "\n" for stamp, pose in rows))
 
 
 def write_csv(record: RunRecord, out: Path) -> None:
-    """Write the columns stamp, x, y, theta as estimated, as dead reckoning and, where known, as true; then those of
-    ``steps.csv``. Metres, radians, seconds, map frame."""
+    """Write the columns stamp, x, y, theta as estimated on the way, as known after the last loop was closed, where one
+    was, as dead reckoning and, where known, as true; then those of ``steps.csv``. Metres, radians, seconds, map frame.
+    """
     traces, names = record.traces, list(record.traces.steps.dtype.names or ())[1:]
     columns = [traces.stamps[:, None], *(poses for _, poses in _trajectories(record))]
     table = np.hstack([*columns, np.column_stack([traces.steps[name] for name in names])])
@@ -35,6 +36,8 @@ def write_csv(record: RunRecord, out: Path) -> None:
 def _trajectories(record: RunRecord) -> Iterator[tuple[str, FloatArray]]:
     """Prefix of the columns, and poses (K, 3)."""
     yield "", record.traces.estimate
+    if record.traces.closed is not None:
+        yield "closed_", record.traces.closed
     yield "odometry_", record.traces.odometry
     if record.traces.truth is not None:
         yield "truth_", record.traces.truth

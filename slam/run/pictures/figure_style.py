@@ -33,6 +33,10 @@ class Palette:
     odometry: str = "#d55e00"
     truth: str = "#1f2328"
     accent: str = "#8a2be2"
+    loop: str = "#009e73"
+    """Loops, and what is known with all of them closed."""
+    doubt: str = "#b0005a"
+    """Loops that are not believed."""
 
     def curve(self, k: int) -> tuple[str, str]:
         """Colour and line style of the k-th of several curves on the same axes; twelve are unlike."""

@@ -11,9 +11,11 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from slam.files.atomic_files import atomic_file
+from slam.files.graphs.file import read_graph
 from slam.files.tum import read_tum
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray, Pose2D, compose_poses, inverse_poses
 from slam.run.pictures.figure_style import PAPER, Palette, figure_size, plain_axes, save_figure
+from slam.run.pictures.loop_lines import LoopLines, draw_loops
 from slam.run.results.run_record import RunRecord
 from slam.scenario.solids import rectangle
 
@@ -42,6 +44,9 @@ class MapContents:
     outlines: Sequence[FloatArray] = ()
     """(C, 2) each: the true walls."""
     points: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
+    loops: LoopLines | None = None
+    name: str = "SLAM"
+    """Of the estimate."""
 
     @property
     def extent(self) -> tuple[FloatArray, FloatArray]:
@@ -56,9 +61,34 @@ class MapContents:
 
 
 def contents_of(record: RunRecord) -> MapContents:
-    """Map and trajectories of a run."""
-    traces = record.traces
-    return MapContents(record.walls, traces.estimate, traces.odometry, traces.truth, record.outlines)
+    """Map, trajectories and loops of a run, as they are known in the end."""
+    traces, graph = record.traces, record.graph
+    loops = None if graph is None or traces.closed is None else LoopLines.of(graph, traces.closed)
+    return MapContents(record.walls, traces.final, traces.odometry, traces.truth, record.outlines, loops=loops)
+
+
+def contents_without_loops(record: RunRecord) -> MapContents | None:
+    """The same as odometry and matching alone would have it, every segment that was seen in the place of the map; None
+    of a run whose loops were not closed."""
+    traces, graph = record.traces, record.graph
+    if traces.local is None or traces.closed is None or graph is None:
+        return None
+    scans, ends = record.segments
+    known = scans < len(traces.stamps)
+    scans, ends = scans[known], ends[known]
+    T_local_map = compose_poses(traces.local, inverse_poses(traces.estimate))[scans]
+    loops = LoopLines.of(graph, traces.local)
+    walls = transform_ends(T_local_map, ends)
+    return MapContents(
+        walls, traces.local, traces.odometry, traces.truth, record.outlines, loops=loops, name="SLAM without loops"
+    )
+
+
+def transform_ends(poses: FloatArray, ends: FloatArray) -> FloatArray:
+    """Lines (M, 2, 2), each given in the frame of a pose of its own (M, 3)."""
+    c, s = np.cos(poses[:, 2, None]), np.sin(poses[:, 2, None])
+    x, y = ends[..., 0], ends[..., 1]
+    return np.stack([poses[:, 0, None] + c * x - s * y, poses[:, 1, None] + s * x + c * y], axis=-1)
 
 
 def draw_contents(axes: Axes, contents: MapContents, colours: Palette) -> None:
@@ -87,26 +117,33 @@ def draw_contents(axes: Axes, contents: MapContents, colours: Palette) -> None:
 def _draw_ways(axes: Axes, contents: MapContents, colours: Palette) -> None:
     axes.plot(*contents.odometry.T[:2], color=colours.odometry, linewidth=1.3, label="dead reckoning", zorder=4)
     axes.plot(*contents.odometry[-1, :2], "o", color=colours.odometry, markersize=4, zorder=4)
-    axes.plot(*contents.estimate.T[:2], color=colours.slam, linewidth=2.0, label="SLAM", zorder=5)
+    axes.plot(*contents.estimate.T[:2], color=colours.slam, linewidth=2.0, label=contents.name, zorder=5)
     if contents.truth is not None:
         axes.plot(*contents.truth.T[:2], color=colours.truth, linewidth=0.8, dashes=(4, 3), label="truth", zorder=6)
     robot = Pose2D(*contents.estimate[-1]).transform(ROBOT)
     axes.fill(*robot.T, facecolor=colours.slam, alpha=0.35, linewidth=0.0, zorder=7)
     axes.fill(*robot.T, facecolor="none", edgecolor=colours.slam, linewidth=1.2, zorder=7)
+    if contents.loops is not None:
+        draw_loops(axes, contents.loops, colours)
 
 
 def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outlines: Sequence[FloatArray]) -> None:
     """Write ``map.png`` into a run folder that has at least one step.
 
     ``points`` (N, 2), ``segment_ends`` (M, 2, 2) and the true wall ``outlines`` are in metres, map frame; the
-    trajectories are read from the folder.
+    trajectories, and the loops where some were closed, are read from the folder.
     """
+    closed, truth = (_poses(folder / f"{name}.tum") for name in ("closed", "groundtruth"))
     estimate, odometry = (read_tum(folder / f"{name}.tum")[1] for name in ("trajectory", "odometry"))
-    truth_file = folder / "groundtruth.tum"
-    truth = read_tum(truth_file)[1] if truth_file.is_file() else None
-    contents = MapContents(segment_ends, estimate, odometry, truth, outlines, points)
+    loops = None if closed is None else LoopLines.of(read_graph(folder / "graph.json"), closed)
+    final = estimate if closed is None else closed
+    contents = MapContents(segment_ends, final, odometry, truth, outlines, points, loops)
     with atomic_file(folder / "map.png") as draft:
         save_figure(map_figure(contents), draft, dpi=130)
+
+
+def _poses(path: Path) -> FloatArray | None:
+    return read_tum(path)[1] if path.is_file() else None
 
 
 def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float = 13.0, bare: bool = False) -> Figure:
@@ -135,7 +172,7 @@ def end_error_text(contents: MapContents, truth: FloatArray) -> str:
     """Distances of the ends of both trajectories from the true one."""
     ends = (way[min(len(way), len(truth)) - 1] for way in (contents.estimate, contents.odometry))
     ours, off = (distance_text(float(np.hypot(*(end - truth[-1])[:2]))) for end in ends)
-    return f"SLAM ends {ours} from the truth, dead reckoning {off}"
+    return f"{contents.name} ends {ours} from the truth, dead reckoning {off}"
 
 
 def distance_text(metres: float) -> str:

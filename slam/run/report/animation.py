@@ -10,9 +10,13 @@ from scipy.spatial import cKDTree
 
 from slam.errors import InputError
 from slam.files.atomic_files import atomic_file, require_writable
+from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
+from slam.run.pictures.loop_lines import loops_until
+from slam.run.pictures.map_picture import contents_of
 from slam.run.report.map_canvas import MapCanvas
 from slam.run.results.run_record import RunRecord
+from slam.run.results.traces import Traces
 
 _PIECE: Final = 0.08
 """Walls appear in pieces of this length, metres ..."""
@@ -56,6 +60,46 @@ class AppearingSegments:
         return ends
 
 
+class GrowingMap:
+    """The map as it was known scan by scan: what was seen since the last closed loop where it was taken to be then, and
+    all that was seen before where it is known to be in the end."""
+
+    def __init__(self, record: RunRecord, canvas: MapCanvas) -> None:
+        self._traces, self._canvas = record.traces, canvas
+        self._lines = AppearingSegments(record) if record.saved_map is None else AppearingWalls(record.walls)
+        self._loops = None if contents_of(record).loops is None else record.graph
+        self._closures = _closures(record.traces)
+        self._drawn: list[FloatArray] = []  # in their final places
+        self._since = 0  # the scan of the last closure
+
+    def picture(self, k: int, points: FloatArray, last: bool) -> Image.Image:
+        """The picture at the scan ``k``, which saw these points (N, 2), base frame; the last one is of what is known in
+        the end."""
+        traces = self._traces
+        at, final = Pose2D.from_array(traces.estimate[k]), Pose2D.from_array(traces.final[k])
+        new = self._lines.seen(k, final.transform(points))
+        self._drawn.append(new)
+        since = len(traces.stamps) if last and self._loops else int(self._closures[k])
+        if since > self._since:
+            self._since, at = since, final if last else at
+            self._canvas.clear()
+            self._canvas.add_lines(np.concatenate(self._drawn))
+            if self._loops is not None:
+                self._canvas.add_loops(loops_until(self._loops, traces.final, k))
+        else:
+            self._canvas.add_lines((at @ final.inverse()).transform(new.reshape(-1, 2)).reshape(-1, 2, 2))
+        way = np.concatenate([traces.final[: self._since], traces.estimate[self._since : k + 1]])[: k + 1]
+        return self._canvas.picture(k, at.transform(points), way)
+
+
+def _closures(traces: Traces) -> IntArray:
+    """For each scan the last one, it or an earlier one, at which a closure was taken over, (K,); 0 for none."""
+    closed = np.zeros(len(traces.stamps), np.bool_)
+    if traces.closed is not None and traces.local is not None:
+        closed = np.asarray(traces.steps["closure"] >= 0)
+    return np.asarray(np.maximum.accumulate(np.where(closed, np.arange(len(closed)), 0)))
+
+
 def _pieces(walls: FloatArray) -> FloatArray:
     """The walls cut into short pieces, (P, 2, 2)."""
     parts = [np.empty((0, 2, 2))]
@@ -81,11 +125,9 @@ def write_animation(record: RunRecord, path: Path, seconds: float = 8.0, width: 
 
 def _frames(record: RunRecord, count: int, width: int) -> Iterator[Image.Image]:
     """``count`` pictures, evenly over the scans of the run, the last scan among them."""
-    canvas, traces = MapCanvas(record, width), record.traces
-    lines = AppearingSegments(record) if record.saved_map is None else AppearingWalls(record.walls)
-    shown = set(np.unique(np.linspace(0, len(traces.stamps) - 1, count).astype(int)).tolist())
+    growing = GrowingMap(record, MapCanvas(record, width))
+    last = len(record.traces.stamps) - 1
+    shown = set(np.unique(np.linspace(0, last, count).astype(int)).tolist())
     for k, observation in enumerate(record.observations()):
         if k in shown:
-            points = (Pose2D.from_array(traces.estimate[k]) @ record.T_base_laser).transform(observation.scan.points())
-            canvas.add_lines(lines.seen(k, points))
-            yield canvas.picture(k, points)
+            yield growing.picture(k, record.T_base_laser.transform(observation.scan.points()), k == last)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from slam.files.atomic_files import atomic_file
 from slam.run.pictures.error_curves import paper_curves
 from slam.run.pictures.figure_style import save_figure
-from slam.run.pictures.map_picture import contents_of, map_figure
+from slam.run.pictures.map_picture import contents_of, contents_without_loops, map_figure
 from slam.run.report.paper_maps import fig_15, fig_16, fig_21, scan_points
 from slam.run.report.run_plots import distance_figure, error_figure, iterations_figure, timing_figure
 from slam.run.results.run_record import RunRecord
@@ -37,6 +37,8 @@ def run_figures(record: RunRecord) -> Iterator[tuple[str, Figure]]:
     """Figures by the names of their files; those that need the truth only where it is known."""
     traces = record.traces
     yield "map", map_figure(contents_of(record), longest=8.0)
+    if (before := contents_without_loops(record)) is not None:
+        yield "map_without_loops", map_figure(before, longest=8.0)
     yield "errors", error_figure(traces)
     if (distance := distance_figure([("", traces)])) is not None:
         yield "distance", distance

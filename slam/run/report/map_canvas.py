@@ -1,5 +1,6 @@
 """One picture after another of a map that grows: what stays is drawn once, what moves on a copy."""
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -7,6 +8,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from slam.pose import FloatArray, Pose2D
 from slam.run.pictures.figure_style import PAPER
+from slam.run.pictures.loop_lines import LoopLines
 from slam.run.pictures.map_picture import ROBOT, contents_of
 from slam.run.results.run_record import RunRecord
 
@@ -14,7 +16,8 @@ _FINE: Final = 2
 """Drawn so many times larger and then reduced: smooth lines."""
 _WHITE: Final = "#ffffff"
 _NAMES: Final = (
-    ("mapped lines", PAPER.wall), ("scan", PAPER.accent), ("SLAM", PAPER.slam), ("dead reckoning", PAPER.odometry)
+    ("mapped lines", PAPER.wall), ("scan", PAPER.accent), ("SLAM", PAPER.slam), ("dead reckoning", PAPER.odometry),
+    ("loops", PAPER.loop),
 )  # fmt: skip
 _GAP: Final = 14
 """Pixels between the colours' names, and above the map in all."""
@@ -36,10 +39,16 @@ class MapCanvas:
         across = max(int(size[0]), _FINE * _NARROWEST)
         letters = _FINE * max(9, min(width, across // _FINE) // 68)
         self._font = ImageFont.load_default(letters)
-        self._names, head = self._placed(across, letters)
+        names = _NAMES if record.graph is not None and record.graph.loops else _NAMES[:-1]
+        self._names, head = self._placed(names, across, letters)
         self._size = across, int(size[1]) + head
+        self._outlines = record.outlines
+        self.clear()
+
+    def clear(self) -> None:
+        """Take away all that was drawn to stay."""
         self._map = Image.new("RGB", self._size, _WHITE)
-        for outline in record.outlines:
+        for outline in self._outlines:
             ImageDraw.Draw(self._map).polygon(self._pixels(outline), fill=PAPER.solid)
 
     def add_lines(self, ends: FloatArray) -> None:
@@ -48,16 +57,30 @@ class MapCanvas:
         for segment in ends:
             draw.line(self._pixels(segment), fill=PAPER.wall, width=2 * _FINE)
 
-    def picture(self, k: int, scan: FloatArray) -> Image.Image:
-        """The picture at the scan ``k`` of the run, which saw the points ``scan`` (N, 2), metres, map frame."""
+    def add_loops(self, loops: LoopLines) -> None:
+        """Draw loops that stay, the doubtful ones crossed out."""
+        draw = ImageDraw.Draw(self._map)
+        for ends, believed in zip(loops.ends, loops.believed, strict=True):
+            colour = PAPER.loop if believed else PAPER.doubt
+            draw.line(self._pixels(ends), fill=colour, width=2 * _FINE)
+            (x, y), r = self._pixels(ends.mean(axis=0)[None])[0], 3 * _FINE
+            if believed:
+                draw.ellipse((x - r, y - r, x + r, y + r), fill=colour)
+            else:
+                draw.line((x - r, y - r, x + r, y + r), fill=colour, width=_FINE)
+                draw.line((x - r, y + r, x + r, y - r), fill=colour, width=_FINE)
+
+    def picture(self, k: int, scan: FloatArray, way: FloatArray) -> Image.Image:
+        """The picture at the scan ``k`` of the run, which saw the points ``scan`` (N, 2), metres, map frame, after the
+        robot went this ``way`` (k + 1, 3)."""
         traces = self._traces
         image = self._map.copy()
         draw = ImageDraw.Draw(image)
         for x, y in self._pixels(scan):
             draw.ellipse((x - _FINE, y - _FINE, x + _FINE, y + _FINE), fill=PAPER.accent)
         self._draw_path(draw, traces.odometry[: k + 1], PAPER.odometry)
-        self._draw_path(draw, traces.estimate[: k + 1], PAPER.slam)
-        draw.polygon(self._pixels(Pose2D.from_array(traces.estimate[k]).transform(ROBOT)), fill=PAPER.slam)
+        self._draw_path(draw, way, PAPER.slam)
+        draw.polygon(self._pixels(Pose2D.from_array(way[-1]).transform(ROBOT)), fill=PAPER.slam)
         time = f"{traces.stamps[k] - traces.stamps[0]:5.1f} s"
         for place, text, colour in self._names:
             draw.text(place, text or time, fill=colour, font=self._font)
@@ -67,11 +90,13 @@ class MapCanvas:
         if len(poses) > 1:
             draw.line(self._pixels(poses[:, :2]), fill=colour, width=2 * _FINE, joint="curve")
 
-    def _placed(self, across: int, letters: int) -> tuple[list[tuple[tuple[int, int], str, str]], int]:
+    def _placed(
+        self, names: Sequence[tuple[str, str]], across: int, letters: int
+    ) -> tuple[list[tuple[tuple[int, int], str, str]], int]:
         """Place the time (an empty text) and the names in as many rows as they need; also return the rows' height."""
         gap, height = _FINE * _GAP, 3 * letters // 2
         x, y, places = gap // 2, gap // 2, []
-        for text, colour in (("", PAPER.faint), *_NAMES):
+        for text, colour in (("", PAPER.faint), *names):
             length = int(self._font.getlength(text or "10000.0 s"))
             if x + length > across - gap // 2:
                 x, y = gap // 2, y + height

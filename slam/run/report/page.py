@@ -64,11 +64,11 @@ class Cell:
     best: bool = False
 
 
-def metric_rows(runs: Sequence[Mapping[str, Any]]) -> list[tuple[Metric, list[Cell], list[Cell]]]:
-    """Every metric that one of the runs has, with a cell for each run, and one for its dead reckoning; the best of
-    several that ended as they should is marked."""
+def metric_rows(runs: Sequence[Mapping[str, Any]]) -> list[tuple[Metric, list[Cell], list[Cell], list[Cell]]]:
+    """Every metric that one of the runs has, with a cell for each run, one for it with its loops closed, and one for
+    its dead reckoning; the best of several that ended as they should is marked."""
     return [
-        (metric, _cells(metric, runs), _reckoned(metric, runs))
+        (metric, _cells(metric, runs), _others(metric, "closed", runs), _others(metric, "odometry", runs))
         for metric in METRICS.values()
         if any(metric.key in run for run in runs)
     ]
@@ -94,6 +94,6 @@ def _best(metric: Metric, values: Sequence[Any]) -> str | None:
     return metric.shown(min(values) if metric.less_is_better else max(values))
 
 
-def _reckoned(metric: Metric, runs: Sequence[Mapping[str, Any]]) -> list[Cell]:
-    values = [run.get(f"odometry_{metric.key}") for run in runs]
+def _others(metric: Metric, prefix: str, runs: Sequence[Mapping[str, Any]]) -> list[Cell]:
+    values = [run.get(f"{prefix}_{metric.key}") for run in runs]
     return [Cell("" if value is None else metric.shown(value)) for value in values]

@@ -15,6 +15,7 @@ from slam.run.results.traces import Traces, pose_errors
 
 _LEGEND: Final = 66
 """Characters side by side in a legend."""
+_CLOSED_DASH: Final = "--"
 SIGMAS: Final = 3.0
 """The band about zero is so many standard deviations of the estimate wide, to each side."""
 CAPTIONS: Final = {
@@ -29,7 +30,8 @@ def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
     """Estimate less truth over time, in x, y and heading, with the bound that the estimate claims; less dead reckoning
     where no truth is known."""
     known = traces.truth is not None
-    errors = pose_errors(traces.estimate, traces.odometry if traces.truth is None else traces.truth)
+    against = traces.odometry if traces.truth is None else traces.truth
+    errors = pose_errors(traces.estimate, against)
     figure = Figure(figsize=(5.4, 4.8))
     figure.subplots_adjust(0.13, 0.095, 0.965, 0.985, hspace=0.12)
     rows = figure.subplots(3, 1, sharex=True)
@@ -38,9 +40,20 @@ def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
         if known and has_variance(traces, variance):
             bound = SIGMAS * scale * np.sqrt(traces.steps[variance])
             axes.fill_between(traces.stamps, -bound, bound, color=colours.slam, alpha=0.18, linewidth=0.0)
-        axes.plot(traces.stamps, scale * column, color=colours.slam, linewidth=1.1)
+        axes.plot(traces.stamps, scale * column, color=colours.slam, linewidth=1.1, label="SLAM, on the way")
         axes.set_ylabel(f"{name} {'error' if known else 'correction'} [{unit}]")
     axes.set_xlabel("time [s]")
+    if traces.closed is not None:
+        for axes, column, (_, _, scale, _) in zip(rows, pose_errors(traces.closed, against).T, _ROWS, strict=True):
+            axes.plot(
+                traces.stamps,
+                scale * column,
+                _CLOSED_DASH,
+                color=colours.loop,
+                linewidth=1.1,
+                label="loops closed",
+            )
+        _legend(rows[0], colours)
     return figure
 
 
@@ -75,6 +88,9 @@ def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER
         alone, (colour, dash) = len(runs) == 1, colours.curve(k)
         axes.plot(way, _off(traces.estimate, truth), dash, color=colour, linewidth=1.3, label="SLAM" if alone else name)
         if alone:
+            if traces.closed is not None:
+                off = _off(traces.closed, truth)
+                axes.plot(way, off, _CLOSED_DASH, color=colours.loop, linewidth=1.3, label="loops closed")
             axes.plot(way, _off(traces.odometry, truth), color=colours.odometry, linewidth=1.1, label="dead reckoning")
     axes.set(yscale="log", xlabel="way travelled [m]", ylabel="position error [m]")
     _plain_numbers(axes.yaxis)

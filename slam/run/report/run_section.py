@@ -12,10 +12,11 @@ import numpy as np
 from markupsafe import Markup
 
 from slam.config import SlamConfig
-from slam.run.pictures.map_picture import contents_of, end_error_text, map_figure
+from slam.graph.loop import Proposal
+from slam.run.pictures.map_picture import contents_of, contents_without_loops, end_error_text, map_figure
 from slam.run.report import run_plots
 from slam.run.report.faults import faults
-from slam.run.report.inline_svg import THEMED, inline_figures
+from slam.run.report.inline_svg import THEMED, inline_figures, inline_svg
 from slam.run.report.run_plots import CAPTIONS, SIGMAS
 from slam.run.results.metrics import measure
 from slam.run.results.run_record import RunRecord
@@ -23,6 +24,9 @@ from slam.scenario.schema import Scenario
 
 _LONGEST: Final = 60
 """Characters of a value; a longer list is counted."""
+_PROPOSALS: Final[dict[Proposal, str]] = {
+    "odometry": "the way there", "walls": "the walls", "break": "the place of a break",
+}  # fmt: skip
 PERCENTILES = (50, 90, 99, 100)
 
 
@@ -59,6 +63,18 @@ def _text(value: Any) -> str:
 
 
 @dataclass(frozen=True, slots=True)
+class LoopRow:
+    """What a table says of one loop."""
+
+    found: str
+    time: str
+    agreement: str
+    proposal: str
+    weight: str
+    believed: bool
+
+
+@dataclass(frozen=True, slots=True)
 class RunSection:
     """Everything that the page says of one run, as text and pictures."""
 
@@ -74,6 +90,10 @@ class RunSection:
     """Each with its caption; the map first."""
     timing: list[tuple[str, list[str]]]
     """Milliseconds at the PERCENTILES."""
+    before: Markup | None
+    """The map as it would be without loops; None where none were closed."""
+    loops: list[LoopRow]
+    """The least believed first."""
     changes: list[Change]
     config_text: str
     command: str
@@ -92,6 +112,8 @@ def run_section(record: RunRecord, key: str, name: str) -> RunSection:
         faults=faults(record, metrics),
         plots=_plots(record, key),
         timing=_timing(record),
+        before=_before(record, key),
+        loops=_loops(record),
         changes=changes(record.config),
         config_text=(record.folder / "config.yaml").read_text(encoding="utf-8"),
         command=command(record, metrics),
@@ -132,6 +154,33 @@ def _plots(record: RunRecord, key: str) -> list[tuple[Markup, str]]:
         "timing": (run_plots.timing_figure(alone, THEMED), CAPTIONS["timing"]),
     }
     return inline_figures(figures, key)
+
+
+def _before(record: RunRecord, key: str) -> Markup | None:
+    contents = contents_without_loops(record)
+    if contents is None or contents.loops is None or not len(contents.loops.ends):
+        return None
+    return inline_svg(map_figure(contents, THEMED, 8.4, bare=True), f"{key}-before", "map without loops")
+
+
+def _loops(record: RunRecord) -> list[LoopRow]:
+    graph, stamps = record.graph, record.traces.stamps
+    if graph is None:
+        return []
+    rows = []
+    for k in np.argsort(graph.weights, kind="stable").tolist():
+        loop, (scan, _) = graph.loops[k], graph.loop_scans[k]
+        rows.append(
+            LoopRow(
+                found=f"{loop.submap} in {loop.other}",
+                time=f"{stamps[min(scan, len(stamps) - 1)] - stamps[0]:.1f}",
+                agreement=f"{loop.agreeing} of {loop.tested}, {loop.share:.0%}" + ", one way open" * loop.ambiguous,
+                proposal=_PROPOSALS[loop.proposal],
+                weight=f"{graph.weights[k]:.2f}",
+                believed=bool(graph.believed[k]),
+            )
+        )
+    return rows
 
 
 def _timing(record: RunRecord) -> list[tuple[str, list[str]]]:

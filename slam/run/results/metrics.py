@@ -18,16 +18,21 @@ def measure(folder: Path) -> dict[str, Any]:
     """The metrics of a run folder; errors only where it has ``groundtruth.tum``, and only ``scans`` = 0 for no step.
 
     Errors compare ``T_map_base`` with the truth scan by scan and without alignment: both begin at the same known pose.
+    Those of ``closed_...`` are of the trajectory after the last loop was closed, where there is one.
     """
     traces = Traces.read(folder)
     if traces is None:
         return {"scans": 0}
     stamps, truth = traces.stamps, traces.truth
     metrics: dict[str, Any] = {"scans": len(stamps), "duration_s": round(float(stamps[-1] - stamps[0]), 6)}
-    steps = np.diff((traces.estimate if truth is None else truth)[:, :2], axis=0)
+    steps = np.diff((traces.final if truth is None else truth)[:, :2], axis=0)
     metrics["path_m"] = round(float(np.hypot(*steps.T).sum()), 4)
     if truth is not None:
         metrics |= _errors(traces.estimate, truth, "") | _errors(traces.odometry, truth, "odometry_")
+    if truth is not None and traces.closed is not None:
+        metrics |= _errors(traces.closed, truth, "closed_")
+    if "closure" in (traces.steps.dtype.names or ()):
+        metrics["closures"] = int((traces.steps["closure"] >= 0).sum())
     return metrics | _work(traces.steps) | _odometry_only(traces)
 
 

@@ -14,6 +14,7 @@ from slam.run.step import Step
 STEP_COLUMNS: Final = (
     "stamp", "mapped", "iterations", "converged", "map_points", "segments", "extraction_ms", "slam_ms", "v", "omega",
     "lost", "cov_xx", "cov_xy", "cov_xth", "cov_yy", "cov_yth", "cov_thth", "odometry_only",
+    "local_x", "local_y", "local_theta", "closure",
 )  # fmt: skip
 _UPPER: Final = np.triu_indices(3)
 
@@ -51,12 +52,14 @@ class Recorder(Closing):
                 file.close()
 
     def _row(self, step: Step) -> str:
-        estimate, match = step.estimate, step.estimate.match
+        estimate, match, local = step.estimate, step.estimate.match, step.estimate.T_local_base
         values = (
             f"{estimate.stamp:.6f}", int(estimate.mapped), match.iterations, int(match.converged), estimate.map_points,
             len(estimate.segments) if estimate.segments is not None else 0, f"{1e3 * estimate.extraction_time:.4f}",
             f"{1e3 * estimate.total_time:.4f}", f"{step.applied.linear:.6f}", f"{step.applied.angular:.6f}",
             int(estimate.lost), *_covariance(estimate.covariance), int(estimate.odometry_only),
+            f"{local.x:.6f}", f"{local.y:.6f}", f"{local.theta:.9f}",
+            -1 if estimate.closure is None else estimate.closure.submap,
         )  # fmt: skip
         return ",".join(map(str, values)) + "\n"
 

@@ -10,8 +10,10 @@ from typing import Any, Self
 import numpy as np
 
 from slam.errors import InputError
+from slam.files.graphs.file import read_graph
 from slam.files.logs.read import RUN_LOG
 from slam.files.maps.file import read_map
+from slam.graph.run_graph import RunGraph
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
@@ -90,7 +92,15 @@ class RunRecord:
     def saved_map(self) -> SavedSlam | None:
         """``map.json``; None in paper mode, and where the run was cut off or did not change the map."""
         path = self.folder / "map.json"
-        return read_map(path, self.config.slam) if path.is_file() else None
+        again = self.folder / "closed.yaml"  # the settings of hopslam optimize, where they are others
+        config = read_scenario(again) if again.is_file() else self.config
+        return read_map(path, config.slam) if path.is_file() else None
+
+    @cached_property
+    def graph(self) -> RunGraph | None:
+        """``graph.json``; None where no loops were closed at the end."""
+        path = self.folder / "graph.json"
+        return read_graph(path) if path.is_file() else None
 
     @property
     def walls(self) -> FloatArray:

@@ -7,6 +7,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from slam.errors import InputError
 from slam.files.tum import read_tum
 from slam.pose import FloatArray, wrap_angles
 
@@ -25,6 +26,21 @@ class Traces:
     """... and as it was, where that is known."""
     steps: NDArray[Any]
     """(K,) records, named as the columns of ``steps.csv``."""
+    closed: FloatArray | None = None
+    """(K, 3): ``T_map_base`` as it is known after the last loop was closed; None where none was, and where the run was
+    cut off before."""
+
+    @property
+    def final(self) -> FloatArray:
+        """(K, 3): the best that is known of ``T_map_base``, with all that came later where loops were closed."""
+        return self.estimate if self.closed is None else self.closed
+
+    @property
+    def local(self) -> FloatArray | None:
+        """(K, 3): ``T_local_base``, as odometry and matching have it without any closed loop; None of an older run."""
+        if "local_x" not in (self.steps.dtype.names or ()):
+            return None
+        return np.column_stack([self.steps[name] for name in ("local_x", "local_y", "local_theta")])
 
     @property
     def odometry_only(self) -> NDArray[np.bool_]:
@@ -45,7 +61,21 @@ class Traces:
         truth = read_tum(truth_file)[1] if truth_file.is_file() else None
         steps = np.atleast_1d(np.genfromtxt(folder / "steps.csv", delimiter=",", names=True))
         K = min(map(len, (stamps, odometry, steps, stamps if truth is None else truth)))
-        return cls(stamps[:K], estimate[:K], odometry[:K], None if truth is None else truth[:K], steps[:K])
+        closed = _closed(folder / "closed.tum", len(stamps))
+        truth, closed = (None if poses is None else poses[:K] for poses in (truth, closed))
+        return cls(stamps[:K], estimate[:K], odometry[:K], truth, steps[:K], closed)
+
+
+def _closed(path: Path, count: int) -> FloatArray | None:
+    """The closed trajectory, which has a pose for each of so many scans; InputError where it has not."""
+    if not path.is_file():
+        return None
+    poses = read_tum(path)[1]
+    if len(poses) != count:
+        raise InputError(
+            f"{path}: has {len(poses)} poses for {count} scans; remove it, and the run counts as not closed"
+        )
+    return poses
 
 
 def _has_lines(path: Path, count: int) -> bool:

@@ -31,11 +31,21 @@ class Delta(NamedTuple):
 
 
 def read_trajectory(path: Path) -> Trajectory:
-    """The estimate of a run folder, or the poses of a TUM file; InputError for what is neither."""
+    """What is known in the end of a run folder, or the poses of a TUM file; InputError for what is neither."""
     if path.is_dir():
         traces = RunRecord.open(path).traces
-        return Trajectory(traces.stamps, traces.estimate)
+        return Trajectory(traces.stamps, traces.final)
     return Trajectory(*read_tum(path))
+
+
+def trajectories_to_score(path: Path) -> dict[str, Trajectory]:
+    """By what stands before the names of their scores: of a run folder the estimate as it was known on the way, and
+    where its loops were closed what is known in the end; or the poses of a TUM file. InputError for what is neither."""
+    if not path.is_dir():
+        return {"": Trajectory(*read_tum(path))}
+    traces = RunRecord.open(path).traces
+    known = {"": traces.estimate} if traces.closed is None else {"": traces.estimate, "closed: ": traces.closed}
+    return {name: Trajectory(traces.stamps, poses) for name, poses in known.items()}
 
 
 def reference_of(path: Path, given: Path | None) -> Path:

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 from slam.pose import FloatArray
 from slam.run.estimator import Estimator
-from slam.run.viewer.chunks import Chunk, event_chunk, frame_chunks, map_chunks, plot_chunks, stroke_chunks
+from slam.run.viewer.chunks import Chunk, event_chunk, frame_chunks, loop_chunks, map_chunks, plot_chunks, stroke_chunks
 from slam.run.viewer.scene import Event, Frame, Scene
 
 _BYTES_A_SCAN: Final = 500.0
@@ -36,16 +36,21 @@ class MapUpdates:
 
     def __init__(self, slam: Estimator) -> None:
         self._slam = slam
-        self._shown, self._due = -1, 0
+        self._shown, self._due, self._moved = -1, 0, False
+
+    def move(self) -> None:
+        """The map has moved as a whole: it is due at once."""
+        self._due, self._moved = 0, True
 
     def due(self, frame: Frame, last: bool = False) -> MapSnapshot | None:
         """The map at this scan, if it has changed and is due, or is the last."""
         size = len(self._slam.points)
-        if not size or (frame.index < self._due and not last) or size == self._shown:
+        if not size or (frame.index < self._due and not last) or (size == self._shown and not self._moved):
             return None
         points = _thinned(self._slam.points.points, _MOST_POINTS)
         lines = _thinned(self._slam.lines.ends, _MOST_LINES)
         sent = 12 * len(points) + 24 * len(lines)
+        self._moved = False
         self._shown, self._due = size, frame.index + max(_LEAST_WAIT, round(sent / _BYTES_A_SCAN))
         return MapSnapshot(frame.index, frame.stamp, points, lines)
 
@@ -83,6 +88,9 @@ class Batch(NamedTuple):
         """Chunks of the batch, as rerun takes them."""
         if self.frames:
             yield from frame_chunks(self.frames)
+        for frame in self.frames:
+            if frame.loops is not None:
+                yield from loop_chunks(frame.index, frame.stamp, frame.loops)
         if self.trail:
             yield from stroke_chunks(self.before, self.trail)
             yield from plot_chunks(self.trail, plots)
@@ -110,6 +118,8 @@ class Batcher:
 
     def show(self, frame: Frame, events: Sequence[Event]) -> None:
         """Take one scan; send, when it is time."""
+        if frame.jumped and self._map_updates is not None:
+            self._map_updates.move()
         self._frames.append(frame)
         self._trail.append(frame)
         self._events += events

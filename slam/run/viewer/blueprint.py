@@ -25,6 +25,10 @@ _NOW: Final = rrb.TimeRangeBoundary.cursor_relative()
 _SO_FAR: Final = rrb.VisibleTimeRanges(
     [rrb.VisibleTimeRange(timeline, start=_ALL, end=_NOW) for timeline in ("time", "scan")]
 )
+_TITLE: Final = (
+    "map: SLAM blue, with loops closed green, truth yellow, dead reckoning orange, planned violet; "
+    "loops lime, doubtful ones pink and crossed out; walls: mapped white, true grey"
+)
 _STROKES: Final = ("slam", "odometry", "truth")
 
 
@@ -65,7 +69,7 @@ def _plan(extent: Extent, sight: tuple[float, float]) -> rrb.Spatial3DView:
     height = _MARGIN * float(max(width / sight[0], depth / sight[1], 2.0))
     ground = rr.components.Plane3D.XY.with_distance(-0.05)
     return rrb.Spatial3DView(
-        name="map: SLAM blue, truth yellow, dead reckoning orange, planned violet; walls: mapped white, true grey",
+        name=_TITLE,
         origin="/map",
         background=rrb.Background(color=palette.GROUND),
         line_grid=rrb.LineGrid3D(visible=True, spacing=1.0, plane=ground, stroke_width=0.5, color=palette.GRID),

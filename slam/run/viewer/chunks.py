@@ -11,6 +11,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from slam.pose import FloatArray, Pose2D, stack_poses
+from slam.run.viewer.loop_events import LoopsShown
 from slam.run.viewer.palette import END_MARK, START_MARK
 from slam.run.viewer.scene import PLOTS, Event, Frame
 
@@ -19,6 +20,9 @@ _RADIUS_95: Final = 2.4477
 """Radius of the circle that holds 95 % of a normal distribution of unit variance in the plane: sqrt(-2 ln 0.05)."""
 _ARROW: Final = 1.2
 """Metres to each side."""
+_DASH: Final = 0.2
+"""Metres of a dash, and of the gap behind it."""
+_NO_LINES: Final = np.empty((0, 2, 2))
 _LEAST: Final = 0.05
 """Length in the plane of an unconstrained direction: below it, the direction is a heading."""
 
@@ -101,7 +105,11 @@ def stroke_chunks(before: Frame | None, frames: Sequence[Frame]) -> Iterator[Chu
         "odometry": lambda frame: frame.odometry, "slam": lambda frame: frame.slam, "truth": lambda frame: frame.truth,
     }  # fmt: skip
     for height, (name, pose) in enumerate(poses.items()):
-        strokes = [(b, p.translation, q.translation) for a, b in pairwise(chain) if (p := pose(a)) and (q := pose(b))]
+        strokes = [
+            (b, p.translation, q.translation)
+            for a, b in pairwise(chain)
+            if (p := pose(a)) and (q := pose(b)) and not (b.jumped and name == "slam")
+        ]
         if strokes:
             when = _times([frame.index for frame, *_ in strokes], [frame.stamp for frame, *_ in strokes])
             strips = at_height(np.array([ends for _, *ends in strokes]), 0.02 + 0.005 * height)
@@ -130,6 +138,31 @@ def map_chunks(index: int, stamp: float, points: FloatArray, ends: FloatArray) -
     when = _times([index], [stamp])
     yield Chunk("map/points", when, rr.Points3D.columns(positions=at_height(points, 0.0)).partition([len(points)]))
     yield Chunk("map/lines", when, rr.LineStrips3D.columns(strips=at_height(ends, 0.01)).partition([len(ends)]))
+
+
+def loop_chunks(index: int, stamp: float, shown: LoopsShown) -> Iterator[Chunk]:
+    """The way and the loops as they are known from one scan on; doubtful ones are dashed and crossed out."""
+    when = _times([index], [stamp])
+    if len(shown.path):
+        way = rr.LineStrips3D.columns(strips=[at_height(shown.path, 0.04)]).partition([1])
+        yield Chunk("map/trajectory/closed", when, way)
+    lines = rr.LineStrips3D.columns(strips=at_height(shown.loops, 0.07)).partition([len(shown.loops)])
+    marks = at_height(shown.loops.mean(axis=1), 0.07)
+    yield Chunk("map/loops", when, [*lines, *rr.Points3D.columns(positions=marks).partition([len(marks)])])
+    dashes = at_height(np.concatenate([*map(_dashes, shown.doubted), *map(_cross, shown.doubted), _NO_LINES]), 0.07)
+    yield Chunk("map/loops/doubted", when, rr.LineStrips3D.columns(strips=dashes).partition([len(dashes)]))
+
+
+def _dashes(ends: FloatArray) -> FloatArray:
+    """A line (2, 2) cut into every other one of its pieces, (M, 2, 2)."""
+    pieces = 2 * int(np.hypot(*(ends[1] - ends[0])) / (2 * _DASH)) + 1
+    corners = np.linspace(ends[0], ends[1], pieces + 1)
+    return np.stack([corners[:-1:2], corners[1::2]], axis=1)
+
+
+def _cross(ends: FloatArray) -> FloatArray:
+    """Two lines (2, 2, 2) that cross in the middle of one."""
+    return np.asarray(ends.mean(axis=0) + _DASH * np.array([[[-1, -1], [1, 1]], [[-1, 1], [1, -1]]]))
 
 
 def at_height(points: FloatArray, height: float) -> Float32Array:

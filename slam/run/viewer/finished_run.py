@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,6 +14,7 @@ from slam.files.atomic_files import atomic_file, require_writable
 from slam.pose import FloatArray, Pose2D
 from slam.run.results.run_record import RunRecord
 from slam.run.viewer.live_run import LOST, ODOMETRY_ONLY
+from slam.run.viewer.loop_events import LoopsShown, closure_text, end_text
 from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
 from slam.run.viewer.scene import Event, Frame, Scene, planned_route
 
@@ -61,16 +63,57 @@ def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:
     steps = record.traces.steps
     matched = np.maximum.accumulate(np.where(steps["mapped"] == 1, np.arange(len(steps)), 0))  # the last one, of each
     told = [(LOST, steps["lost"] == 1), (ODOMETRY_ONLY, record.traces.odometry_only[matched])]
+    jumps = _jumps(record)
     changes = [(texts, are, np.append(are[:1], are[1:] != are[:-1])) for texts, are in told]
     for frame in frames_of(record):
         k = frame.index
-        broadcast.show(
-            frame,
-            [Event(k, frame.stamp, *texts[not are[k]]) for texts, are, changed in changes if changed[k]],
-        )
+        events = [Event(k, frame.stamp, *texts[not are[k]]) for texts, are, changed in changes if changed[k]]
+        if k in jumps:
+            events.append(Event(k, frame.stamp, "INFO", jumps[k]))
+            frame = replace(frame, jumped=True, loops=_loops_until(record, k))
+        broadcast.show(frame, events)
         yield k
+    _show_end(record, broadcast)
+
+
+def _show_end(record: RunRecord, broadcast: Broadcast) -> None:
+    """The run as it is known with all its loops closed, and how it ended."""
+    from slam.run.viewer.chunks import loop_chunks
+
+    traces, graph = record.traces, record.graph
+    scan, stamp = len(traces.stamps) - 1, float(traces.stamps[-1])
+    if graph is not None and traces.closed is not None and graph.loops:
+        scan, stamp = scan + 1, stamp + float(np.median(np.diff(traces.stamps)))
+        broadcast.send(list(loop_chunks(scan, stamp, LoopsShown.of_graph(graph, traces.closed))))
+        last = Pose2D.from_array(traces.estimate[-1]), Pose2D.from_array(traces.closed[-1])
+        broadcast.add_event(Event(scan, stamp, "INFO", end_text(graph, *last)))
     ending = "cut off" if record.metrics is None else str(record.metrics["ending"])
-    broadcast.add_event(Event(len(record.traces.stamps) - 1, float(record.traces.stamps[-1]), "INFO", ending))
+    broadcast.add_event(Event(scan, stamp, "INFO", ending))
+
+
+def _jumps(record: RunRecord) -> dict[int, str]:
+    """What is told of the closures that were taken over on the way, by the numbers of their scans."""
+    traces, graph = record.traces, record.graph
+    if traces.local is None:
+        return {}
+    told = {}
+    for k in np.flatnonzero(traces.steps["closure"] >= 0).tolist():
+        submap = int(traces.steps["closure"][k])
+        loops = [] if graph is None else [loop for loop in graph.loops if loop.submap == submap]
+        estimate, local = (Pose2D.from_array(poses[k]) for poses in (traces.estimate, traces.local))
+        T_map_local = Pose2D()
+        if k:
+            before = Pose2D.from_array(traces.local[k - 1]).inverse()
+            T_map_local = Pose2D.from_array(traces.estimate[k - 1]) @ before
+        told[k] = closure_text(loops, T_map_local @ local, estimate)
+    return told
+
+
+def _loops_until(record: RunRecord, scan: int) -> LoopsShown | None:
+    """The loops found until then, where they lie in the end."""
+    if record.graph is None or record.traces.closed is None:
+        return None
+    return LoopsShown.of_graph(record.graph, record.traces.closed, scan)
 
 
 def frames_of(record: RunRecord) -> Iterator[Frame]:

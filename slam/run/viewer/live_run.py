@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from slam.deskew import deskewed
+from slam.graph.run_graph import RunGraph
 from slam.lines.segments import Segments
+from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray, Pose2D
 from slam.run.step import Step
+from slam.run.viewer.loop_events import ClosureWatch, LoopsShown, closure_text, end_text
 from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
 from slam.run.viewer.scene import Event, Frame, Level, Scene
 
@@ -32,14 +36,31 @@ class RunViewer:
 
     def __init__(self, broadcast: Broadcast, scene: Scene) -> None:
         self._broadcast, self._scene, self._detector = broadcast, scene, EventDetector()
-        self._scan, self._stamp = 0, 0.0
+        self._loops = ClosureWatch()
+        self._scan, self._stamp, self._period, self._T_map_base = 0, 0.0, 0.0, Pose2D()
 
     def on_step(self, step: Step) -> None:
         """Show one step."""
         scene = self._scene
         self._scan, self._stamp = step.index, step.estimate.stamp
+        self._period, self._T_map_base = step.observation.scan.scan_time, step.estimate.T_map_base
         frame = frame_of(step, scene.T_map_odom, scene.T_base_laser, scene.deskew)
+        if (closure := step.estimate.closure) is not None:
+            shown = self._loops.take(closure, scene.T_base_laser.inverse())
+            frame = replace(frame, loops=shown, jumped=True)
         self._broadcast.show(frame, list(self._detector.detect(step)))
+
+    def show_closed(self, graph: RunGraph, poses: FloatArray, surfel_map: SurfelMap) -> None:
+        """Show the run as it is known in the end, ``T_map_base`` (S, 3) of all scans, just after the last one."""
+        from slam.run.viewer.chunks import loop_chunks, map_chunks
+
+        if not graph.loops:
+            return
+        self._scan, self._stamp = self._scan + 1, self._stamp + self._period
+        self._broadcast.send(list(loop_chunks(self._scan, self._stamp, LoopsShown.of_graph(graph, poses))))
+        self._broadcast.send(list(map_chunks(self._scan, self._stamp, surfel_map.points, surfel_map.ends)))
+        text = end_text(graph, self._T_map_base, Pose2D.from_array(poses[-1]))
+        self._broadcast.add_event(Event(self._scan, self._stamp, "INFO", text))
 
     def end(self, ending: str, error: Exception | None = None) -> None:
         """Say how the run ended."""
@@ -53,6 +74,7 @@ class EventDetector:
 
     def __init__(self) -> None:
         self._on: dict[str, bool] = {}
+        self._T_map_local = Pose2D()
 
     def detect(self, step: Step) -> Iterator[Event]:
         """Events that begin or end in this step."""
@@ -71,6 +93,10 @@ class EventDetector:
             yield ODOMETRY_ONLY[not alone]
         if self._changed("searched", match.searched):
             yield "INFO", f"odometry in doubt: searched around it, {match.inliers:.0f} of {match.points} pieces agree"
+        if (closure := step.estimate.closure) is not None:
+            before = self._T_map_local @ step.estimate.T_local_base
+            yield "INFO", closure_text(closure.loops, before, step.estimate.T_map_base)
+        self._T_map_local = step.estimate.T_map_local
         if (stalled := self._changed("stalled", seen.stalled)) is not None:
             yield ("WARN", "stalled: a wheel cannot turn") if stalled else ("INFO", "the wheels turn again")
         if self._changed("bumped", any(seen.bumpers)):

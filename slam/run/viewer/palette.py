@@ -23,6 +23,11 @@ START_MARK: Final = 0x56B4E9FF
 END_MARK: Final = 0xE0561BFF
 UNSURE: Final = 0x9D4EDDFF
 NO_SEGMENT: Final = 0x8A93A0FF
+CLOSED: Final = 0x2EC4A0FF
+"""The way as it is known once loops are closed."""
+LOOP: Final = 0xD7F75BFF
+DOUBT: Final = 0xFF7AB8FF
+"""Loops that are not believed."""
 BODY: Final = 0x1F5F8BFF
 SERIES: Final = (0x56B4E9FF, 0xE0561BFF, 0xFFCC00FF)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from slam.pose import FloatArray, Pose2D
 from slam.run.estimator import Estimator
+from slam.run.viewer.loop_events import LoopsShown
 from slam.run.viewer.palette import Colour
 from slam.scenario.schema import Scenario
 
@@ -45,6 +46,10 @@ class Frame:
     total_time: float = 0.0
     command: tuple[float, float] = (0.0, 0.0)
     """m/s and rad/s, as applied."""
+    loops: LoopsShown | None = None
+    """The way and the loops, where they are drawn anew with this scan ..."""
+    jumped: bool = False
+    """... and true where the estimate jumped: no stroke leads here."""
 
     @property
     def robot(self) -> Pose2D:

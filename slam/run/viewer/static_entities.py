@@ -52,6 +52,10 @@ def _looks() -> Iterator[tuple[str, rr.AsComponents]]:
     trajectories = (("slam", palette.SLAM, 1.8), ("odometry", palette.ODOMETRY, 1.2), ("truth", palette.TRUTH, 0.6))
     for name, colour, width in trajectories:
         yield f"map/trajectory/{name}", rr.LineStrips3D.from_fields(colors=colour, radii=points(width))
+    yield "map/trajectory/closed", rr.LineStrips3D.from_fields(colors=palette.CLOSED, radii=points(1.2))
+    yield "map/loops", rr.LineStrips3D.from_fields(colors=palette.LOOP, radii=points(1.0))
+    yield "map/loops", rr.Points3D.from_fields(colors=palette.LOOP, radii=points(3.5))
+    yield "map/loops/doubted", rr.LineStrips3D.from_fields(colors=palette.DOUBT, radii=points(1.0))
     ellipses = rr.Ellipsoids3D.from_fields(colors=palette.UNSURE, line_radii=points(1.0), fill_mode="MajorWireframe")
     yield "map/robot", ellipses
     yield "map/robot", rr.Arrows3D.from_fields(colors=palette.UNSURE, radii=points(1.5))

@@ -1,0 +1,109 @@
+"""Table of the generated building of 2 km: what loops cost and are worth on a large scale."""
+
+import resource
+from concurrent.futures import ProcessPoolExecutor
+from time import perf_counter, process_time
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.bench.block_log import SCANS, block_log
+from slam.bench.loops.both_ways import local_poses, tried_by, without_loops
+from slam.bench.loops.loop_errors import LoopCounts, count_loops
+from slam.bench.stopwatch import milliseconds
+from slam.config import SlamConfig
+from slam.console.result_table import ResultTable
+from slam.console.terminal import Terminal
+from slam.line_slam import LineSlam
+from slam.pose import FloatArray, path_lengths, stack_poses
+from slam.run.scoring.pose_errors import InterpolatedPoses, absolute_error
+from slam.run.warm_up import warm_up
+
+
+class BlockRun(NamedTuple):
+    """Result of one run in the building; times of the wall clock and of all threads' processors, seconds."""
+
+    scans: int
+    way: float
+    odometry_ate: float
+    live_ate: float
+    final_ate: float
+    times: FloatArray
+    """Wall time of every update, (N,)."""
+    front_time: float
+    """From the first scan to the last ..."""
+    front_cpu: float
+    finish_time: float
+    """... and after it."""
+    finish_cpu: float
+    peak_memory: float
+    """Most memory of the process, bytes ..."""
+    base_memory: float
+    """... and what it had before the first scan."""
+    loops: LoopCounts | None
+
+
+def block_table(seed: int, config: SlamConfig, console: Terminal, scans: int = SCANS) -> ResultTable:
+    """Run the method through the building, without loops and with, each in a process of its own."""
+    rows = []
+    with console.waiting(f"a building of {scans} scans, without loops and with"):
+        for way, settings in (("never", without_loops(config)), ("auto", config)):
+            with ProcessPoolExecutor(1) as pool:
+                rows.append((way, *_cells(pool.submit(run_blocks, seed, settings, scans).result())))
+    columns = (
+        "loops", "scans", "way\nm", "odometry\nATE, m", "live\nATE, m", "final\nATE, m", "ms", "p99", "front end\ns",
+        "CPU s", "after the\nscans, s", "CPU s", "peak\nMB", "for it\nMB", "tried", "accepted", "wrong", "believed",
+        "wrong,\nbelieved",
+    )  # fmt: skip
+    notes = (
+        "A lidar of 361 beams and 20 m, a scan every half metre. Wall time of an update in milliseconds; CPU: all "
+        "threads. For it: memory beyond that before the first scan, the log and the compiled code."
+    )
+    return ResultTable(f"A building of blocks, seed {seed}", columns, rows, notes)
+
+
+def run_blocks(seed: int, config: SlamConfig, scans: int = SCANS) -> BlockRun:
+    """Run the method through the building of this seed."""
+    warm_up(Terminal(quiet=True), config)
+    log = block_log(seed, scans)
+    truth = log.T_map_base
+    assert truth is not None
+    slam, estimates, times = LineSlam(config, log.T_base_laser, log.start), [], []
+    base_memory = _peak_memory()
+    began, began_cpu = perf_counter(), process_time()
+    for index in range(len(log)):
+        began_update = perf_counter()
+        estimates.append(slam.update(log.scan(index), log.odometry(index)))
+        times.append(perf_counter() - began_update)
+    front, front_cpu = perf_counter() - began, process_time() - began_cpu
+    began, began_cpu = perf_counter(), process_time()
+    closed = slam.finish()
+    finish, finish_cpu = perf_counter() - began, process_time() - began_cpu
+    live = stack_poses(estimate.T_map_base for estimate in estimates)
+    final = live if closed is None else closed.trajectory(local_poses(estimates))
+    known = InterpolatedPoses(truth, np.ones(len(truth), np.bool_))
+    return BlockRun(
+        len(log), float(path_lengths(truth)[-1]), absolute_error(log.T_odom_base, truth), absolute_error(live, truth),
+        absolute_error(final, truth), np.array(times), front, front_cpu, finish, finish_cpu, _peak_memory(),
+        base_memory, None if closed is None else count_loops(closed, tried_by(slam), known),
+    )  # fmt: skip
+
+
+def _cells(run: BlockRun) -> tuple[str, ...]:
+    seconds = run.front_time, run.front_cpu, run.finish_time, run.finish_cpu
+    loops = run.loops
+    counts = (
+        [""] * 5
+        if loops is None
+        else [str(count) for count in (loops.tried, loops.accepted, loops.wrong, loops.believed, loops.believed_wrong)]
+    )
+    return (
+        str(run.scans), f"{run.way:.0f}", f"{run.odometry_ate:.1f}", f"{run.live_ate:.3f}", f"{run.final_ate:.3f}",
+        *milliseconds(run.times), *(f"{value:.1f}" for value in seconds), f"{run.peak_memory / 1e6:.0f}",
+        f"{(run.peak_memory - run.base_memory) / 1e6:.0f}", *counts,
+    )  # fmt: skip
+
+
+def _peak_memory() -> float:
+    """Most memory that this process ever had, bytes."""
+    return 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -1,0 +1,155 @@
+"""Tables of logs run with loops and without: errors, the loops themselves, what they cost."""
+
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from math import isnan
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import numpy as np
+
+from slam.bench.log_runs import LOGS
+from slam.bench.loops.log_results import RANGE_NOISE, LogResult, TrajectoryScore, run_log_both_ways
+from slam.bench.stopwatch import milliseconds
+from slam.config import SlamConfig
+from slam.console.result_table import ResultTable
+from slam.console.terminal import Terminal
+
+WORKERS: Final = 2
+TABLE_LOGS: Final = ("fr079", "fr101", "belgioioso", "corridor_synthetic", "aces", "duke_loop5")
+NOISY_LOGS: Final = ("aces",)
+"""Logs of which one run says little: they are run again with noise on the ranges."""
+
+
+class Published(NamedTuple):
+    """Mean error of the relations of a log, metres: Hess et al., ICRA 2016, tables II and III."""
+
+    scan_matching: float
+    particles: float
+    graph_mapping: float
+    cartographer: float
+
+
+PUBLISHED: Final = {"aces": Published(0.173, 0.060, 0.044, 0.0375), "fr079": Published(0.258, 0.061, 0.056, 0.0452)}
+
+
+def log_tables(
+    names: Sequence[str], folder: Path, seeds: int, config: SlamConfig, console: Terminal
+) -> list[ResultTable]:
+    """Run the logs of these names in the folder, those of the project's table without a name, with loops and without;
+    NOISY_LOGS also with so many seeds of noise. Logs that are not there are skipped."""
+    paths = []
+    for name in names or TABLE_LOGS:
+        path = folder / LOGS.get(name, name)
+        if path.is_file():
+            paths.append(path)
+        else:
+            console.print(f"{name}: no {path}; skipped")
+    jobs = [(path, seed) for path in paths for seed in range(1 + seeds * (_name(path) in NOISY_LOGS))]
+    with ProcessPoolExecutor(WORKERS) as pool:
+        futures = [pool.submit(run_log_both_ways, path, config, seed) for path, seed in jobs]
+        with console.progress() as bar:
+            found = [future.result() for future in bar.track(futures, description="logs, with loops and without")]
+    if not found:
+        return []
+    plain = [result for result, (_, seed) in zip(found, jobs, strict=True) if not seed]
+    noisy = [result for result, (_, seed) in zip(found, jobs, strict=True) if seed]
+    tables = [error_table(plain), _loop_table(plain), cost_table(plain)]
+    return [*tables, noise_table(noisy)] if noisy else tables
+
+
+def cell(value: float, digits: int = 4) -> str:
+    """A number as text; nothing where it is not known."""
+    return "" if isnan(value) else f"{value:.{digits}f}"
+
+
+def total_time(result: LogResult) -> float:
+    """Processor time of a run with loops, until its closed map is there, seconds."""
+    return result.live_total + result.finish_time
+
+
+def error_table(results: Sequence[LogResult]) -> ResultTable:
+    """Table of the errors of each log."""
+    columns = (
+        "log", "measure", "loops\nnever", "live", "final", "seconds", "scan\nmatching", "particles", "graph\nmapping",
+        "Carto-\ngrapher",
+    )  # fmt: skip
+    notes = (
+        "Live: the pose at each scan as it was known then. Final: after the last scan. Seconds of processor time until "
+        "then. Relations: mean error, metres; centre: of the robot's centre. ATE: metres, after alignment. Open: what "
+        "lays the last scans onto the first. Off axes: root mean square of the directions of the walls. Crisp: "
+        "occupied 5 cm cells for every 1000 points, fewer are better. The last four: relations of Hess et al., 2016."
+    )
+    rows = [row for result in results for row in _error_rows(result)]
+    return ResultTable("Loops closed on recorded logs", columns, rows, notes)
+
+
+def _error_rows(result: LogResult) -> list[tuple[str, ...]]:
+    ways = result.causal, result.live, result.final
+    published = [f"{value:.4f}" for value in PUBLISHED.get(result.name, ())] or [""] * 4
+    rows = []
+    if not isnan(result.final.relations):
+        rows.append(("relations", *(cell(way.relations) for way in ways), "", *published))
+        rows.append(("... of the centre", *(cell(way.centre) for way in ways), "", *[""] * 4))
+    if not isnan(result.final.ate):
+        shown = published if not rows else [""] * 4
+        rows.append(("ATE", *(cell(way.ate) for way in ways), "", *shown))
+    if result.final.gap is not None:
+        rows.append(("open, m", *(_gap(way) for way in ways), *[""] * 5))
+        rows.append(("open, deg", *(_turn(way) for way in ways), *[""] * 5))
+        angles = [cell(float(np.degrees(rms)), 2) for rms in (result.causal_off_axes, result.final_off_axes)]
+        rows.append(("off axes, deg", angles[0], "", angles[1], *[""] * 5))
+    rows.append(("crisp", *(cell(way.crisp, 1) for way in ways), *[""] * 5))
+    rows[0] = (*rows[0][:4], f"{total_time(result):.1f}", *rows[0][5:])
+    return [(result.name if k == 0 else "", *row) for k, row in enumerate(rows)]
+
+
+def _gap(score: TrajectoryScore) -> str:
+    return "" if score.gap is None else f"{np.hypot(score.gap.along, score.gap.across):.2f}"
+
+
+def _turn(score: TrajectoryScore) -> str:
+    return "" if score.gap is None else f"{abs(np.degrees(score.gap.turn)):.2f}"
+
+
+def noise_table(results: Sequence[LogResult]) -> ResultTable:
+    """Table of the runs with noise, all of a log together."""
+    rows = []
+    for name in dict.fromkeys(result.name for result in results):
+        group = [result for result in results if result.name == name]
+        ates = np.array([[way.ate for way in (run.causal, run.live, run.final)] for run in group])
+        for label, row in (("median", np.median(ates, axis=0)), ("worst", ates.max(axis=0))):
+            rows.append((f"{name}, {label} of {len(group)}", *map(cell, row)))
+    columns = ("log", "loops never\nATE, m", "live\nATE, m", "final\nATE, m")
+    return ResultTable("With noise on the ranges", columns, rows, f"White noise of {1e3 * RANGE_NOISE:g} mm.")
+
+
+def _loop_table(results: Sequence[LogResult]) -> ResultTable:
+    columns = ("log", "tried", "accepted", "judged", "wrong", "believed", "wrong,\nbelieved")
+    notes = (
+        "Wrong: more than 0.5 m or 6 deg off the reference, median of pairs of its scans; judged: those that the "
+        "reference covers. Believed: edges that keep more than half of their weight in the graph."
+    )
+    rows = [(result.name, *map(str, result.loops)) for result in results if result.loops is not None]
+    return ResultTable("The loops", columns, rows, notes)
+
+
+def cost_table(results: Sequence[LogResult]) -> ResultTable:
+    """Table of processor times."""
+    columns = ("log", "scans", "never\nms", "p99", "auto\nms", "p99", "after the\nlast scan, s", "all\nratio")
+    notes = (
+        "Processor time of an update, both in turn on the same scans: of the thread that asks, extraction included. "
+        "Ratio: of all threads, from the first scan to the closed map."
+    )
+    rows = [
+        (
+            result.name, str(result.scans), *milliseconds(result.causal_times), *milliseconds(result.live_times),
+            f"{result.finish_time:.2f}", f"{total_time(result) / result.causal_times.sum():.2f}",
+        )
+        for result in results
+    ]  # fmt: skip
+    return ResultTable("Costs of loops", columns, rows, notes)
+
+
+def _name(path: Path) -> str:
+    return path.name.split(".")[0]

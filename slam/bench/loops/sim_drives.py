@@ -1,0 +1,133 @@
+"""Drives in the simulator with loops closed or not, scored against the truth."""
+
+from contextlib import closing
+from dataclasses import dataclass, field
+from time import process_time
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.bench.loops.both_ways import graph_of, local_poses
+from slam.bench.sim_runs import CASTER, HOUR
+from slam.console.terminal import Terminal
+from slam.line_slam import Estimate, LineSlam
+from slam.odometry import Odometry
+from slam.pose import FloatArray, Pose2D, stack_poses
+from slam.run.experiment_setup import scenario_experiment
+from slam.run.loop import Ending, run_loop
+from slam.run.scoring.pose_errors import rmse
+from slam.run.scoring.seen_walls import SeenWalls
+from slam.run.scoring.wall_score import WallScore, score_walls
+from slam.run.step import Step
+from slam.run.warm_up import warm_up
+from slam.scan import LaserScan
+from slam.scenario.file import load_scenario
+from slam.scenario.schema import Scenario
+
+
+class GraphSize(NamedTuple):
+    """Size of the graph at some scan."""
+
+    keys: int
+    submaps: int
+    edges: int
+    loops: int
+    nbytes: int
+    """Memory of its key scans."""
+
+
+class Drive(NamedTuple):
+    """Result of a drive, errors in metres without alignment."""
+
+    ending: Ending
+    scans: int
+    odometry_ate: float
+    ate: float
+    """Of the poses as they were then ..."""
+    final_ate: float
+    """... and at the end; the same where no loop is closed."""
+    worst: float
+    """Farthest off then ..."""
+    final_worst: float
+    """... and in the end."""
+    walls: WallScore
+    """Of the map at the end of the drive; of the closed one where loops are closed."""
+    times: FloatArray
+    """Processor time of every update, seconds, (N,)."""
+    finish_time: float
+    sizes: tuple[GraphSize, ...]
+    """At every scan; none where no loop is closed."""
+    loops: int
+    """Loops that were found in all."""
+
+
+class _MeasuredSlam(LineSlam):
+    """Method with the processor time of every update and the size of its graph after it."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        super().__init__(scenario.slam, scenario.lidar.mount.pose, scenario.robot.start.pose, scenario.seed)
+        self.times: list[float] = []
+        self.sizes: list[GraphSize] = []
+        self._nbytes = 0
+
+    def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
+        began = process_time()
+        estimate = super().update(scan, odometry)
+        self.times.append(process_time() - began)
+        if self.loops is not None:
+            self.sizes.append(self._size())
+        return estimate
+
+    def _size(self) -> GraphSize:
+        graph, before = graph_of(self), self.sizes[-1].keys if self.sizes else 0
+        self._nbytes += sum(key.nbytes for key in graph.keys[before:])
+        return GraphSize(len(graph.keys), len(graph.submaps), len(graph.edges), len(graph.loops), self._nbytes)
+
+
+@dataclass
+class _Recorder:
+    """Watcher that keeps poses only."""
+
+    estimates: list[Estimate] = field(default_factory=list)
+    truth: list[Pose2D] = field(default_factory=list)
+    wheels: list[Pose2D] = field(default_factory=list)
+
+    def on_step(self, step: Step) -> None:
+        observation, estimate = step.observation, step.estimate
+        assert observation.T_map_base is not None
+        self.estimates.append(Estimate(estimate.stamp, estimate.T_map_base, T_map_local=estimate.T_map_local))
+        self.truth.append(observation.T_map_base)
+        self.wheels.append(observation.odometry.T_odom_base)
+
+
+def drive(name: str, seed: int, settings: tuple[str, ...], hour: bool = False) -> Drive:
+    """Drive the scenario with this seed; with ``hour`` around its route for an hour."""
+    scenario = load_scenario(name, [CASTER, *settings, f"seed={seed}"])
+    if hour:
+        laps = scenario.route.model_copy(update={"waypoints": 100 * scenario.route.waypoints})
+        scenario = scenario.model_copy(update={"route": laps, "duration": HOUR})
+    warm_up(Terminal(quiet=True), scenario.slam)
+    experiment, slam, recorder = scenario_experiment(scenario), _MeasuredSlam(scenario), _Recorder()
+    seen = SeenWalls(experiment.outlines, slam.T_base_laser)
+    with closing(experiment.env):
+        ending = run_loop(
+            experiment.env, slam, experiment.pilot, [recorder, seen], scenario.seed, duration=experiment.duration
+        )
+    began = process_time()
+    closed = slam.finish()
+    finish_time = process_time() - began
+    live = stack_poses(estimate.T_map_base for estimate in recorder.estimates)
+    final = live if closed is None else closed.trajectory(local_poses(recorder.estimates))
+    lines = slam.lines.ends if closed is None else closed.map.ends
+    start = recorder.truth[0] @ recorder.wheels[0].inverse()
+    wheels = stack_poses(start @ pose for pose in recorder.wheels)
+    off, final_off, wheels_off = (_distances(poses, stack_poses(recorder.truth)) for poses in (live, final, wheels))
+    return Drive(
+        ending, len(live), rmse(wheels_off), rmse(off), rmse(final_off), float(off.max()), float(final_off.max()),
+        score_walls(seen.walls, seen.seen, lines), np.array(slam.times), finish_time, tuple(slam.sizes),
+        0 if closed is None else len(closed.loops),
+    )  # fmt: skip
+
+
+def _distances(poses: FloatArray, truth: FloatArray) -> FloatArray:
+    return np.asarray(np.hypot(*(poses - truth)[:, :2].T))

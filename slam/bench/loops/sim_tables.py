@@ -1,0 +1,96 @@
+"""Tables of drives in the simulator with loops and without, and of an hour around one."""
+
+from concurrent.futures import ProcessPoolExecutor
+from itertools import product
+from typing import Final
+
+import numpy as np
+
+from slam.bench.loops.sim_drives import Drive, drive
+from slam.bench.stopwatch import milliseconds
+from slam.bench.wall_map_runs import total_score
+from slam.console.result_table import ResultTable
+from slam.console.terminal import Terminal
+
+WORKERS: Final = 2
+FIRST_SEEDS: Final = {"office_loop": 10, "campus_loop": 0}
+"""Scenarios, and the first of their seeds."""
+WAYS: Final = {"never": "slam.loops=never", "auto": "slam.loops=auto"}
+HOUR_SCENARIO: Final = "office_loop"
+MINUTES: Final = 60
+PART: Final = 5
+"""Minutes of a row."""
+
+
+def sim_tables(seeds: int, settings: tuple[str, ...], console: Terminal) -> list[ResultTable]:
+    """Drive around both loops with so many seeds each, without closing them and with."""
+    jobs = [(name, first + k, way) for (name, first), k, way in product(FIRST_SEEDS.items(), range(seeds), WAYS)]
+    with ProcessPoolExecutor(WORKERS) as pool:
+        futures = [pool.submit(drive, name, seed, (*settings, WAYS[way])) for name, seed, way in jobs]
+        with console.progress() as bar:
+            drives = [future.result() for future in bar.track(futures, description="driving around loops")]
+    found = dict(zip(jobs, drives, strict=True))
+    return [_run_table(found), _mean_table(found)] if found else []
+
+
+def hour_tables(settings: tuple[str, ...]) -> list[ResultTable]:
+    """Drive around for an hour, and tell every five minutes what a scan costs and how large the graph is."""
+    return [hour_table(drive(HOUR_SCENARIO, 0, (*settings, WAYS["auto"]), hour=True))]
+
+
+def hour_table(run: Drive) -> ResultTable:
+    """Table of the cost of a scan and of the size of the graph over the hour."""
+    columns = ("minutes", "ms", "p99", "most, ms", "key scans", "submaps", "edges", "loops", "MB")
+    rows = []
+    ends = [run.scans * minutes // MINUTES for minutes in range(PART, MINUTES + 1, PART)]
+    for minutes, begin, end in zip(range(PART, MINUTES + 1, PART), [0, *ends], ends, strict=False):
+        times, size = run.times[begin:end], run.sizes[end - 1]
+        rows.append(
+            (
+                str(minutes), *milliseconds(times), f"{1e3 * times.max():.1f}", *map(str, size[:4]),
+                f"{size.nbytes / 1e6:.1f}",
+            )
+        )  # fmt: skip
+    notes = (
+        f"Processor time of an update, all threads; MB of key scans. After the last scan {run.finish_time:.1f} s; ATE "
+        f"{100 * run.ate:.1f} cm then, {100 * run.final_ate:.1f} cm in the end."
+    )
+    return ResultTable(f"One hour around {HOUR_SCENARIO}", columns, rows, notes)
+
+
+def _run_table(found: dict[tuple[str, int, str], Drive]) -> ResultTable:
+    columns = (
+        "scenario, seed", "ending", "odometry\nATE, cm", "never\nATE, cm", "live\nATE, cm", "final\nATE, cm",
+        "never\nmost, cm", "final\nmost, cm", "loops", "after the\nend, s",
+    )  # fmt: skip
+    rows = []
+    for name, seed in dict.fromkeys((name, seed) for name, seed, _ in found):
+        never, auto = (found[name, seed, way] for way in WAYS)
+        metres = never.odometry_ate, never.ate, auto.ate, auto.final_ate, never.worst, auto.final_worst
+        endings = never.ending if never.ending == auto.ending else f"{never.ending}, {auto.ending}"
+        cells = [f"{100 * value:.1f}" for value in metres]
+        rows.append((f"{name}, {seed}", endings, *cells, str(auto.loops), f"{auto.finish_time:.2f}"))
+    notes = "Against the truth, without alignment. Each way drives by its own poses: no two drives are the same."
+    return ResultTable("Loops driven in the simulator", columns, rows, notes)
+
+
+def _mean_table(found: dict[tuple[str, int, str], Drive]) -> ResultTable:
+    columns = (
+        "scenario", "runs", "arrived", "loops", "mean ATE\nthen, cm", "final, cm", "worst ATE\nfinal, cm",
+        "wall lengths\nmedian, cm", "wall ends\nmedian, cm", "doubled\nm a run",
+    )  # fmt: skip
+    rows = []
+    for name, way in dict.fromkeys((name, way) for name, _, way in found):
+        runs = [run for (other, _, how), run in found.items() if (other, how) == (name, way)]
+        then, final = (np.array([getattr(run, kind) for run in runs]) for kind in ("ate", "final_ate"))
+        walls = total_score([run.walls for run in runs])
+        metres = then.mean(), final.mean(), final.max(), _median(np.abs(walls.length_errors)), _median(walls.end_errors)
+        arrived = sum(run.ending == "arrived" for run in runs)
+        cells = [f"{100 * value:.1f}" for value in metres]
+        rows.append((name, str(len(runs)), str(arrived), way, *cells, f"{walls.doubled / len(runs):.2f}"))
+    notes = "Walls: of those seen whole, in the map at the end; in the closed map where loops are closed."
+    return ResultTable("All seeds together", columns, rows, notes)
+
+
+def _median(errors: np.ndarray) -> float:
+    return float(np.median(errors)) if len(errors) else float("nan")

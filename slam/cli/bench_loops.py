@@ -1,0 +1,69 @@
+"""``hopslam bench loops``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from slam.cli.bench import TablesFile, console, print_tables, use_one_thread
+from slam.console.options import Settings
+from slam.errors import InputError
+
+
+def bench_loops(
+    parts: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[PART]...", help="logs, sim, blocks, stress, hour; the first three without one."),
+    ] = None,
+    logs: Annotated[
+        list[str] | None,
+        typer.Option("--log", metavar="NAME", help="Of logs and stress: only this one; may be given again."),
+    ] = None,
+    data: Annotated[Path, typer.Option(metavar="DIR", help="Where the recorded logs are.")] = Path("../shared/data"),
+    variants: Annotated[
+        list[str] | None,
+        typer.Option("--variant", metavar="NAME=X,...", help="Of stress: only this one; may be given again."),
+    ] = None,
+    seeds: Annotated[
+        int | None,
+        typer.Option(min=0, help="Runs; else 8 of aces with noise, 10 drives around each loop, 5 of each variant."),
+    ] = None,
+    stress: Annotated[bool, typer.Option("--stress", help="The same as the part stress.")] = False,
+    hour: Annotated[bool, typer.Option("--hour", help="The same as the part hour.")] = False,
+    settings: Settings = None,
+    out: TablesFile = None,
+) -> None:
+    """Measure what closing loops is worth and what it costs, with one set of settings for all.
+
+    Every run is made with loops left open and with loops closed: as the poses were known then, and in the end.
+
+    logs: recorded logs, their loops, and the cost of both, scan by scan in turn. One that is not there is skipped.
+
+    sim: office_loop and campus_loop against the truth.
+
+    blocks: a generated building of 2 km, for time and memory; nothing else should run beside it.
+
+    stress: logs made harder, see bench slam.
+
+    hour: one simulated hour around office_loop.
+
+    [bold]Examples[/bold]
+
+    hopslam bench loops
+
+    hopslam bench loops logs --log fr079 --log aces --seeds 0 --data ~/logs
+
+    hopslam bench loops sim --seeds 3 --out /tmp/loops.md
+
+    hopslam bench loops --stress --variant every=5,blind=10 --seeds 2
+
+    hopslam bench loops --hour
+    """
+    use_one_thread()
+    from slam.bench.loops_report import LoopBench, loop_tables
+
+    asked = [*(parts or []), *["stress"] * stress, *["hour"] * hour]
+    if variants and "stress" not in asked:
+        raise InputError("--variant: makes a log harder, which needs --stress")
+    bench = LoopBench(data, logs or [], variants or [], seeds, tuple(settings or ()), console)
+    print_tables(loop_tables(asked, bench), out, "Loops")

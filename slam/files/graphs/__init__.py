@@ -1,0 +1,1 @@
+"""Graphs of runs whose loops were closed, as files."""

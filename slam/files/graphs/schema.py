@@ -1,0 +1,157 @@
+"""``graph.json``, version 1: see docs/formats.md."""
+
+from collections.abc import Iterator
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import ConfigDict, Field, model_validator
+
+from slam.config import Section
+from slam.graph.loop import Proposal
+from slam.graph.run_graph import BELIEVED
+
+VERSION = 1
+PoseRow = tuple[float, float, float]
+Matrix = tuple[PoseRow, PoseRow, PoseRow]
+Number = Annotated[int, Field(ge=0, lt=2**31)]
+Share = Annotated[float, Field(ge=0, le=1)]
+
+
+class _Strict(Section):
+    model_config = ConfigDict(strict=True)
+
+
+class SavedKey(_Strict):
+    """A key scan: the number of its scan in the run, its node, and the submaps that it was written into."""
+
+    scan: Number
+    node: Number
+    submaps: Annotated[tuple[Number, ...], Field(min_length=1)]
+    covariance: Matrix
+
+
+class SavedSubmap(_Strict):
+    """A stretch of key scans, by their places in ``keys``; ``broken`` where odometry alone joins it to the last one."""
+
+    number: Number
+    node: Number
+    T_local_submap: PoseRow
+    broken: bool
+    keys: tuple[Number, ...]
+
+
+class SavedConstraint(_Strict):
+    """What is known of one node as seen from another, and how far that is believed."""
+
+    first: Number
+    second: Number
+    T_first_second: PoseRow
+    information: Matrix
+    loop: Number | None
+    """Number of the loop that it belongs to."""
+    weight: Share
+
+
+class SavedLoop(_Strict):
+    """A submap that was found in another one, and the verdict on it: see slam/graph/loop.py."""
+
+    number: Number
+    submap: Number
+    other: Number
+    T_other_submap: PoseRow
+    proposal: Proposal
+    tested: Number
+    agreeing: Number
+    share: Share
+    ambiguous: bool
+    scan: Number
+    weight: Share
+    believed: bool
+
+
+class GraphDocument(_Strict):
+    """The whole file."""
+
+    format: Literal["hopslam graph"]
+    version: Literal[1]
+    frame: Literal["map"]
+    T_base_laser: PoseRow
+    nodes: tuple[PoseRow, ...]
+    keys: tuple[SavedKey, ...]
+    submaps: tuple[SavedSubmap, ...]
+    constraints: tuple[SavedConstraint, ...]
+    loops: tuple[SavedLoop, ...]
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> Self:
+        if problem := next(self._problems(), None):
+            raise ValueError(problem)
+        return self
+
+    def _problems(self) -> Iterator[str]:
+        yield from self._lost_keys()
+        yield from self._lost_submaps()
+        yield from self._lost_constraints()
+        yield from self._lost_loops()
+
+    def _lost_keys(self) -> Iterator[str]:
+        if len({key.node for key in self.keys}) < len(self.keys):
+            yield "keys: two have the same node"
+        last, numbers = -1, {submap.number for submap in self.submaps}
+        for k, key in enumerate(self.keys):
+            if key.node >= len(self.nodes):
+                yield f"keys.{k}.node: {key.node} is none of the {len(self.nodes)} nodes"
+            if key.scan <= last:
+                yield f"keys.{k}.scan: {key.scan} does not come after {last}"
+            if not numbers.issuperset(key.submaps):
+                yield f"keys.{k}.submaps: {key.submaps} are not all there"
+            if (problem := _not_a_covariance(key.covariance)) is not None:
+                yield f"keys.{k}.covariance: {problem}"
+            last = key.scan
+
+    def _lost_submaps(self) -> Iterator[str]:
+        if len({submap.number for submap in self.submaps}) < len(self.submaps):
+            yield "submaps: two have the same number"
+        for k, submap in enumerate(self.submaps):
+            if submap.node >= len(self.nodes):
+                yield f"submaps.{k}.node: {submap.node} is none of the {len(self.nodes)} nodes"
+            for key in submap.keys:
+                if key >= len(self.keys) or submap.number not in self.keys[key].submaps:
+                    yield f"submaps.{k}.keys: {key} is no key scan of this submap"
+
+    def _lost_constraints(self) -> Iterator[str]:
+        for k, edge in enumerate(self.constraints):
+            if max(edge.first, edge.second) >= len(self.nodes) or edge.first == edge.second:
+                yield f"constraints.{k}: joins {edge.first} to {edge.second}, of {len(self.nodes)} nodes"
+            if edge.loop is not None and edge.loop >= len(self.loops):
+                yield f"constraints.{k}.loop: {edge.loop} is none of the {len(self.loops)} loops"
+            if edge.loop is None and edge.weight != 1.0:
+                yield f"constraints.{k}.weight: only what belongs to a loop can weigh less than 1"
+            if (problem := _not_a_covariance(edge.information)) is not None:
+                yield f"constraints.{k}.information: {problem}"
+
+    def _lost_loops(self) -> Iterator[str]:
+        numbers, nodes = {submap.number: submap for submap in self.submaps}, {key.node for key in self.keys}
+        own: dict[int, list[int]] = {}
+        for edge in self.constraints:
+            if edge.loop is not None:
+                own.setdefault(edge.loop, []).append(edge.second)
+        for k, loop in enumerate(self.loops):
+            if loop.number != k:
+                yield f"loops.{k}.number: is {loop.number}, and stands in place {k}"
+            if loop.submap not in numbers or loop.other not in numbers or not numbers[loop.other].keys:
+                yield f"loops.{k}: joins submaps {loop.submap} and {loop.other}, which are not both there"
+            if loop.agreeing > loop.tested:
+                yield f"loops.{k}.agreeing: {loop.agreeing} of {loop.tested} that were tested"
+            if loop.believed != (loop.weight > BELIEVED):
+                yield f"loops.{k}.believed: needs a weight above {BELIEVED:g}, which is {loop.weight:g}"
+            if not own.get(k) or not nodes.issuperset(own[k]):
+                yield f"loops.{k}: no constraint of it, or not all of them, leads to a key scan"
+
+
+def _not_a_covariance(rows: Matrix) -> str | None:
+    matrix = np.array(rows)
+    scale = max(float(np.abs(matrix).max()), 1e-300)
+    if np.abs(matrix - matrix.T).max() > 1e-6 * scale or np.linalg.eigvalsh(matrix).min() < -1e-4 * scale:
+        return "not symmetric with eigenvalues of 0 and more"
+    return None

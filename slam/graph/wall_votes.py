@@ -1,0 +1,165 @@
+"""Votes of pairs of walls for the place of one submap in another, compiled.
+
+Each pair of walls votes for the turn that makes them face the same way. At a turn each such pair votes for the strip of
+shifts that lay one on the other. It holds the place across the wall and leaves it free along it: a vote is a matrix of
+information, and a shift counts as much as its votes fix it in every direction. A corridor alone says little.
+"""
+
+from typing import Final
+
+import numpy as np
+
+from slam.compiled import compiled
+from slam.graph.constellation import ALONG_X, ALONG_Y, CELL, LENGTH, MIDDLE_X, MIDDLE_Y, cell_of
+from slam.lines.segments import IntArray
+from slam.matching.coarse_search import HEADING, PLACE_X, PLACE_Y, SCORE
+from slam.pose import FloatArray
+
+TURN_BINS: Final = 180
+"""Bins of a full turn: 2 degrees."""
+TURNS: Final = 8
+"""Turns that are looked into ..."""
+TURNS_APART: Final = 5
+"""... and bins between any two of them, at least."""
+REACH: Final = 40
+"""Cells to each side in which shifts are looked for, 10 m: submaps of 8 m of way farther apart share little."""
+SHIFTS: Final = 12
+"""Shifts that are found at each turn ..."""
+SHIFTS_APART: Final = 2
+"""... and cells between any two of them, more than."""
+LONGEST_VOTE: Final = 3.0
+"""Metres of wall that count, at most: two long walls fix no turn and no place better than two of this length."""
+SAME_WAY: Final = 0.9925
+"""Cosine between two walls that face the same way: 7 degrees."""
+CHANCE: Final = 1.0
+"""Metres of wall in each direction that hold any place, by chance."""
+LEAST_OVERLAP: Final = 0.1
+"""Metres of one wall on another, at least, for a vote."""
+BLUR = (0.5, 1.0, 0.5)
+"""Weights of a vote one cell before, on and one cell behind the wall."""
+XX, XY, YY = range(3)
+"""Planes of votes (2 REACH, 2 REACH, 3): the information, metres of wall."""
+
+
+@compiled
+def moved(walls: FloatArray, x: float, y: float, theta: float) -> FloatArray:
+    """The walls (M, 5) in the frame in which theirs lies at this pose."""
+    c, s = np.cos(theta), np.sin(theta)
+    there = walls.copy()
+    for m in range(len(walls)):
+        there[m, MIDDLE_X] = x + c * walls[m, MIDDLE_X] - s * walls[m, MIDDLE_Y]
+        there[m, MIDDLE_Y] = y + s * walls[m, MIDDLE_X] + c * walls[m, MIDDLE_Y]
+        there[m, ALONG_X] = c * walls[m, ALONG_X] - s * walls[m, ALONG_Y]
+        there[m, ALONG_Y] = s * walls[m, ALONG_X] + c * walls[m, ALONG_Y]
+    return there
+
+
+@compiled
+def places_voted_for(walls: FloatArray, others: FloatArray) -> FloatArray:
+    """Places (N, 4) of the walls among the others, SHIFTS at each of TURNS turns; the score is that of the votes."""
+    turns = _best_turns(turn_votes(walls, others))
+    places, count = np.empty((TURNS * SHIFTS, 4)), 0
+    for k in range(len(turns)):
+        theta = turns[k] * 2.0 * np.pi / TURN_BINS
+        scores = _scores(shift_votes(moved(walls, 0.0, 0.0, theta), others))
+        for _ in range(SHIFTS):
+            best = int(np.argmax(scores))
+            row, column = best // (2 * REACH), best % (2 * REACH)
+            if scores[row, column] <= 0.0:
+                break
+            places[count, SCORE], places[count, HEADING] = scores[row, column], theta
+            places[count, PLACE_X] = (column + 0.5 - REACH) * CELL
+            places[count, PLACE_Y] = (row + 0.5 - REACH) * CELL
+            count += 1
+            low_row, low_column = max(row - SHIFTS_APART, 0), max(column - SHIFTS_APART, 0)
+            scores[low_row : row + SHIFTS_APART + 1, low_column : column + SHIFTS_APART + 1] = 0.0
+    return places[:count]
+
+
+@compiled
+def turn_votes(walls: FloatArray, others: FloatArray) -> FloatArray:
+    """Votes of all pairs of walls for the turn between them, (TURN_BINS,), blurred by two bins to each side."""
+    votes = np.zeros(TURN_BINS)
+    for a in range(len(walls)):
+        for b in range(len(others)):
+            cosine, sine = _turn(walls[a], others[b])
+            at = np.arctan2(sine, cosine) * TURN_BINS / (2.0 * np.pi)
+            low = int(np.floor(at))
+            weight = min(walls[a, LENGTH], LONGEST_VOTE) * min(others[b, LENGTH], LONGEST_VOTE)
+            votes[low % TURN_BINS] += weight * (low + 1 - at)
+            votes[(low + 1) % TURN_BINS] += weight * (at - low)
+    blurred = np.zeros(TURN_BINS)
+    for k in range(TURN_BINS):
+        near = votes[k - 1] + votes[(k + 1) % TURN_BINS]
+        blurred[k] = votes[k] + 0.5 * near + 0.25 * (votes[k - 2] + votes[(k + 2) % TURN_BINS])
+    return blurred
+
+
+@compiled
+def _best_turns(votes: FloatArray) -> IntArray:
+    """The bins with the most votes, TURNS at most."""
+    left, turns, count = votes.copy(), np.empty(TURNS, np.int64), 0
+    while count < TURNS:
+        best = int(np.argmax(left))
+        if left[best] <= 0.0:
+            break
+        turns[count] = best
+        count += 1
+        for k in range(best - TURNS_APART + 1, best + TURNS_APART):
+            left[k % TURN_BINS] = 0.0
+    return turns[:count]
+
+
+@compiled
+def shift_votes(walls: FloatArray, others: FloatArray) -> FloatArray:
+    """Votes (2 REACH, 2 REACH, 3) of all pairs of walls that face the same way for the shift between them."""
+    votes = np.zeros((2 * REACH, 2 * REACH, 3))
+    for a in range(len(walls)):
+        for b in range(len(others)):
+            cosine, _ = _turn(walls[a], others[b])
+            if cosine > SAME_WAY:
+                _vote(walls[a], others[b], votes)
+    return votes
+
+
+@compiled
+def _vote(wall: FloatArray, other: FloatArray, votes: FloatArray) -> None:
+    """Add the strip of one pair: at each of its shifts the metres that the two then share."""
+    ux, uy = other[ALONG_X], other[ALONG_Y]
+    dx, dy = other[MIDDLE_X] - wall[MIDDLE_X], other[MIDDLE_Y] - wall[MIDDLE_Y]
+    half, most = 0.5 * (wall[LENGTH] + other[LENGTH]), min(wall[LENGTH], other[LENGTH], LONGEST_VOTE)
+    steps = int((half - LEAST_OVERLAP) / CELL)
+    for step in range(-steps, steps + 1):
+        metres = min(half - abs(step) * CELL, most)
+        for side in range(-1, 2):
+            row, column = cell_of(dx + CELL * (step * ux - side * uy), dy + CELL * (step * uy + side * ux), REACH)
+            if row >= 0:
+                weight = metres * BLUR[side + 1]
+                votes[row, column, XX] += weight * uy * uy
+                votes[row, column, XY] -= weight * uy * ux
+                votes[row, column, YY] += weight * ux * ux
+
+
+@compiled
+def _scores(votes: FloatArray) -> FloatArray:
+    """How much each shift is fixed by its votes (R, C, 3), shape (R, C)."""
+    rows, columns, _ = votes.shape
+    scores = np.empty((rows, columns))
+    for i in range(rows):
+        for j in range(columns):
+            scores[i, j] = fixedness(votes[i, j, XX], votes[i, j, XY], votes[i, j, YY])
+    return scores
+
+
+@compiled
+def fixedness(xx: float, xy: float, yy: float) -> float:
+    """How much walls fix a place in every direction: the root of the determinant of their information; metres of wall.
+    Little, where they are all parallel."""
+    return float(np.sqrt((xx + CHANCE) * (yy + CHANCE) - xy * xy) - CHANCE)
+
+
+@compiled
+def _turn(wall: FloatArray, other: FloatArray) -> tuple[float, float]:
+    """Cosine and sine of the turn from one wall to the other."""
+    ax, ay, bx, by = wall[ALONG_X], wall[ALONG_Y], other[ALONG_X], other[ALONG_Y]
+    return ax * bx + ay * by, ax * by - ay * bx

@@ -1,0 +1,89 @@
+"""The loops of a run closed once more when it is over, and what is then known of it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from slam.console.terminal import Terminal
+from slam.files.atomic_files import write_atomic
+from slam.files.graphs.file import write_graph
+from slam.files.maps.file import write_map
+from slam.files.tum import format_tum
+from slam.graph.closure import ClosedRun
+from slam.graph.run_graph import RunGraph
+from slam.line_slam import Estimate
+from slam.pose import FloatArray, Pose2D
+from slam.run.estimator import Estimator, finish, map_made_by
+from slam.run.step import Step
+from slam.saved_slam import SavedSlam
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClosedLoops:
+    """A run whose loops were closed when it was over."""
+
+    run: ClosedRun
+    graph: RunGraph
+    saved: SavedSlam | None
+    """The method in the closed map."""
+    stamps: FloatArray
+    """(S,) seconds, of all scans ..."""
+    trajectory: FloatArray
+    """... and ``T_map_base`` (S, 3) with each."""
+    seconds: float
+    """Wall time that it took."""
+
+    @property
+    def metrics(self) -> dict[str, Any]:
+        """Entries of ``metrics.json``."""
+        believed = int(self.graph.believed.sum())
+        return {"loops": len(self.graph.loops), "loops_believed": believed, "closing_s": round(self.seconds, 3)}
+
+    def write(self, folder: Path) -> None:
+        """Write ``map.json``, ``graph.json`` and, last of all, ``closed.tum``: a run that has it has all of them."""
+        if self.saved is not None:
+            write_map(folder / "map.json", self.saved)
+        write_graph(folder / "graph.json", self.graph)
+        rows = zip(self.stamps.tolist(), self.trajectory.tolist(), strict=True)
+        write_atomic(folder / "closed.tum", "".join(format_tum(stamp, Pose2D(*pose)) + "\n" for stamp, pose in rows))
+
+
+class LoopCloser:
+    """A watcher that notes where the front end has the robot, and closes the loops when the run is over."""
+
+    def __init__(self, slam: Estimator) -> None:
+        self._slam = slam
+        self._rows: list[tuple[float, float, float, float]] = []
+
+    @property
+    def steps(self) -> int:
+        """Number of the scans until now."""
+        return len(self._rows)
+
+    def on_step(self, step: Step) -> None:
+        """Take note of one step."""
+        self.add(step.estimate)
+
+    def add(self, estimate: Estimate) -> None:
+        """Take note of one estimate."""
+        local = estimate.T_local_base
+        self._rows.append((estimate.stamp, local.x, local.y, local.theta))
+
+    def close_loops(self, console: Terminal) -> ClosedLoops | None:
+        """Close them; None for a method that closes none, before the first scan, and where Ctrl-C ends it."""
+        if not self._rows:
+            return None
+        began, table = perf_counter(), np.array(self._rows)
+        try:
+            with console.waiting("closing loops"):
+                run = finish(self._slam)
+        except KeyboardInterrupt:
+            return None
+        if run is None:
+            return None
+        trajectory = run.trajectory(table[:, 1:])
+        saved = map_made_by(self._slam, run)
+        return ClosedLoops(run, RunGraph.of(run), saved, table[:, 0], trajectory, perf_counter() - began)

@@ -1,0 +1,115 @@
+"""The loops of a finished run closed again, maybe with other settings, from what its folder holds."""
+
+import json
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, Final
+
+from slam.console.terminal import Terminal
+from slam.errors import InputError
+from slam.files.atomic_files import write_atomic
+from slam.odometry import Twist2D
+from slam.run.closing_loops import ClosedLoops, LoopCloser
+from slam.run.estimator import make_estimator
+from slam.run.results.metrics import measure
+from slam.run.results.run_folder import make_run_folder
+from slam.run.results.run_record import RunRecord
+from slam.run.scoring.seen_walls import SeenWalls
+from slam.run.scoring.wall_score import score_walls, wall_metrics
+from slam.run.step import Step
+from slam.scenario.file import dump_scenario
+from slam.scenario.schema import Scenario
+
+KEPT: Final = (
+    "config.yaml", "log.mcap", "trajectory.tum", "odometry.tum", "groundtruth.tum", "steps.csv", "lines.geojson",
+)  # fmt: skip
+"""Files of what was known on the way, which stay as they are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Optimization:
+    """The loops of a run, to be closed with the settings of a scenario."""
+
+    record: RunRecord
+    scenario: Scenario
+    changed: list[str] = field(default_factory=list)
+    """The settings that are not the run's own, as they were given."""
+
+    def run(self, out: Path | None, console: Terminal) -> tuple[Path, dict[str, Any]]:
+        """Do it, in the folder of the run or in a new one; returns the folder and its metrics.
+
+        All new files are there before the first one takes its place. InputError for a run without loops.
+        """
+        record = self.record
+        if "map" in (record.metrics or {}):
+            raise InputError(f"{record.folder}: it went on in a saved map, where no loops are closed")
+        closed, walls = self._close(console)
+        folder = record.folder if out is None else _copied(record.folder, make_run_folder(record.config.name, out))
+        with _new_files(folder) as draft:
+            if self.changed:
+                write_atomic(draft / "closed.yaml", dump_scenario(self.scenario))
+            closed.write(draft)
+            metrics = (record.metrics or {}) | measure(draft) | closed.metrics | walls | {"optimized": self.changed}
+            if record.complete:
+                write_atomic(draft / "metrics.json", json.dumps(metrics, indent=2) + "\n")
+            self._draw(draft, closed, console)
+        return folder, metrics
+
+    def _close(self, console: Terminal) -> tuple[ClosedLoops, dict[str, Any]]:
+        """Let the front end go over the log once more, and close the loops; also the score of the walls."""
+        record = self.record
+        slam = make_estimator(self.scenario.slam, record.T_base_laser, record.start, record.config.seed)
+        closer, seen = LoopCloser(slam), SeenWalls(record.outlines, record.T_base_laser)
+        with console.progress(transient=True) as bar:
+            total = len(record.traces.stamps)
+            scans = islice(record.observations(), total)
+            for index, observation in enumerate(bar.track(scans, total, description="matching the scans again")):
+                step = Step(index, observation, slam.update(observation.scan, observation.odometry), Twist2D(), 0.0)
+                closer.on_step(step)
+                seen.on_step(step)
+        closed = closer.close_loops(console)
+        if closed is None:
+            raise InputError(
+                f"{record.folder}: no loops are closed by these settings; add --set slam.loops=auto, in mode hopslam"
+            )
+        if not seen.scans.any():
+            return closed, {}
+        return closed, wall_metrics(score_walls(seen.walls, seen.seen, closed.run.map.ends))
+
+    def _draw(self, folder: Path, closed: ClosedLoops, console: Terminal) -> None:
+        from slam.run.pictures.error_curves import draw_errors  # late: matplotlib takes long to load
+        from slam.run.pictures.map_picture import draw_map
+
+        with console.waiting("drawing"):
+            draw_map(folder, closed.run.map.points, closed.run.map.ends, self.record.outlines)
+            draw_errors(folder)
+
+
+def _copied(folder: Path, out: Path) -> Path:
+    """The new folder with what stays as it is."""
+    for name in KEPT:
+        if (folder / name).is_file():
+            shutil.copyfile(folder / name, out / name)
+    return out
+
+
+@contextmanager
+def _new_files(folder: Path) -> Iterator[Path]:
+    """A place for new files of a run, where those that stay can be read; they take the places of the old ones when the
+    block is left without an error. What was made of the old ones to be looked at is removed."""
+    with TemporaryDirectory(prefix=".draft-", dir=folder) as name:
+        draft = Path(name)
+        for kept in KEPT:
+            if (folder / kept).is_file():
+                (draft / kept).symlink_to((folder / kept).resolve())
+        yield draft
+        for old in ("closed.yaml", "run.rrd"):
+            (folder / old).unlink(missing_ok=True)
+        for path in sorted(draft.iterdir()):
+            if not path.is_symlink():
+                path.replace(folder / path.name)

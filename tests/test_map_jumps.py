@@ -1,0 +1,92 @@
+"""The map jumps under a robot when a loop is closed: the pilot stays calm, and the log has it as REP 105 asks."""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from math import cos, pi, sin
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from slam.files.ros.decoder import decode_transforms
+from slam.files.ros.messages import TF
+from slam.odometry import Twist2D
+from slam.pose import Pose2D, stack_poses
+from slam.run.pilots import WaypointPilot
+from slam.run.results.run_log import logged_messages
+from slam.run.results.run_record import RunRecord
+from slam.scenario.schema import Route
+
+ROUTE = Route(waypoints=((3.0, 0.0), (3.0, 3.0), (0.0, 3.0)), speed=0.5, turn_speed=0.8, arrival=0.1)
+PERIOD, JUMP = 0.1, 0.5
+
+
+class Driven(NamedTuple):
+    """Steps, metres, and radians turned until the pilot said that it had arrived; and where the robot then was."""
+
+    steps: int
+    way: float
+    turned: float
+    end: Pose2D
+    fastest: float
+
+
+def drive(direction: float, turn: float, at: int, still: int = 1200) -> Driven:
+    """Drive on an estimate that is off by JUMP metres that way, and by ``turn``, and is right from one step on."""
+    off = Pose2D(JUMP * cos(direction), JUMP * sin(direction), turn)
+    pilot, pose = WaypointPilot(ROUTE, Pose2D()), Pose2D()
+    way = turned = fastest = 0.0
+    for step in range(still):
+        command: Twist2D | None = pilot.command(pose if step >= at else off @ pose)
+        if command is None:
+            return Driven(step, way, turned, pose, fastest)
+        way, turned = way + PERIOD * command.linear, turned + PERIOD * abs(command.angular)
+        fastest = max(fastest, abs(command.angular))
+        pose = pose @ Pose2D(PERIOD * command.linear, 0.0, PERIOD * command.angular)
+    raise AssertionError(f"did not arrive after a jump towards {direction:.2f} in step {at}")
+
+
+WITHOUT = drive(0.0, 0.0, 0)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.1, -0.1])
+@pytest.mark.parametrize("direction", np.linspace(-pi, pi, 8, endpoint=False))
+def test_a_jump_of_the_map_leaves_the_pilot_calm(direction: float, turn: float) -> None:
+    """Once at any moment of the way: it arrives, turns no faster than it may, at most half a turn there and half a turn
+    back more than without, and goes at most twice the jump further."""
+    for at in range(1, 220, 7):
+        driven = drive(direction, turn, at)
+        if driven.steps < at:
+            continue  # it arrived before
+        assert driven.end.distance(Pose2D(0.0, 3.0)) <= ROUTE.arrival + 1e-9
+        assert driven.fastest <= ROUTE.turn_speed
+        assert driven.turned < WITHOUT.turned + 2 * pi + 0.5, at
+        assert driven.way < WITHOUT.way + 2 * JUMP + 0.5, at
+
+
+def transforms(folder: Path) -> Iterator[tuple[Pose2D, Pose2D]]:
+    """T_odom_base and T_map_odom, scan by scan."""
+    for message in logged_messages(folder / "log.mcap"):
+        if message.topic == TF:
+            T_odom_base, T_map_odom = decode_transforms(message)
+            yield T_odom_base.pose, T_map_odom.pose
+
+
+def test_the_map_jumps_against_odometry_and_odometry_never(lap_run: Path) -> None:
+    record = RunRecord.open(lap_run)
+    poses = list(transforms(lap_run))
+    assert len(poses) == len(record.traces.stamps)
+    odometry = stack_poses(T_odom_base for T_odom_base, _ in poses)
+    np.testing.assert_allclose(odometry, record.traces.odometry, atol=2e-6)
+    in_map = stack_poses(T_map_odom @ T_odom_base for T_odom_base, T_map_odom in poses)
+    np.testing.assert_allclose(in_map, record.traces.estimate, atol=2e-6)
+    steps = np.hypot(*np.diff(odometry, axis=0)[:, :2].T)
+    assert steps.max() < 0.13
+    assert record.traces.local is not None
+    local = [Pose2D.from_array(pose) for pose in record.traces.local]
+    T_map_local = [
+        map_base @ base.inverse() for map_base, base in zip(map(Pose2D.from_array, in_map), local, strict=True)
+    ]
+    jumped = [a.distance(b) > 1e-4 for a, b in pairwise(T_map_local)]
+    assert np.flatnonzero(jumped).tolist() == [k - 1 for k in np.flatnonzero(record.traces.steps["closure"] >= 0)]

@@ -8,11 +8,14 @@ from slam.config import LeastSquaresConfig, SurfelMapConfig
 from slam.graph.closed_map import map_of
 from slam.graph.closure import ClosedRun, Closure
 from slam.graph.condensed import CondensedGraph
+from slam.graph.joint_refinement import refine
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import loop_keys
 from slam.graph.loop_check import distances_to
 from slam.graph.loop_search import LoopSearch
+from slam.graph.marginals import pose_covariances
 from slam.graph.pose_graph import Edges, solve_graph
+from slam.graph.refined_walls import wall_covariances
 from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
 from slam.graph.submap_view import SubmapView
@@ -63,13 +66,16 @@ class BackEnd:
             self._finish(number)
         edges = Edges.of([*graph.edges, *graph.odometry_edges()])
         solution = solve_graph(np.array(graph.poses).reshape(-1, 3), edges, KERNEL)
-        graph.poses = list(solution.poses)
         key_nodes = np.array(graph.key_nodes, np.int64)
-        poses = solution.poses[key_nodes]
+        facets = [key.facets for key in graph.keys]
+        nodes, walls, _ = refine(solution.poses, edges, solution.weights, facets, key_nodes)
+        graph.poses = list(nodes)
+        covariances = pose_covariances(nodes, edges, solution.weights)
         return ClosedRun(
-            tuple(graph.keys), poses, np.zeros((len(poses), 3, 3)), self._map(), tuple(graph.loops),
-            _loop_weights(edges, solution.weights, len(graph.loops)), solution.poses, key_nodes,
-            tuple(graph.submaps.values()), edges, solution.weights, T_base_laser,
+            tuple(graph.keys), nodes[key_nodes], covariances[key_nodes], self._map(), tuple(graph.loops),
+            _loop_weights(edges, solution.weights, len(graph.loops)), nodes, key_nodes,
+            tuple(graph.submaps.values()), edges, solution.weights, T_base_laser, walls,
+            wall_covariances(walls, nodes, covariances),
         )  # fmt: skip
 
     def _closure(self, submap: int) -> Closure:

@@ -8,6 +8,7 @@ import numpy as np
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.pose_graph import Edges
+from slam.graph.refined_walls import RefinedWalls
 from slam.graph.submap import Submap
 from slam.lines.segments import IntArray
 from slam.mapping.surfel_map import SurfelMap
@@ -60,6 +61,10 @@ class ClosedRun:
     """(E,)."""
     T_base_laser: FloatArray
     """(3,)."""
+    walls: RefinedWalls
+    """The walls that all key scans together see ..."""
+    wall_covariances: FloatArray
+    """... and the covariance (M, 2, 2) of the offset and the direction of each in the map; m^2, m rad, rad^2."""
 
     @cached_property
     def indices(self) -> IntArray:

@@ -224,6 +224,12 @@ def test_the_graph_alone_stays_where_it_is_without_facets() -> None:
     assert len(found.walls.ends) == 0
 
 
+def test_nothing_is_refined_to_nothing() -> None:
+    found = refine(np.empty((0, 3)), chain(np.zeros((1, 3)), None), np.ones(0), [], np.empty(0, np.int64))
+    assert found.poses.shape == (0, 3)
+    assert len(wall_covariances(found.walls, found.poses, np.empty((0, 3, 3)))) == 0
+
+
 def test_one_pose_alone_stays() -> None:
     edges = chain(np.zeros((1, 3)), None)
     facets = [facets_seen(np.zeros(3), corridor_walls(), None)]

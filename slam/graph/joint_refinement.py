@@ -43,7 +43,7 @@ class RefinementSettings(NamedTuple):
     """Walls are held softly to the main directions of the building, where it has any."""
     rounds: int = 6
     """Greatest number of rounds ..."""
-    settled: float = 1e-3
+    settled: float = 2e-3
     """... the last of which moves the poses by less than this, root mean square, metres."""
     tolerance: float = 1e-2
     """Of the conjugate gradients, relative ..."""

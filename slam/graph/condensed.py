@@ -5,7 +5,8 @@ from typing import Final
 import numpy as np
 
 from slam.graph.loop import Loop
-from slam.graph.pose_graph import NO_LOOP, Edge, Edges, Solution, solve_graph
+from slam.graph.marginals import pose_covariances
+from slam.graph.pose_graph import NO_LOOP, Edge, Edges, solve_graph
 from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
 from slam.graph.surest_paths import Hops
@@ -33,6 +34,7 @@ class CondensedGraph:
     def __init__(self, graph: SubmapGraph, kernel: float) -> None:
         self._graph, self._kernel = graph, kernel
         self._edges: list[Edge] = []  # of the loops, between numbers of submaps
+        self._covariances: dict[int, FloatArray] = {}
         self.weights = np.empty(0)
         """Weight of every loop."""
 
@@ -45,11 +47,18 @@ class CondensedGraph:
         chain = [_hop_edge(k, submaps[k], submaps[k + 1]) for k in range(len(submaps) - 1)]
         loops = [edge._replace(first=at[edge.first], second=at[edge.second]) for edge in self._edges]
         poses = np.array([graph.poses[submap.node] for submap in submaps])
-        solution: Solution = solve_graph(poses, Edges.of([*chain, *loops]), self._kernel, TOLERANCE)
+        edges = Edges.of([*chain, *loops])
+        solution = solve_graph(poses, edges, self._kernel, TOLERANCE)
         for submap, pose in zip(submaps, solution.poses, strict=True):
             graph.poses[submap.node] = pose
         self.weights = solution.weights[len(chain) :]
         graph.place_keys()
+        covariances = pose_covariances(solution.poses, edges, solution.weights)
+        self._covariances = {submap.number: C for submap, C in zip(submaps, covariances, strict=True)}
+
+    def covariance_of(self, submap: Submap) -> FloatArray:
+        """Covariance (3, 3) of the place of a submap, map frame, as it was when the graph was solved last."""
+        return self._covariances.get(submap.number, next(reversed(self._covariances.values())))
 
     def hops(self) -> Hops:
         """Steps between submaps, over which candidates are sought."""

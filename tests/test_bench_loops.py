@@ -65,7 +65,8 @@ def run_with_loops(errors: FloatArray, T_base_laser: FloatArray) -> tuple[Closed
     weights = np.array([1.0, 0.2] * len(loops))[: len(loops)]
     closed = ClosedRun(
         tuple(keys), local, np.zeros((16, 3, 3)), SurfelMap(SurfelMapConfig()), tuple(loops), weights, local,
-        np.arange(16), tuple(submaps), Edges.of([]), np.empty(0), T_base_laser, NO_WALLS, np.empty((0, 2, 2)), GraphSize(),
+        np.arange(16), tuple(submaps), Edges.of([]), np.empty(0), T_base_laser,
+        NO_WALLS, np.empty((0, 2, 2)), GraphSize(),
     )  # fmt: skip
     return closed, InterpolatedPoses(truth, np.ones(16, np.bool_))
 

@@ -24,6 +24,7 @@ from slam.config import SlamConfig, SurfelMapConfig
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 from slam.graph.closure import ClosedRun
+from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.pose_graph import Edges
@@ -64,7 +65,8 @@ def run_with_loops(errors: FloatArray, T_base_laser: FloatArray) -> tuple[Closed
     weights = np.array([1.0, 0.2] * len(loops))[: len(loops)]
     closed = ClosedRun(
         tuple(keys), local, np.zeros((16, 3, 3)), SurfelMap(SurfelMapConfig()), tuple(loops), weights, local,
-        np.arange(16), tuple(submaps), Edges.of([]), np.empty(0), T_base_laser, NO_WALLS, np.empty((0, 2, 2)),
+        np.arange(16), tuple(submaps), Edges.of([]), np.empty(0), T_base_laser,
+        NO_WALLS, np.empty((0, 2, 2)), GraphSize(),
     )  # fmt: skip
     return closed, InterpolatedPoses(truth, np.ones(16, np.bool_))
 

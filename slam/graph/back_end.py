@@ -18,6 +18,7 @@ from slam.graph.loop_search import LoopSearch
 from slam.graph.marginals import pose_covariances
 from slam.graph.pose_graph import Edges, solve_graph
 from slam.graph.refined_walls import wall_covariances
+from slam.graph.single_poses import composed
 from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
 from slam.graph.submap_view import SubmapView
@@ -78,7 +79,7 @@ class BackEnd:
         finished = self.graph.keys[-1].submaps[0] if self.finishes(key) else None
         closed = finished is not None and self._finish(finished)
         self.graph.add(key)
-        self._shown.append(compose_poses(self._T_map_local, key.T_local_laser))
+        self._shown.append(composed(self._T_map_local, key.T_local_laser))
         closure = self._closure(finished) if finished is not None and closed and self._has_moved() else None
         self.seconds += thread_time() - began
         return closure

@@ -34,13 +34,13 @@ class BackEndProcess:
         self._in: SimpleQueue[Any] = SimpleQueue()
         command = [sys.executable, "-m", "slam.graph.back_end_process"]
         process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        assert process.stdin is not None
-        assert process.stdout is not None
-        Thread(target=_send, args=(self._out, process.stdin), name="to the back end", daemon=True).start()
-        Thread(target=_receive, args=(process.stdout, self._in), name="from the back end", daemon=True).start()
+        sender = Thread(target=_send, args=(self._out, process), name="to the back end", daemon=True)
+        receiver = Thread(target=_receive, args=(process, self._in), name="from the back end", daemon=True)
         self.size = GraphSize()
         """Of the graph, as the last result told."""
-        self._lost = weakref.finalize(self, _let_go, self._out, process)
+        self._let_go = weakref.finalize(self, _end, self._out, process, (sender, receiver))
+        sender.start()
+        receiver.start()
         self._out.put((matching, config))
         for key in keys:
             self._out.put(key)
@@ -64,7 +64,7 @@ class BackEndProcess:
         result = self._in.get()
         while not isinstance(result, ClosedRun | _Ended):
             result = self._in.get()
-        self._lost()
+        self._let_go()
         return result if isinstance(result, ClosedRun) else None
 
     def _result(self, result: Any) -> Closure | None:
@@ -79,26 +79,34 @@ class _Ended:
     """The process has ended: there will be no more results."""
 
 
-def _send(queue: "SimpleQueue[Any]", stream: IO[bytes]) -> None:
-    with suppress(OSError):  # it has ended
+def _send(queue: "SimpleQueue[Any]", process: "subprocess.Popen[bytes]") -> None:
+    stream = _stream(process.stdin)
+    with suppress(OSError), stream:  # it may have ended
         while (message := queue.get()) is not _END:
             pickle.dump(message, stream, pickle.HIGHEST_PROTOCOL)
             stream.flush()
-    with suppress(OSError):
-        stream.close()
 
 
-def _receive(stream: IO[bytes], queue: "SimpleQueue[Any]") -> None:
-    with suppress(EOFError, OSError, pickle.UnpicklingError):
+def _receive(process: "subprocess.Popen[bytes]", queue: "SimpleQueue[Any]") -> None:
+    stream = _stream(process.stdout)
+    with suppress(EOFError, OSError, pickle.UnpicklingError), stream:
         while True:
             queue.put(pickle.load(stream))
+    process.wait()
     queue.put(_Ended())
 
 
-def _let_go(queue: "SimpleQueue[Any]", process: "subprocess.Popen[bytes]") -> None:
-    """Let the process end, and see it off."""
+def _stream(stream: IO[bytes] | None) -> IO[bytes]:
+    assert stream is not None
+    return stream
+
+
+def _end(queue: "SimpleQueue[Any]", process: "subprocess.Popen[bytes]", threads: tuple[Thread, ...]) -> None:
+    """End the process, whose results nobody wants any more, and its threads."""
     queue.put(_END)
-    Thread(target=process.wait, daemon=True).start()
+    process.kill()
+    for thread in threads:
+        thread.join()
 
 
 def main() -> None:

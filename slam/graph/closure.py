@@ -68,7 +68,7 @@ class ClosedRun:
     """The walls that all key scans together see ..."""
     wall_covariances: FloatArray
     """... and the covariance (M, 2, 2) of the offset and the direction of each in the map; m^2, m rad, rad^2."""
-    size: GraphSize = GraphSize()
+    size: GraphSize
 
     @cached_property
     def indices(self) -> IntArray:

@@ -7,10 +7,11 @@ import numpy as np
 from slam.graph.loop import Loop
 from slam.graph.marginals import pose_covariances
 from slam.graph.pose_graph import NO_LOOP, Edge, Edges, solve_graph
+from slam.graph.single_poses import between, composed
 from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
 from slam.graph.surest_paths import Hops
-from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angle
+from slam.pose import FloatArray, wrap_angle
 
 HOP_SIGMAS: Final = np.array([0.08, 0.08, 0.04])
 """From one submap to the next, for the search of candidates: metres and radians. The graph takes half of it."""
@@ -81,19 +82,19 @@ class CondensedGraph:
 
 def _hop_edge(k: int, submap: Submap, following: Submap) -> Edge:
     information = np.diag(4.0 / HOP_SIGMAS**2) * (BREAK_WEIGHT if following.broken else 1.0)
-    measured = relative_poses(submap.T_local_submap, following.T_local_submap)
+    measured = between(submap.T_local_submap, following.T_local_submap)
     return Edge(k, k + 1, measured, information, NO_LOOP)
 
 
 def _condensed(loop: Loop, graph: SubmapGraph) -> Edge:
     """One edge for all of a loop: where the submap lies in the other, by its key scans together."""
     submap, other = graph.submaps[loop.submap], graph.submaps[loop.other]
-    measured = relative_poses(other.T_local_submap, compose_poses(loop.T_other_submap, submap.T_local_submap))
+    measured = between(other.T_local_submap, composed(loop.T_other_submap, submap.T_local_submap))
     H, g = np.zeros((3, 3)), np.zeros(3)
     for edge in loop.edges:
         key = graph.keys[graph.number_of(edge.second)]
-        own = relative_poses(submap.T_local_submap, key.T_local_laser)
-        error = edge.measured - compose_poses(measured, own)
+        own = between(submap.T_local_submap, key.T_local_laser)
+        error = edge.measured - composed(measured, own)
         error[2] = wrap_angle(float(error[2]))
         J = _lever(measured, own)
         H += J.T @ edge.information @ J
@@ -106,5 +107,5 @@ def _condensed(loop: Loop, graph: SubmapGraph) -> Edge:
 
 def _lever(measured: FloatArray, own: FloatArray) -> FloatArray:
     """Derivative (3, 3) of measured @ own by ``measured``."""
-    offset = compose_poses(measured, own)[:2] - measured[:2]
+    offset = composed(measured, own)[:2] - measured[:2]
     return np.array([[1.0, 0.0, -offset[1]], [0.0, 1.0, offset[0]], [0.0, 0.0, 1.0]])

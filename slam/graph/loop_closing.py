@@ -12,9 +12,10 @@ from slam.graph.closed_map import ClosedMap
 from slam.graph.closure import ClosedRun, Closure
 from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
+from slam.graph.single_poses import composed
 from slam.graph.submap_mapper import SubmapMapper
 from slam.mapping.surfel_map import SurfelMap
-from slam.pose import Pose2D, compose_poses
+from slam.pose import Pose2D
 
 DELAY: Final = 10
 """Scans after a submap is finished, at which its closure is taken over in a stepped run."""
@@ -138,4 +139,4 @@ class LoopClosing:
             self._add(key)
 
     def _add(self, key: KeyScan) -> None:
-        self._closed.add(key, compose_poses(self.T_map_local.as_array(), key.T_local_laser))
+        self._closed.add(key, composed(self.T_map_local.as_array(), key.T_local_laser))

@@ -57,6 +57,13 @@ class Traces:
             return np.zeros(len(self.steps), np.bool_)
         return np.asarray(self.steps["closure"] >= 0)
 
+    @property
+    def closures(self) -> dict[int, int] | None:
+        """The submap whose closure was taken over, by the number of the scan; None of a run that does not tell."""
+        if "closure" not in (self.steps.dtype.names or ()):
+            return None
+        return {int(k): int(self.steps["closure"][k]) for k in np.flatnonzero(self.jumps)}
+
     @classmethod
     def read(cls, folder: Path) -> Self | None:
         """The traces of a run folder; None when it has no step."""

@@ -41,6 +41,8 @@ NEIGHBOURS: Final = 2
 BREAK_REACH, BREAK_CANDIDATES = 5.0, 3
 """Where the front end broke: submaps whose path is so near, metres, and how many of them are tried with any heading."""
 BREAK_SIGMAS: Final = np.array([0.5, 0.5, 2.0])
+INDEPENDENT: Final = 0.1
+"""Share of what matches say that is not said by their neighbours too: it counts alone where covariances are asked."""
 MOVED, FAR = 0.03, 0.3
 """Metres that a key scan must have moved for the map to be made again; beyond the second at once ..."""
 NEW_SHARE: Final = 0.1
@@ -91,12 +93,13 @@ class BackEnd:
         for number in graph.keys[-1].submaps if graph.keys else ():
             self._finish(number)
         edges = Edges.of([*graph.edges, *graph.odometry_edges()])
+        odometry = np.arange(len(edges.loop)) >= len(graph.edges)
         solution = solve_graph(np.array(graph.poses).reshape(-1, 3), edges, KERNEL)
         key_nodes = np.array(graph.key_nodes, np.int64)
         facets = [key.facets for key in graph.keys]
         nodes, walls, _ = refine(solution.poses, edges, solution.weights, facets, key_nodes)
         graph.poses = list(nodes)
-        covariances = pose_covariances(nodes, edges, solution.weights)
+        covariances = pose_covariances(nodes, edges, solution.weights * np.where(odometry, 1.0, INDEPENDENT))
         surfel_map = self._map()
         self.seconds += thread_time() - began
         return ClosedRun(

@@ -49,13 +49,13 @@ class SubmapGraph:
         """Add a key scan, and the submap that begins with it."""
         number, T_map_local = len(self.keys), self._T_map_local(key)
         pose = composed(T_map_local, key.T_local_laser)
+        self.keys.append(key)
+        self.key_nodes.append(self._new_node(pose))  # the first of all stays where it is
+        self._number_of[self.key_nodes[number]] = number
         for name in key.submaps:
             if name not in self.submaps:
                 broken = key.broken and name == key.submaps[0]
                 self.submaps[name] = Submap(name, self._new_node(pose), key.T_local_laser, broken)
-        self.keys.append(key)
-        self.key_nodes.append(self._new_node(pose))
-        self._number_of[self.key_nodes[number]] = number
         for name in key.submaps:
             self._join_to_submap(number, self.submaps[name])
 

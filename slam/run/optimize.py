@@ -51,10 +51,12 @@ class Optimization:
         closed, walls = self._close(console)
         folder = record.folder if out is None else _copied(record.folder, make_run_folder(record.config.name, out))
         with _new_files(folder) as draft:
+            closed.write(draft)
+            metrics = (record.metrics or {}) | measure(draft) | closed.metrics | walls
+            metrics.pop("optimized", None)
             if self.changed:
                 write_atomic(draft / "closed.yaml", dump_scenario(self.scenario))
-            closed.write(draft)
-            metrics = (record.metrics or {}) | measure(draft) | closed.metrics | walls | {"optimized": self.changed}
+                metrics["optimized"] = self.changed
             if record.complete:
                 write_atomic(draft / "metrics.json", json.dumps(metrics, indent=2) + "\n")
             self._draw(draft, closed, console)

@@ -50,6 +50,13 @@ class Traces:
             return np.zeros(len(self.steps), np.bool_)
         return np.asarray((self.steps["odometry_only"] == 1) & (self.steps["mapped"] == 1))
 
+    @property
+    def jumps(self) -> NDArray[np.bool_]:
+        """True for a scan at which a closure was taken over: pose and map changed as a whole, (K,)."""
+        if "closure" not in (self.steps.dtype.names or ()):
+            return np.zeros(len(self.steps), np.bool_)
+        return np.asarray(self.steps["closure"] >= 0)
+
     @classmethod
     def read(cls, folder: Path) -> Self | None:
         """The traces of a run folder; None when it has no step."""

@@ -15,6 +15,7 @@ from slam.graph.loop_check import distances_to
 from slam.graph.loop_search import LoopSearch
 from slam.graph.marginals import pose_covariances
 from slam.graph.pose_graph import Edges, solve_graph
+from slam.graph.pruning import Pruning
 from slam.graph.refined_walls import wall_covariances
 from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
@@ -46,6 +47,7 @@ class BackEnd:
     def __init__(self, matching: LeastSquaresConfig, config: SurfelMapConfig) -> None:
         self.graph = SubmapGraph()
         self.condensed = CondensedGraph(self.graph, KERNEL)
+        self._pruning = Pruning(self.graph, self.condensed)
         self._config, self._search = config, LoopSearch(self.graph, matching, config)
         self._told = 0  # number of the loops of the closures until now
         self._finished: list[Submap] = []
@@ -64,7 +66,7 @@ class BackEnd:
         graph = self.graph
         for number in graph.keys[-1].submaps if graph.keys else ():
             self._finish(number)
-        edges = Edges.of([*graph.edges, *graph.odometry_edges()])
+        edges = Edges.of([*graph.edges, *graph.tie_edges(), *graph.odometry_edges()])
         solution = solve_graph(np.array(graph.poses).reshape(-1, 3), edges, KERNEL)
         key_nodes = np.array(graph.key_nodes, np.int64)
         facets = [key.facets for key in graph.keys]
@@ -76,6 +78,7 @@ class BackEnd:
             _loop_weights(edges, solution.weights, len(graph.loops)), nodes, key_nodes,
             tuple(graph.submaps.values()), edges, solution.weights, T_base_laser, walls,
             wall_covariances(walls, nodes, covariances),
+            self._pruning.anchors.placed({s.number: nodes[s.node] for s in graph.submaps.values()}),
         )  # fmt: skip
 
     def _closure(self, submap: int) -> Closure:
@@ -83,9 +86,9 @@ class BackEnd:
         last = graph.submaps[graph.keys[-1].submaps[0]]
         loops, self._told = tuple(graph.loops[self._told :]), len(graph.loops)
         self._mapped_at = poses = self._key_poses()
-        where = loop_keys(loops, {s.number: s.keys for s in graph.submaps.values()}, graph.number_of, poses)
+        where = loop_keys(graph.loops, {s.number: s.keys for s in graph.submaps.values()}, graph.number_of, poses)
         return Closure(
-            submap, graph.correction(last), np.zeros((3, 3)), self._map(), len(graph.keys), loops, poses, where
+            submap, graph.correction(last), np.zeros((3, 3)), self._map(), graph.taken, loops, poses, where
         )  # fmt: skip
 
     def _map(self) -> SurfelMap:
@@ -107,7 +110,14 @@ class BackEnd:
         found = self._find_loops(submap)
         if found:
             self.condensed.solve()
+        self._prune(number)
         return found > 0
+
+    def _prune(self, number: int) -> None:
+        kept = self._pruning.prune(number)
+        if kept is not None:
+            self._told = sum(loop < self._told for loop in kept)
+            self._finished = [submap for submap in self._finished if submap.number in self.graph.submaps]
 
     def _find_loops(self, submap: Submap) -> int:
         """Seek a submap in the earlier ones, the surest first; returns how often it was found."""

@@ -1,7 +1,8 @@
 """Pruning: submaps of a place that is known already leave the graph, so that it grows with the area and not with time.
 
-A submap is redundant where it was found in earlier ones, most of its key scans agree with them, and each of them was
-taken where earlier ones were taken too, looking the same way. What it says of the submaps around it stays as ties
+A submap is redundant where it was found in earlier ones, its key scans agree with these nearly as well as with itself,
+and each of them was taken where earlier ones were taken too, looking the same way: a place that has changed since is
+kept. What it says of the submaps around it stays as ties
 between them, and a few of its scans as anchors that ride on the surest of those in which it was found.
 """
 
@@ -26,8 +27,10 @@ NEAR, TURNED = 1.0, np.radians(30.0)
 """Metres and radians within which a key scan sees what another one saw ..."""
 ENOUGH: Final = 3
 """... and how many such ones make it redundant."""
-LEAST_AGREEING: Final = 0.7
-"""Share of the key scans of a submap that must agree with those in which it was found."""
+LEAST_AGREEING: Final = 0.8
+"""Share of the key scans of a submap that must agree with those in which it was found ..."""
+UNCHANGED: Final = 0.8
+"""... and how well in one of them, of how well they do with their own: mean shares of the facets."""
 
 
 class Pruning:
@@ -55,21 +58,22 @@ class Pruning:
 
     def _is_redundant(self, number: int) -> bool:
         submap = self._graph.submaps.get(number)
-        if submap is None or submap.node == 0 or len(submap.keys) < 2:
+        if submap is None or submap.node == 0 or not submap.keys:
             return False
-        agreeing = self._agreeing(number)
-        share = len(agreeing.intersection(submap.keys)) / len(submap.keys)
-        return share >= LEAST_AGREEING and self._is_covered(submap)
+        return self._is_found(submap) and self._is_covered(submap)
 
-    def _agreeing(self, number: int) -> set[int]:
-        """Numbers of the key scans that agree with another submap in which they were found, of a submap and of those
-        that share them."""
-        graph, weights = self._graph, self._condensed.weights
+    def _is_found(self, submap: Submap) -> bool:
+        """True where a submap and its key scans, as far as loops of others that share them tell, agree with earlier
+        ones."""
+        graph, number = self._graph, submap.number
+        weights = self._condensed.weights.tolist()
         loops = [loop for loop, weight in zip(graph.loops, weights, strict=True) if weight > BELIEVED]
-        if not any(loop.submap == number for loop in loops):
-            return set()
+        best = max((loop.share for loop in loops if loop.submap == number), default=0.0)
+        if best < UNCHANGED * float(np.mean([graph.keys[k].share for k in submap.keys])):
+            return False
         beside = [loop for loop in loops if abs(loop.submap - number) <= 1]
-        return {graph.number_of(edge.second) for loop in beside for edge in loop.edges}
+        agreeing = {graph.number_of(edge.second) for loop in beside for edge in loop.edges}
+        return len(agreeing.intersection(submap.keys)) >= LEAST_AGREEING * len(submap.keys)
 
     def _is_covered(self, submap: Submap) -> bool:
         """True where every key scan of a submap lies near enough others of earlier submaps."""

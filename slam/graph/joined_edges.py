@@ -3,12 +3,13 @@
 import numpy as np
 
 from slam.graph.pose_graph import Edge
-from slam.pose import FloatArray, compose_poses, inverse_poses, wrap_angle
+from slam.graph.single_poses import composed
+from slam.pose import FloatArray, inverse_poses, wrap_angle
 
 
 def lever(first: FloatArray, second: FloatArray) -> FloatArray:
     """Derivative (3, 3) of first @ second, poses (3,), by ``first``."""
-    offset = compose_poses(first, second)[:2] - first[:2]
+    offset = composed(first, second)[:2] - first[:2]
     return np.array([[1.0, 0.0, -offset[1]], [0.0, 1.0, offset[0]], [0.0, 0.0, 1.0]])
 
 
@@ -27,7 +28,7 @@ def joined(first: Edge, second: Edge) -> Edge:
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     J = lever(first.measured, second.measured)
     covariance = J @ _covariance(first) @ J.T + R @ _covariance(second) @ R.T
-    return Edge(first.first, second.second, compose_poses(first.measured, second.measured), _information(covariance))
+    return Edge(first.first, second.second, composed(first.measured, second.measured), _information(covariance))
 
 
 def fused(edge: Edge, again: Edge) -> Edge:

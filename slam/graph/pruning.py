@@ -15,9 +15,10 @@ from slam.graph.anchors import Anchors
 from slam.graph.condensed import CondensedGraph
 from slam.graph.joined_edges import fused, joined, turned_round
 from slam.graph.pose_graph import Edge
+from slam.graph.single_poses import between
 from slam.graph.submap import Submap
-from slam.graph.submap_graph import SubmapGraph
-from slam.pose import FloatArray, relative_poses, wrap_angles
+from slam.graph.submap_graph import Left, SubmapGraph
+from slam.pose import FloatArray, wrap_angles
 
 DELAY: Final = 3
 """Submaps that are finished after one before it is judged: the next ones may be found in it, or doubt its loops."""
@@ -41,9 +42,8 @@ class Pruning:
         self._graph, self._condensed = graph, condensed
         self._redundant: set[int] = set()
 
-    def prune(self, finished: int) -> list[int] | None:
-        """Judge the submaps before one that was finished last; returns, where one was taken out, the numbers that the
-        loops left had until then.
+    def prune(self, finished: int) -> Left | None:
+        """Judge the submaps before one that was finished last; returns what is left where one was taken out.
 
         Neighbours have half of their key scans in common, so that those of one that stands alone would stay: it does.
         """
@@ -57,8 +57,9 @@ class Pruning:
         return self._take_out(number)
 
     def _is_redundant(self, number: int) -> bool:
-        submap = self._graph.submaps.get(number)
-        if submap is None or submap.node == 0 or not submap.keys:
+        submaps = self._graph.submaps
+        submap = submaps.get(number)
+        if submap is None or number == next(iter(submaps)):
             return False
         return self._is_found(submap) and self._is_covered(submap)
 
@@ -88,7 +89,7 @@ class Pruning:
     def _poses(self, keys: Iterable[int]) -> FloatArray:
         return np.array([self._graph.poses[self._graph.key_nodes[number]] for number in keys]).reshape(-1, 3)
 
-    def _take_out(self, number: int) -> list[int] | None:
+    def _take_out(self, number: int) -> Left | None:
         """Leave ties and anchors for a submap, and remove it."""
         graph = self._graph
         edges = _from(number, self._condensed.edges_of(number))
@@ -99,9 +100,9 @@ class Pruning:
         self._anchor(graph.submaps[number], graph.submaps[surest.second])
         for tie in _star(surest, edges):
             graph.add_tie(tie)
-        kept = graph.remove({number})
-        self._condensed.keep_loops(kept)
-        return kept
+        left = graph.remove({number})
+        self._condensed.keep_loops(left.loops)
+        return left
 
     def _anchor(self, submap: Submap, other: Submap) -> None:
         """Keep the places of the first and the last of the key scans that leave with a submap: between the two they
@@ -111,7 +112,7 @@ class Pruning:
         origin = graph.poses[other.node]
         for number in sorted({*leaving[:1], *leaving[-1:]}):
             key, pose = graph.keys[number], graph.poses[graph.key_nodes[number]]
-            self.anchors.add(key.index, key.T_local_laser, other.number, relative_poses(origin, pose))
+            self.anchors.add(key.index, key.T_local_laser, other.number, between(origin, pose))
 
 
 def _from(number: int, edges: Iterable[Edge]) -> list[Edge]:

@@ -29,7 +29,7 @@ from slam.pose import FloatArray, compose_poses
 
 KERNEL: Final = 30.0
 """chi^2 of a loop's edge, beyond which it loses its weight."""
-MOST_CANDIDATES, ENOUGH = 10, 4
+MOST_CANDIDATES, ENOUGH = 6, 3
 """Earlier submaps in which a new one is sought at most, and how often it must be found to end the search."""
 NEAR: Final = 3.0
 """Metres between two paths ..."""

@@ -7,10 +7,11 @@ import numpy as np
 from slam.config import LeastSquaresConfig, SurfelMapConfig
 from slam.graph.closed_map import map_of
 from slam.graph.closure import ClosedRun, Closure
-from slam.graph.condensed import CondensedGraph
+from slam.graph.condensed import BELIEVED, CondensedGraph
+from slam.graph.consistency import WaitingLoops, renumbered
 from slam.graph.joint_refinement import refine
 from slam.graph.key_scan import KeyScan
-from slam.graph.loop import loop_keys
+from slam.graph.loop import Loop, loop_keys
 from slam.graph.loop_check import distances_to
 from slam.graph.loop_search import LoopSearch
 from slam.graph.marginals import pose_covariances
@@ -20,6 +21,7 @@ from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
 from slam.graph.submap_view import SubmapView
 from slam.graph.surest_paths import surest_covariances
+from slam.graph.wall_candidates import WallCandidates
 from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray, compose_poses
 
@@ -37,6 +39,8 @@ NEIGHBOURS: Final = 2
 """Submaps before a new one that share its walls without a loop."""
 BREAK_REACH, BREAK_CANDIDATES = 5.0, 3
 """Where the front end broke: submaps whose path is so near, metres, and how many of them are tried with any heading."""
+WALL_SIGMAS: Final = np.array([0.3, 0.3, 0.05])
+"""Of a place from walls alone: metres and radians."""
 BREAK_SIGMAS: Final = np.array([0.5, 0.5, 2.0])
 
 
@@ -49,6 +53,7 @@ class BackEnd:
         self._config, self._search = config, LoopSearch(self.graph, matching, config)
         self._told = 0  # number of the loops of the closures until now
         self._finished: list[Submap] = []
+        self._walls, self._waiting = WallCandidates(), WaitingLoops(self.graph)
         self.tried = 0
 
     def take(self, key: KeyScan) -> Closure | None:
@@ -104,6 +109,8 @@ class BackEnd:
             return False
         submap.finish(self.graph.keys)
         self._finished.append(submap)
+        surfels = SurfelMap(self._config, self._search.map_of(submap).grid).surfels
+        self._walls.add(submap, surfels, self._config.cell)
         found = self._find_loops(submap)
         if found:
             self.condensed.solve()
@@ -122,6 +129,8 @@ class BackEnd:
                     break
         if submap.broken and not found:
             found += self._find_after_break(view)
+        if not found:
+            found += self._find_by_walls(view)
         return found
 
     def _candidates(self, submap: Submap) -> list[tuple[Submap, FloatArray]]:
@@ -155,6 +164,31 @@ class BackEnd:
                 self.graph.add_loop(loop)
                 return 1
         return 0
+
+    def _find_by_walls(self, view: SubmapView) -> int:
+        """Seek a submap where its walls alone say that it may be; it counts where another loop bears it out."""
+        submap = view.submap
+        own = self._places(submap)
+        others = [other for other in self._finished[:-1] if not self._are_neighbours(other, submap)]
+        others.sort(key=lambda other: float(distances_to(own, self._places(other)).min()))
+        covariance = np.diag(WALL_SIGMAS**2)
+        loops = []
+        for candidate in self._walls.of(submap, others):
+            self.tried += 1
+            loop = self._search.find_near(view, candidate.other, candidate.T_other_submap, covariance, "walls")
+            if loop is not None and not loop.ambiguous:
+                loops.append(loop)
+        added = 0
+        for loop in loops:
+            for one in self._waiting.borne_out(loop, self.condensed.hops(), self._believed()):
+                self.graph.add_loop(renumbered(one, len(self.graph.loops)))
+                added += 1
+        return added
+
+    def _believed(self) -> list[Loop]:
+        """Loops that the graph of submaps believes."""
+        weighed = zip(self.graph.loops, self.condensed.weights, strict=False)
+        return [loop for loop, weight in weighed if weight > BELIEVED]
 
     def _are_neighbours(self, other: Submap, submap: Submap) -> bool:
         """True where two submaps share key scans, or follow each other without a break."""

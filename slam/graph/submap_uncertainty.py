@@ -16,7 +16,7 @@ class SubmapUncertainty:
     """Covariances (3, 3) of the open submaps, x, y, theta where each began."""
 
     def __init__(self, first: FloatArray) -> None:
-        self._open: list[tuple[Pose2D, FloatArray]] = [(Pose2D(), first)]  # the oldest, to which scans are matched, first
+        self._open: list[tuple[Pose2D, FloatArray]] = [(Pose2D(), first)]  # scans are matched to the first, the oldest
         self._last: tuple[Pose2D, FloatArray] = Pose2D(), np.zeros((3, 3))
 
     def pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:

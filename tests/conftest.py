@@ -95,7 +95,7 @@ def lap_path() -> list[Pose2D]:
 
 @pytest.fixture(scope="session")
 def lap_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A recorded run in CARMEN's format along ``lap_path``, with odometry that turns too far."""
+    """A recorded run in CARMEN's format along ``lap_path``, with wheels that go and turn too far."""
     niches = [(4, -1, 4.6, -0.6), (10.5, 2, 11, 2.8), (6, 6.5, 7.2, 7), (-1, 3, -0.6, 4)]
     shapes = [_rectangle(-1, -1, 11, 7), _rectangle(1, 1, 9, 5), *(_rectangle(*niche) for niche in niches)]
     edges = np.concatenate([np.stack([shape[:-1], shape[1:]], axis=1) for shape in shapes])
@@ -103,9 +103,9 @@ def lap_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     wheels = Pose2D()
     for k, pose in enumerate(LAP_PATH):
         motion = LAP_PATH[max(k - 1, 0)].between(pose)
-        wheels = wheels @ Pose2D(motion.x, motion.y, motion.theta + 0.01 * motion.x)
-        ranges = _ranges(edges, pose, bearings) + 0.01 * rng.normal(size=181)
-        readings = " ".join(f"{reading:.3f}" for reading in np.where(ranges < 5.0, ranges, 8.0))
+        wheels = wheels @ Pose2D(1.02 * motion.x, motion.y, motion.theta + 0.02 * motion.x)
+        ranges = _ranges(edges, pose, bearings) + 0.03 * rng.normal(size=181)
+        readings = " ".join(f"{reading:.3f}" for reading in np.where(ranges < 4.0, ranges, 8.0))
         odometry, stamp = f"{wheels.x:.6f} {wheels.y:.6f} {wheels.theta:.9f}", f"{0.1 * k:.3f} host {0.1 * k:.3f}"
         scan = f"0 -1.570796 3.141593 0.017453 8 0.01 0 181 {readings} 0"
         lines.append(f"ROBOTLASER1 {scan} {odometry} {odometry} 0 0 0 0 0 {stamp}")

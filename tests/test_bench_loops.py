@@ -12,8 +12,9 @@ from slam.bench.block_log import block_log
 from slam.bench.loops.block_table import block_table
 from slam.bench.loops.both_ways import BothWays, run_both_ways
 from slam.bench.loops.log_results import LogResult, TrajectoryScore
-from slam.bench.loops.log_tables import cost_table, error_table, noise_table
+from slam.bench.loops.log_tables import cost_table, error_table, noise_table, place_table
 from slam.bench.loops.loop_errors import count_loops, is_wrong, loop_errors
+from slam.bench.loops.place_hits import PlaceHits, place_hits, rank_of
 from slam.bench.loops.sim_drives import drive
 from slam.bench.loops.sim_tables import hour_table
 from slam.bench.loops_report import LoopBench, loop_tables
@@ -23,9 +24,11 @@ from slam.config import SlamConfig, SurfelMapConfig
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 from slam.graph.closure import ClosedRun
+from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.pose_graph import Edges
+from slam.graph.refined_walls import RefinedWalls
 from slam.graph.submap import Submap
 from slam.line_slam import LineSlam
 from slam.mapping.surfel_map import SurfelMap
@@ -40,6 +43,9 @@ DRIFT = np.array([3.0, -2.0, 0.4])
 @pytest.fixture(scope="module")
 def both() -> BothWays:
     return run_both_ways(SMALL, SlamConfig())
+
+
+NO_WALLS = RefinedWalls(*(np.empty((0, *shape)) for shape in ((2, 2), (2, 2), (), (), ())))
 
 
 def run_with_loops(errors: FloatArray, T_base_laser: FloatArray) -> tuple[ClosedRun, InterpolatedPoses]:
@@ -60,6 +66,7 @@ def run_with_loops(errors: FloatArray, T_base_laser: FloatArray) -> tuple[Closed
     closed = ClosedRun(
         tuple(keys), local, np.zeros((16, 3, 3)), SurfelMap(SurfelMapConfig()), tuple(loops), weights, local,
         np.arange(16), tuple(submaps), Edges.of([]), np.empty(0), T_base_laser,
+        NO_WALLS, np.empty((0, 2, 2)), GraphSize(),
     )  # fmt: skip
     return closed, InterpolatedPoses(truth, np.ones(16, np.bool_))
 
@@ -94,8 +101,8 @@ def result(**changed: object) -> LogResult:
     score = TrajectoryScore(NAN, NAN, 0.5, None, 40.0)
     times = np.array([0.001, 0.001, 0.002])
     return LogResult(
-        "aces", 3, score, score._replace(ate=0.3), score._replace(ate=0.1), NAN, NAN, None, times, 2.0 * times, 0.010,
-        0.002,
+        "aces", 3, score, score._replace(ate=0.3), score._replace(ate=0.1), NAN, NAN, None, None, times, 2.0 * times,
+        0.010, 0.002,
     )._replace(**changed)  # fmt: skip
 
 
@@ -120,6 +127,28 @@ def test_a_row_a_measure_that_there_is_and_the_published_beside_the_first() -> N
     assert [row[1] for row in duke] == ["open, m", "open, deg", "off axes, deg", "crisp"]
     assert [row[4] for row in duke[:2]] == ["0.50", "2.00"]
     assert duke[2][2] == "5.73"
+
+
+def test_the_rank_of_a_place_is_that_of_the_first_right_one() -> None:
+    places = np.array([[1.0, 0.0, 0.0], [0.0, 0.5, 0.2], [0.0, 0.5, 0.1], [0.0, 0.0, 2.0 * np.pi]])
+    assert rank_of(np.zeros(3), places) == 2
+    assert rank_of(np.zeros(3), places[3:]) == 0
+    assert rank_of(np.zeros(3), places[:2]) == 6
+
+
+def test_shares_of_places_are_of_the_pairs_that_there_are() -> None:
+    (row,) = place_table(
+        [result(places=PlaceHits(4, (1, 2, 4), 0.008)), result(places=PlaceHits(0, (0, 0, 0), 0.0))]
+    ).rows
+    assert row == ("aces", "4", "0.25", "0.50", "1.00", "2.00")
+
+
+def test_a_run_that_never_comes_back_has_no_pairs(both: BothWays) -> None:
+    assert SMALL.T_map_base is not None
+    truth = InterpolatedPoses(SMALL.T_map_base, np.ones(len(SMALL), np.bool_))
+    assert place_hits(both.closed, truth) == PlaceHits(0, (0, 0, 0), pytest.approx(0.0, abs=1e-3))
+    one_spot = InterpolatedPoses(np.zeros((len(SMALL), 3)), truth.known)
+    assert place_hits(both.closed, one_spot).pairs > 0
 
 
 def test_short_walls_do_not_tell_the_axes() -> None:

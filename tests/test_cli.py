@@ -16,6 +16,7 @@ from slam.errors import RobotError
 from slam.robot import Observation
 from slam.run import experiment_setup
 
+CLOSED_FILES = {"map.json", "graph.json", "closed.tum"}
 ALL_FILES = {
     "config.yaml",
     "metrics.json",
@@ -127,7 +128,7 @@ def test_replay(tmp_path: Path, small_log: Path) -> None:
     done = hopslam("replay", small_log, "--out", tmp_path / "run")
     assert done.returncode == 0, done.stderr
     assert "12 scans" in done.stdout
-    assert {path.name for path in (tmp_path / "run").iterdir()} == ALL_FILES | {"map.json"}
+    assert {path.name for path in (tmp_path / "run").iterdir()} == ALL_FILES | CLOSED_FILES
     metrics = json.loads((tmp_path / "run" / "metrics.json").read_text())
     assert metrics["scans"] == 12
     assert metrics["path_m"] == pytest.approx(0.55, abs=0.05)
@@ -186,7 +187,7 @@ def test_ctrl_c_leaves_a_complete_folder_and_exit_code_130(tmp_path: Path) -> No
     out, err = running.communicate(timeout=60)
     assert running.returncode == 130, err
     assert "interrupted; results in" in out
-    assert {path.name for path in (tmp_path / "run").iterdir()} == ALL_FILES | {"groundtruth.tum", "map.json"}
+    assert {path.name for path in (tmp_path / "run").iterdir()} == ALL_FILES | CLOSED_FILES | {"groundtruth.tum"}
 
 
 @pytest.mark.parametrize("words", [["--help"], ["run", "--help"], ["replay", "--help"]])

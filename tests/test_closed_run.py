@@ -19,6 +19,7 @@ from slam.mapping.surfel_map import SurfelMap
 from slam.odometry import Twist2D
 from slam.pose import Pose2D, relative_poses
 from slam.run.experiment_setup import continue_mapping, replay_experiment
+from slam.run.report.faults import faults
 from slam.run.results.metrics import measure
 from slam.run.results.run_record import RunRecord
 from slam.scenario.file import load_scenario
@@ -59,7 +60,7 @@ def test_the_front_end_never_jumps(lap_run: Path, lap_path: list[Pose2D]) -> Non
     assert traces.local is not None
     motions = relative_poses(traces.local[:-1], traces.local[1:])
     true = np.array([a.between(b).as_array() for a, b in pairwise(lap_path)])
-    assert np.abs(motions - true).max() < 0.06
+    assert np.abs(motions - true).max() < 0.1
     closures = traces.steps["closure"]
     assert ((closures == -1) | (closures >= 0)).all()
     first = int(np.argmax(closures >= 0))
@@ -230,3 +231,19 @@ def test_both_trajectories_are_scored(lap_run: Path, lap_path: list[Pose2D], tmp
     scores = json.loads(result.output)
     assert list(scores) == ["ATE", "RPE over 1 m", "closed: ATE", "closed: RPE over 1 m"]
     assert scores["closed: ATE"]["metres"]["rmse"] < scores["ATE"]["metres"]["rmse"]
+
+
+def test_ctrl_c_ends_the_closing_and_the_run_is_causal(
+    lap_log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(slam: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("slam.run.closing_loops.finish", interrupted)
+    folder = replay_experiment(lap_log, load_scenario("replay")).run(tmp_path / "run", pictures=False).folder
+    record = RunRecord.open(folder)
+    assert record.traces.closed is None
+    assert record.saved_map is not None
+    assert record.saved_map.T_map_base.distance(Pose2D.from_array(record.traces.estimate[-1])) < 2e-6
+    assert record.metrics is not None
+    assert any("Its loops were not closed at the end" in fault for fault in faults(record, record.metrics))

@@ -153,7 +153,11 @@ def test_no_command_runs_what_a_sweep_names(kind: str, tmp_path: Path, gadget: P
 
 
 def test_no_command_runs_what_a_run_folder_names(run_folder: Path, gadget: Path) -> None:
-    for words in (("replay", run_folder), ("localize", run_folder, "--map", run_folder / "map.json")):
+    for words in (
+        ("replay", run_folder),
+        ("optimize", run_folder),
+        ("localize", run_folder, "--map", run_folder / "map.json"),
+    ):
         assert is_refused(hopslam(*words), "config.yaml:", "slam.lines.method"), words
     for words in (
         ("report", run_folder),

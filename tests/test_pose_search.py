@@ -25,7 +25,7 @@ HALL = np.array([[-1, -1.3], [1.2, -1.0], [1.6, 1.4], [0.3, 2.0], [-1.4, 1.1], [
 
 
 def drive(scan_of: Scanner, rooms: list[FloatArray], path: list[Pose2D], wheels: list[Pose2D]) -> list[Estimate]:
-    slam = LineSlam(SlamConfig(), Pose2D(), path[0])
+    slam = LineSlam(SlamConfig(loops="never"), Pose2D(), path[0])
     return [
         slam.update(scan_of(room, pose, k), Odometry(0.1 * k, odometry))
         for k, (room, pose, odometry) in enumerate(zip(rooms, path, wheels, strict=True))

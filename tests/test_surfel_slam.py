@@ -147,7 +147,7 @@ def test_one_wall_is_one_segment() -> None:
 def test_what_moves_does_not_stay() -> None:
     """Someone stands in the room for 10 scans, and is gone for 20."""
     someone = np.array([[1.5, 0.5], [1.5, 0.9], [1.7, 0.9], [1.7, 0.5], [1.5, 0.5]])
-    slam = LineSlam(SlamConfig(map=SurfelMapConfig(update_distance=0.0)), Pose2D())
+    slam = LineSlam(SlamConfig(loops="never", map=SurfelMapConfig(update_distance=0.0)), Pose2D())
 
     def near() -> int:
         return int((np.abs(slam.points.points - [1.6, 0.7]).max(axis=1) < 0.3).sum())
@@ -291,7 +291,9 @@ def test_what_lies_at_the_end_of_the_reach_is_left_out() -> None:
 
 def test_a_lost_robot_leaves_the_map_alone() -> None:
     """With settings under which every scan that is matched counts as lost, the map stays that of the first."""
-    slam = LineSlam(SlamConfig.model_validate({"matching": {"lost_below": 1.0, "lost_after": 1}}), Pose2D())
+    slam = LineSlam(
+        SlamConfig.model_validate({"loops": "never", "matching": {"lost_below": 1.0, "lost_after": 1}}), Pose2D()
+    )
     path = [Pose2D(0.1 * k) for k in range(10)]
     found = [slam.update(scan_of(ROOM, pose, 0.01, k, 0.1 * k), Odometry(0.1 * k, pose)) for k, pose in enumerate(path)]
     assert [estimate.lost for estimate in found] == [False] + 9 * [True]

@@ -1,5 +1,6 @@
 """The back end: key scans come in, loops are looked for whenever a submap is finished, and the graph is solved."""
 
+from time import thread_time
 from typing import Final
 
 import numpy as np
@@ -9,6 +10,7 @@ from slam.graph.closed_map import map_of
 from slam.graph.closure import ClosedRun, Closure
 from slam.graph.condensed import BELIEVED, CondensedGraph
 from slam.graph.consistency import WaitingLoops, renumbered
+from slam.graph.graph_size import GraphSize
 from slam.graph.joint_refinement import refine
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop, loop_keys
@@ -17,6 +19,7 @@ from slam.graph.loop_search import LoopSearch
 from slam.graph.marginals import pose_covariances
 from slam.graph.pose_graph import Edges, solve_graph
 from slam.graph.refined_walls import wall_covariances
+from slam.graph.single_poses import composed
 from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
 from slam.graph.submap_view import SubmapView
@@ -42,6 +45,12 @@ BREAK_REACH, BREAK_CANDIDATES = 5.0, 3
 WALL_SIGMAS: Final = np.array([0.3, 0.3, 0.05])
 """Of a place from walls alone: metres and radians."""
 BREAK_SIGMAS: Final = np.array([0.5, 0.5, 2.0])
+INDEPENDENT: Final = 0.1
+"""Share of what matches say that is not said by their neighbours too: it counts alone where covariances are asked."""
+MOVED, FAR = 0.03, 0.3
+"""Metres that a key scan must have moved for the map to be made again; beyond the second at once ..."""
+NEW_SHARE: Final = 0.1
+"""... and up to there when so many key scans, as a share of all, have come since it was made."""
 
 
 class BackEnd:
@@ -51,46 +60,72 @@ class BackEnd:
         self.graph = SubmapGraph()
         self.condensed = CondensedGraph(self.graph, KERNEL)
         self._config, self._search = config, LoopSearch(self.graph, matching, config)
+        self._T_map_local = np.zeros(3)  # as the front end has it
+        self._shown: list[FloatArray] = []  # poses of the key scans in the map that the front end has
+        self._rebuilt = 0  # key scans when that map was made
         self._told = 0  # number of the loops of the closures until now
         self._finished: list[Submap] = []
         self._walls, self._waiting = WallCandidates(), WaitingLoops(self.graph)
-        self.tried = 0
+        self.tried, self.seconds = 0, 0.0
+
+    def finishes(self, key: KeyScan) -> bool:
+        """True for the first key scan that is matched to the next submap."""
+        return bool(self.graph.keys) and key.submaps[0] != self.graph.keys[-1].submaps[0]
+
+    @property
+    def size(self) -> GraphSize:
+        """Counts of what it holds now."""
+        graph = self.graph
+        counts = len(graph.keys), len(graph.submaps), len(graph.edges), len(graph.loops)
+        return GraphSize(*counts, sum(key.nbytes for key in graph.keys), self.tried, self.seconds)
+>>>>>>> main
 
     def take(self, key: KeyScan) -> Closure | None:
-        """Take the next key scan; where it is the first that is matched to the next submap, loops are sought for the
-        one before, and a closure is returned where the map has changed."""
-        before = self.graph.keys[-1].submaps[0] if self.graph.keys else key.submaps[0]
-        closed = key.submaps[0] != before and self._finish(before)
+        """Take the next key scan; where it finishes a submap, loops are sought for that, and a closure is returned
+        where the map has changed."""
+        began = thread_time()
+        finished = self.graph.keys[-1].submaps[0] if self.finishes(key) else None
+        closed = finished is not None and self._finish(finished)
         self.graph.add(key)
-        return self._closure(before) if closed and self._has_moved() else None
+        self._shown.append(composed(self._T_map_local, key.T_local_laser))
+        closure = self._closure(finished) if finished is not None and closed and self._has_moved() else None
+        self.seconds += thread_time() - began
+        return closure
 
     def finish(self, T_base_laser: FloatArray) -> ClosedRun:
         """There are no more key scans: seek loops for the open submaps too, and solve for all nodes."""
         graph = self.graph
+        began = thread_time()
         for number in graph.keys[-1].submaps if graph.keys else ():
             self._finish(number)
         edges = Edges.of([*graph.edges, *graph.odometry_edges()])
+        odometry = np.arange(len(edges.loop)) >= len(graph.edges)
         solution = solve_graph(np.array(graph.poses).reshape(-1, 3), edges, KERNEL)
         key_nodes = np.array(graph.key_nodes, np.int64)
         facets = [key.facets for key in graph.keys]
         nodes, walls, _ = refine(solution.poses, edges, solution.weights, facets, key_nodes)
         graph.poses = list(nodes)
-        covariances = pose_covariances(nodes, edges, solution.weights)
+        covariances = pose_covariances(nodes, edges, solution.weights * np.where(odometry, 1.0, INDEPENDENT))
+        surfel_map = self._map()
+        self.seconds += thread_time() - began
         return ClosedRun(
-            tuple(graph.keys), nodes[key_nodes], covariances[key_nodes], self._map(), tuple(graph.loops),
+            tuple(graph.keys), nodes[key_nodes], covariances[key_nodes], surfel_map, tuple(graph.loops),
             _loop_weights(edges, solution.weights, len(graph.loops)), nodes, key_nodes,
             tuple(graph.submaps.values()), edges, solution.weights, T_base_laser, walls,
-            wall_covariances(walls, nodes, covariances),
+            wall_covariances(walls, nodes, covariances), self.size,
         )  # fmt: skip
 
     def _closure(self, submap: int) -> Closure:
         graph = self.graph
         last = graph.submaps[graph.keys[-1].submaps[0]]
         loops, self._told = tuple(graph.loops[self._told :]), len(graph.loops)
-        self._mapped_at = poses = self._key_poses()
+        poses = self._key_poses()
+        self._shown, self._rebuilt = list(poses), len(poses)
+        self._T_map_local = graph.correction(last)
         where = loop_keys(loops, {s.number: s.keys for s in graph.submaps.values()}, graph.number_of, poses)
         return Closure(
-            submap, graph.correction(last), np.zeros((3, 3)), self._map(), len(graph.keys), loops, poses, where
+            submap, self._T_map_local, last.T_local_submap, self.condensed.covariance_of(last), self._map(),
+            len(graph.keys), loops, poses, where,
         )  # fmt: skip
 
     def _map(self) -> SurfelMap:
@@ -100,8 +135,11 @@ class BackEnd:
         return np.array([self.graph.poses[node] for node in self.graph.key_nodes]).reshape(-1, 3)
 
     def _has_moved(self) -> bool:
-        """True where a key scan has moved since the map was made."""
-        return True
+        """True where key scans have moved so far since they were last shown that the map is worth making again: a
+        little is enough where much is new."""
+        offsets = self._key_poses() - np.array(self._shown)
+        moved = float(np.hypot(offsets[:, 0], offsets[:, 1]).max())
+        return moved > FAR or (moved > MOVED and len(self._shown) >= (1.0 + NEW_SHARE) * self._rebuilt)
 
     def _finish(self, number: int) -> bool:
         submap = self.graph.submaps[number]

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.pose_graph import Edges
@@ -23,8 +24,10 @@ class Closure:
     """Number of the submap for which they were sought."""
     T_map_local: FloatArray
     """(3,), as the last submap has it."""
+    T_local_submap: FloatArray
+    """(3,): where the last submap begins ..."""
     covariance: FloatArray
-    """(3, 3) of the last submap's place, x, y, theta, map frame."""
+    """... and the covariance (3, 3) of its place, x, y, theta, map frame."""
     map: SurfelMap
     """All key scans until then."""
     keys: int
@@ -65,6 +68,7 @@ class ClosedRun:
     """The walls that all key scans together see ..."""
     wall_covariances: FloatArray
     """... and the covariance (M, 2, 2) of the offset and the direction of each in the map; m^2, m rad, rad^2."""
+    size: GraphSize
 
     @cached_property
     def indices(self) -> IntArray:

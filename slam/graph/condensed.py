@@ -5,11 +5,13 @@ from typing import Final
 import numpy as np
 
 from slam.graph.loop import Loop
-from slam.graph.pose_graph import NO_LOOP, Edge, Edges, Solution, solve_graph
+from slam.graph.marginals import pose_covariances
+from slam.graph.pose_graph import NO_LOOP, Edge, Edges, solve_graph
+from slam.graph.single_poses import between, composed
 from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
 from slam.graph.surest_paths import Hops
-from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angle
+from slam.pose import FloatArray, wrap_angle
 
 HOP_SIGMAS: Final = np.array([0.08, 0.08, 0.04])
 """From one submap to the next, for the search of candidates: metres and radians. The graph takes half of it."""
@@ -33,6 +35,7 @@ class CondensedGraph:
     def __init__(self, graph: SubmapGraph, kernel: float) -> None:
         self._graph, self._kernel = graph, kernel
         self._edges: list[Edge] = []  # of the loops, between numbers of submaps
+        self._covariances: dict[int, FloatArray] = {}
         self.weights = np.empty(0)
         """Weight of every loop."""
 
@@ -45,11 +48,18 @@ class CondensedGraph:
         chain = [_hop_edge(k, submaps[k], submaps[k + 1]) for k in range(len(submaps) - 1)]
         loops = [edge._replace(first=at[edge.first], second=at[edge.second]) for edge in self._edges]
         poses = np.array([graph.poses[submap.node] for submap in submaps])
-        solution: Solution = solve_graph(poses, Edges.of([*chain, *loops]), self._kernel, TOLERANCE)
+        edges = Edges.of([*chain, *loops])
+        solution = solve_graph(poses, edges, self._kernel, TOLERANCE)
         for submap, pose in zip(submaps, solution.poses, strict=True):
             graph.poses[submap.node] = pose
         self.weights = solution.weights[len(chain) :]
         graph.place_keys()
+        covariances = pose_covariances(solution.poses, edges, solution.weights)
+        self._covariances = {submap.number: C for submap, C in zip(submaps, covariances, strict=True)}
+
+    def covariance_of(self, submap: Submap) -> FloatArray:
+        """Covariance (3, 3) of the place of a submap, map frame, as it was when the graph was solved last."""
+        return self._covariances.get(submap.number, next(reversed(self._covariances.values())))
 
     def hops(self) -> Hops:
         """Steps between submaps, over which candidates are sought."""
@@ -72,19 +82,19 @@ class CondensedGraph:
 
 def _hop_edge(k: int, submap: Submap, following: Submap) -> Edge:
     information = np.diag(4.0 / HOP_SIGMAS**2) * (BREAK_WEIGHT if following.broken else 1.0)
-    measured = relative_poses(submap.T_local_submap, following.T_local_submap)
+    measured = between(submap.T_local_submap, following.T_local_submap)
     return Edge(k, k + 1, measured, information, NO_LOOP)
 
 
 def _condensed(loop: Loop, graph: SubmapGraph) -> Edge:
     """One edge for all of a loop: where the submap lies in the other, by its key scans together."""
     submap, other = graph.submaps[loop.submap], graph.submaps[loop.other]
-    measured = relative_poses(other.T_local_submap, compose_poses(loop.T_other_submap, submap.T_local_submap))
+    measured = between(other.T_local_submap, composed(loop.T_other_submap, submap.T_local_submap))
     H, g = np.zeros((3, 3)), np.zeros(3)
     for edge in loop.edges:
         key = graph.keys[graph.number_of(edge.second)]
-        own = relative_poses(submap.T_local_submap, key.T_local_laser)
-        error = edge.measured - compose_poses(measured, own)
+        own = between(submap.T_local_submap, key.T_local_laser)
+        error = edge.measured - composed(measured, own)
         error[2] = wrap_angle(float(error[2]))
         J = _lever(measured, own)
         H += J.T @ edge.information @ J
@@ -97,5 +107,5 @@ def _condensed(loop: Loop, graph: SubmapGraph) -> Edge:
 
 def _lever(measured: FloatArray, own: FloatArray) -> FloatArray:
     """Derivative (3, 3) of measured @ own by ``measured``."""
-    offset = compose_poses(measured, own)[:2] - measured[:2]
+    offset = composed(measured, own)[:2] - measured[:2]
     return np.array([[1.0, 0.0, -offset[1]], [0.0, 1.0, offset[0]], [0.0, 0.0, 1.0]])

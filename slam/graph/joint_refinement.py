@@ -43,7 +43,7 @@ class RefinementSettings(NamedTuple):
     """Walls are held softly to the main directions of the building, where it has any."""
     rounds: int = 6
     """Greatest number of rounds ..."""
-    settled: float = 1e-3
+    settled: float = 2e-3
     """... the last of which moves the poses by less than this, root mean square, metres."""
     tolerance: float = 1e-2
     """Of the conjugate gradients, relative ..."""
@@ -70,7 +70,8 @@ def refine(
     poses are the sensor's.
     """
     settings = settings or RefinementSettings()
-    local, sensed = relative_poses(poses[0], poses), _Sensed.of(facets, settings)
+    origin = poses[0] if len(poses) else np.zeros(3)
+    local, sensed = relative_poses(origin, poses), _Sensed.of(facets, settings)
     preconditioner = factorize(linear_system(local, edges, weights)[0][3:, 3:]) if len(poses) > 1 else None
     weights = _beside_walls(edges, weights, nodes, len(poses), settings.reused)
     width, step, rounds = settings.first_width, np.inf, 0
@@ -85,7 +86,7 @@ def refine(
         width, rounds = max(0.5 * width, 1.0), rounds + 1
     sights = sensed.seen_from(local[nodes])
     walls, equations = _equations(sights, nodes, 1.0, len(poses), settings)
-    return Refinement(compose_poses(poses[0], local), refined_walls(sights, walls, equations, poses[0]), rounds)
+    return Refinement(compose_poses(origin, local), refined_walls(sights, walls, equations, origin), rounds)
 
 
 class _Sensed(NamedTuple):
@@ -101,7 +102,7 @@ class _Sensed(NamedTuple):
     @classmethod
     def of(cls, facets: list[FloatArray], settings: RefinementSettings) -> Self:
         together = np.concatenate([np.empty((0, 7)), *facets])
-        scans = np.repeat(np.arange(len(facets)), [len(one) for one in facets])
+        scans = np.repeat(np.arange(len(facets)), np.array([len(one) for one in facets], np.int64))
         walls = (together[:, NX] != 0.0) | (together[:, NY] != 0.0)
         variances = settings.correlation * (together[walls, VARIANCE] + settings.floor**2)
         return cls(together[walls], variances, scans[walls])

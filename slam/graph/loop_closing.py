@@ -1,63 +1,142 @@
 """Loops closed beside the front end: key scans go out, closures come back and are taken over at a known scan."""
 
-from dataclasses import replace
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from time import perf_counter
 from typing import Final, Self
 
 from slam.graph.back_end import BackEnd
+from slam.graph.back_end_process import BackEndProcess
 from slam.graph.closed_map import ClosedMap
 from slam.graph.closure import ClosedRun, Closure
+from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
+from slam.graph.single_poses import composed
 from slam.graph.submap_mapper import SubmapMapper
 from slam.mapping.surfel_map import SurfelMap
-from slam.pose import Pose2D, compose_poses
+from slam.pose import Pose2D
 
 DELAY: Final = 10
-"""Scans after a submap is finished, until which its loops must be found."""
+"""Scans after a submap is finished, at which its closure is taken over in a stepped run."""
+ALONE_UNTIL: Final = 4
+"""Submaps that are finished before a process is started: until then there is nothing to close."""
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """When closures are taken over.
+
+    A stepped run takes each over at a fixed later scan, and waits for it there, so that it gives the same bits whatever
+    the machine has to do beside it. A run in real time never waits. One that repeats another takes each over where that
+    one did.
+    """
+
+    real_time: bool = False
+    known: Mapping[int, int] | None = None
+    """The submap whose closure is taken over, by the number of the scan, as in the run that is repeated."""
+
+
+STEPPED: Final = Timing()
 
 
 class LoopClosing:
     """The map that is right as a whole, as far as it is known, and where the frame ``local`` lies in it."""
 
-    def __init__(self, mapper: SubmapMapper) -> None:
+    def __init__(self, mapper: SubmapMapper, timing: Timing) -> None:
         self.T_map_local = Pose2D()
-        self._mapper, config = mapper, mapper.state.map.config
+        self._mapper, self._timing, config = mapper, timing, mapper.state.map.config
         self._closed = ClosedMap(SurfelMap(config))
-        self._back_end = BackEnd(mapper.config, config)
-        self._since: list[KeyScan] = []  # key scans that the next closure may not know
+        self._process: BackEndProcess | None = None
+        self._early: list[KeyScan] = []  # those that no process knows yet
+        self._since: deque[KeyScan] = deque()  # those that the next closure may not know
+        self._known = 0  # key scans that are in front of them
+        self._jobs: deque[tuple[int, int]] = deque()  # submaps that are searched, and when that is to be known
+        self._submap = 0  # that the last key scan was matched to
+        self.waited = 0.0
+        """Seconds that the last ``follow`` waited for the back end, as a stepped run does."""
 
     @classmethod
-    def beside(cls, mapper: object) -> Self | None:
+    def beside(cls, mapper: object, timing: Timing = STEPPED) -> Self | None:
         """Loops for this mapper; None for one that makes no submaps."""
-        return cls(mapper) if isinstance(mapper, SubmapMapper) else None
+        return cls(mapper, timing) if isinstance(mapper, SubmapMapper) else None
 
     @property
     def map(self) -> SurfelMap:
         """The map of all key scans."""
         return self._closed.map
 
+    @property
+    def size(self) -> GraphSize:
+        """Of the graph, as far as it is known here."""
+        return self._process.size if self._process is not None else GraphSize(len(self._early))
+
     def follow(self, index: int) -> Closure | None:
         """Take the last scan, number ``index`` of the run, where it became a key scan; returns the closure that is
         taken over now, if one is."""
-        if self._mapper.key is None:
-            return None
-        key = replace(self._mapper.key, index=index)
-        closure = self._back_end.take(key)
-        self._since.append(key)
+        if self._mapper.key is not None:
+            self._send(replace(self._mapper.key, index=index), index)
+        began = perf_counter()
+        closure = self._closure_at(index)
+        self.waited = perf_counter() - began
         if closure is not None:
             self._take_over(closure)
-        else:
-            self._add(key)
         return closure
 
-    def finish(self, T_base_laser: Pose2D) -> ClosedRun:
-        """The whole run, refined; there are no more key scans."""
-        return self._back_end.finish(T_base_laser.as_array())
+    def finish(self, T_base_laser: Pose2D) -> ClosedRun | None:
+        """The whole run, refined; there are no more key scans. None where no scan came, or the back end has ended."""
+        if self._process is not None:
+            return self._process.finish(T_base_laser.as_array())
+        if not self._early:
+            return None
+        back_end = BackEnd(self._mapper.config, self._mapper.map.config)
+        for key in self._early:
+            back_end.take(key)
+        return back_end.finish(T_base_laser.as_array())
+
+    def _send(self, key: KeyScan, index: int) -> None:
+        """Send a key scan to the back end, and put it into the map where it is thought to be."""
+        finished, self._submap = self._submap, key.submaps[0]
+        if self._process is None:
+            self._early.append(key)
+        else:
+            self._process.send(key)
+        if key.submaps[0] > finished:
+            self._jobs.append((finished, index + DELAY))
+        self._since.append(key)
+        self._add(key)
+        if self._process is None and len(self._jobs) == ALONE_UNTIL:
+            self._process = BackEndProcess(self._mapper.config, self._mapper.map.config, self._early)
+            self._early = []
+
+    def _closure_at(self, index: int) -> Closure | None:
+        """The closure to take over at this scan."""
+        closure = None
+        while self._process is not None and self._jobs and self._is_due(*self._jobs[0], index):
+            known, result = self._process.next_result(wait=not self._timing.real_time)
+            if not known:
+                break
+            self._jobs.popleft()
+            closure = result or closure
+        return closure
+
+    def _is_due(self, submap: int, scan: int, index: int) -> bool:
+        """True where the search for a submap is to be known at this scan."""
+        if self._timing.real_time:
+            return True
+        if self._timing.known is None:
+            return index >= scan
+        return index in self._timing.known and submap <= self._timing.known[index]
 
     def _take_over(self, closure: Closure) -> None:
         self.T_map_local = Pose2D.from_array(closure.T_map_local)
+        self._mapper.know(closure.T_local_submap, closure.covariance, self.T_map_local)
         self._closed = ClosedMap(closure.map)
-        for key in self._since[closure.keys - len(self._since) :]:
+        while self._known < closure.keys:
+            self._since.popleft()
+            self._known += 1
+        for key in self._since:
             self._add(key)
 
     def _add(self, key: KeyScan) -> None:
-        self._closed.add(key, compose_poses(self.T_map_local.as_array(), key.T_local_laser))
+        self._closed.add(key, composed(self.T_map_local.as_array(), key.T_local_laser))

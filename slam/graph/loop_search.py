@@ -9,13 +9,14 @@ from slam.graph.loop import Loop, Proposal
 from slam.graph.loop_check import Check, KeyMatch, LoopCheck, distances_to
 from slam.graph.place_search import Window, find_places
 from slam.graph.pose_graph import Edge
+from slam.graph.single_poses import between, composed, undone
 from slam.graph.submap import Submap, SubmapMap, SubmapMaps
 from slam.graph.submap_graph import LOOP_SIGMAS, SubmapGraph, turned_information
 from slam.graph.submap_view import SubmapView
 from slam.lines.segments import IntArray
 from slam.matching.coarse_search import PLACE_X, SCORE
 from slam.matching.least_squares import SolverSettings, solve
-from slam.pose import FloatArray, compose_poses, inverse_poses, relative_poses, wrap_angle
+from slam.pose import FloatArray, compose_poses, wrap_angle
 
 JOINT: Final = 6
 """Key scans that are sought together."""
@@ -64,9 +65,9 @@ class LoopSearch:
     def find(self, view: SubmapView, other: Submap, covariance: FloatArray, proposal: Proposal) -> Loop | None:
         """Seek a submap in another one; ``covariance`` (3, 3) is that of the other's node as seen from the first, map
         axes. None where they do not agree."""
-        T_other_submap = relative_poses(self._graph.correction(other), self._graph.correction(view.submap))
+        T_other_submap = between(self._graph.correction(other), self._graph.correction(view.submap))
         middle = _nearest_first(view, other, T_other_submap)[0]
-        prior = compose_poses(T_other_submap, view.path[middle])
+        prior = composed(T_other_submap, view.path[middle])
         return self.find_near(view, other, T_other_submap, self._covariance_there(other, covariance, prior), proposal)
 
     def find_near(
@@ -79,7 +80,7 @@ class LoopSearch:
         facets = view.joint_scan(middle, nearest_first[:JOINT])
         if len(facets) < LEAST_FACETS:
             return None
-        window = _window(compose_poses(T_other_submap, view.path[middle]), covariance, len(facets))
+        window = _window(composed(T_other_submap, view.path[middle]), covariance, len(facets))
         grid, pictures = self.map_of(other)
         places = find_places(facets, window, pictures, LEAST_SHARE, PLACES)
         settings = self._settings._replace(first_kernel=8.0 * self._settings.kernel)
@@ -87,7 +88,7 @@ class LoopSearch:
         for place in places[places[:, SCORE] >= FOLLOWED_SHARE * places[:, SCORE].max(initial=0.0)]:
             start = place[PLACE_X:].copy()
             fit = solve(facets, start, start, FOUND_INFORMATION, grid, settings)
-            found = compose_poses(fit.pose, inverse_poses(view.path[middle]))
+            found = undone(fit.pose, view.path[middle])
             checks.append(self._check.check(view, found, other, grid))
         checks.sort(key=lambda check: -check.agreement)
         if not checks or not checks[0].passed:
@@ -102,7 +103,7 @@ class LoopSearch:
     def _covariance_there(self, other: Submap, covariance: FloatArray, prior: FloatArray) -> FloatArray:
         """Covariance (3, 3) of a place seen from the other submap, axes of its frame ``local``."""
         correction = self._graph.correction(other)
-        there, node = compose_poses(correction, prior), self._graph.poses[other.node]
+        there, node = composed(correction, prior), self._graph.poses[other.node]
         J = np.eye(3)
         J[0, 2], J[1, 2] = node[1] - there[1], there[0] - node[0]
         c, s = np.cos(correction[2]), np.sin(correction[2])
@@ -116,10 +117,8 @@ class LoopSearch:
         graph, submap, T_other_submap = self._graph, view.submap, check.T_other_submap
         shift = np.zeros(3)
         if direction is not None:
-            thought = compose_poses(
-                relative_poses(graph.correction(other), graph.correction(submap)), submap.T_local_submap
-            )
-            offset = (thought - compose_poses(T_other_submap, submap.T_local_submap))[:2]
+            thought = composed(between(graph.correction(other), graph.correction(submap)), submap.T_local_submap)
+            offset = (thought - composed(T_other_submap, submap.T_local_submap))[:2]
             shift[:2] = (offset @ direction) * direction
             T_other_submap = T_other_submap + shift
         number = len(graph.loops)
@@ -135,7 +134,7 @@ class LoopSearch:
     ) -> Edge:  # fmt: skip
         information = match.information if direction is None else _without(match.information, direction)
         information = turned_information(information, float(other.T_local_submap[2]), LOOP_SIGMAS)
-        measured = relative_poses(other.T_local_submap, match.pose + shift)
+        measured = between(other.T_local_submap, match.pose + shift)
         return Edge(other.node, self._graph.key_nodes[view.submap.keys[match.at]], measured, information, number)
 
 
@@ -155,9 +154,9 @@ def _window(prior: FloatArray, covariance: FloatArray, facets: int) -> Window:
 def _second_place(checks: list[Check], own: FloatArray) -> tuple[FloatArray | None, bool]:
     """The direction (2,) to a second place that is nearly as good, None for none; and whether it is turned, so that the
     first is not to be believed. The places are those of the key scan at ``own`` (3,)."""
-    best = compose_poses(checks[0].T_other_submap, own)
+    best = composed(checks[0].T_other_submap, own)
     for check in checks[1:]:
-        place = compose_poses(check.T_other_submap, own)
+        place = composed(check.T_other_submap, own)
         offset = place[:2] - best[:2]
         turned = abs(wrap_angle(float(place[2] - best[2]))) > TURNED
         apart = float(np.hypot(*offset))

@@ -8,8 +8,9 @@ from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.odometry_error import OdometryError, motion_errors
 from slam.graph.pose_graph import NO_LOOP, Edge
+from slam.graph.single_poses import between, composed, undone
 from slam.graph.submap import Submap
-from slam.pose import FloatArray, compose_poses, inverse_poses, relative_poses
+from slam.pose import FloatArray, compose_poses
 
 CORRELATION: Final = 4.0
 """Errors of neighbouring facets are alike: the information of a match is divided by this."""
@@ -38,7 +39,7 @@ class SubmapGraph:
 
     def correction(self, submap: Submap) -> FloatArray:
         """``T_map_local`` (3,) as this submap has it."""
-        return compose_poses(self.poses[submap.node], inverse_poses(submap.T_local_submap))
+        return undone(self.poses[submap.node], submap.T_local_submap)
 
     def number_of(self, node: int) -> int:
         """The number of the key scan of a node."""
@@ -47,14 +48,14 @@ class SubmapGraph:
     def add(self, key: KeyScan) -> None:
         """Add a key scan, and the submap that begins with it."""
         number, T_map_local = len(self.keys), self._T_map_local(key)
-        pose = compose_poses(T_map_local, key.T_local_laser)
+        pose = composed(T_map_local, key.T_local_laser)
+        self.keys.append(key)
+        self.key_nodes.append(self._new_node(pose))  # the first of all stays where it is
+        self._number_of[self.key_nodes[number]] = number
         for name in key.submaps:
             if name not in self.submaps:
                 broken = key.broken and name == key.submaps[0]
                 self.submaps[name] = Submap(name, self._new_node(pose), key.T_local_laser, broken)
-        self.keys.append(key)
-        self.key_nodes.append(self._new_node(pose))
-        self._number_of[self.key_nodes[number]] = number
         for name in key.submaps:
             self._join_to_submap(number, self.submaps[name])
 
@@ -65,16 +66,19 @@ class SubmapGraph:
 
     def place_keys(self) -> None:
         """Let the key scans follow their submaps."""
-        for number, key in enumerate(self.keys):
-            correction = self.correction(self.submaps[key.submaps[0]])
-            self.poses[self.key_nodes[number]] = compose_poses(correction, key.T_local_laser)
+        at = {number: k for k, number in enumerate(self.submaps)}
+        corrections = np.array([self.correction(submap) for submap in self.submaps.values()])
+        local = np.array([key.T_local_laser for key in self.keys])
+        placed = compose_poses(corrections[[at[key.submaps[0]] for key in self.keys]], local)
+        for node, pose in zip(self.key_nodes, placed, strict=True):
+            self.poses[node] = pose
 
     def odometry_edges(self) -> list[Edge]:
         """From each key scan to the next: their motion in ``local``, as sure as the wheels were found to be."""
         error, errors, edges = OdometryError.learnt(self.keys), motion_errors(self.keys), []
         for number in range(1, len(self.keys)):
             before, key = self.keys[number - 1], self.keys[number]
-            measured = relative_poses(before.T_local_laser, key.T_local_laser) if key.trust > 0.0 else key.wheels
+            measured = between(before.T_local_laser, key.T_local_laser) if key.trust > 0.0 else key.wheels
             covariance = error.covariance(key.wheels, errors[number])
             if key.broken:
                 covariance = covariance + np.diag(BREAK_SIGMAS**2)
@@ -98,7 +102,7 @@ class SubmapGraph:
         else:
             information = key.trust * turned_information(key.information, submap.T_local_submap[2], SUBMAP_SIGMAS)
         submap.keys.append(number)
-        measured = relative_poses(submap.T_local_submap, key.T_local_laser)
+        measured = between(submap.T_local_submap, key.T_local_laser)
         self.edges.append(Edge(submap.node, self.key_nodes[number], measured, information, NO_LOOP))
 
 

@@ -81,6 +81,12 @@ class SubmapMapper(SurfelMapper):
             self._last_key = T_local_laser
         self._write(scan, T_local_laser, distance + turn)
 
+    def know(self, T_local_submap: FloatArray, covariance: FloatArray, T_map_local: Pose2D) -> None:
+        """A loop was closed: the place of a submap is known with this covariance (3, 3), map axes."""
+        c, s = np.cos(T_map_local.theta), np.sin(T_map_local.theta)
+        R = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        self.uncertainty.know(Pose2D.from_array(T_local_submap), R @ covariance @ R.T)
+
     def _write(self, scan: LaserScan, T_local_laser: Pose2D, moved: float) -> None:
         self.state = self._with(T_map_added=T_local_laser)
         for submap in self._open:

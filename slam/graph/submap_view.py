@@ -6,11 +6,12 @@ from typing import Final
 import numpy as np
 
 from slam.graph.key_scan import KeyScan
+from slam.graph.single_poses import between
 from slam.graph.submap import REACH, Submap
 from slam.lines.facets import NX, NY, X, Y
 from slam.lines.segments import IntArray
 from slam.mapping.free_beams import FreeBeams, free_beams
-from slam.pose import FloatArray, relative_poses
+from slam.pose import FloatArray
 
 MOST_FACETS: Final = 350
 """Facets that are sought together."""
@@ -34,7 +35,7 @@ class SubmapView:
     def joint_scan(self, middle: int, members: IntArray) -> FloatArray:
         """The facets (F, 7) of some key scans together, in the frame of the one in the middle."""
         origin = self.path[middle]
-        parts = [_moved(self.keys[at].facets, relative_poses(origin, self.path[at])) for at in members.tolist()]
+        parts = [_moved(self.keys[at].facets, between(origin, self.path[at])) for at in members.tolist()]
         facets = np.concatenate(parts)
         facets = facets[np.hypot(facets[:, X], facets[:, Y]) < REACH]
         return np.ascontiguousarray(facets[:: len(facets) // MOST_FACETS + 1])

@@ -4,6 +4,7 @@ from typing import Protocol
 
 from slam.config import HoppingConfig, SlamConfig
 from slam.graph.closure import ClosedRun
+from slam.graph.loop_closing import STEPPED, Timing
 from slam.line_localizer import LineLocalizer, LocalizeThenMap
 from slam.line_slam import Estimate, LineSlam
 from slam.lines.range_noise import RangeNoise
@@ -50,11 +51,13 @@ class DeadReckoning:
         return Estimate(scan.stamp, self.T_map_base)
 
 
-def make_estimator(config: SlamConfig, T_base_laser: Pose2D, T_map_base: Pose2D, seed: int) -> Estimator:
-    """The method of these settings, with the robot's base at its start."""
+def make_estimator(
+    config: SlamConfig, T_base_laser: Pose2D, T_map_base: Pose2D, seed: int, timing: Timing = STEPPED
+) -> Estimator:
+    """The method of these settings, with the robot's base at its start; ``timing`` says when loops move the map."""
     if config.mode == "dead_reckoning":
         return DeadReckoning(T_base_laser, T_map_base)
-    return LineSlam(config, T_base_laser, T_map_base, seed)
+    return LineSlam(config, T_base_laser, T_map_base, seed, timing)
 
 
 def noise_learnt_by(estimator: Estimator) -> RangeNoise | None:

@@ -6,9 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
+from slam.config import SlamConfig
 from slam.errors import ScenarioError
 from slam.files.logs import BagTopics, read_log
 from slam.files.maps.file import read_map
+from slam.graph.loop_closing import STEPPED, Timing
 from slam.line_localizer import LineLocalizer, LocalizeThenMap
 from slam.odometry import Twist2D
 from slam.run.backends import make_robot
@@ -16,8 +18,10 @@ from slam.run.estimator import make_estimator
 from slam.run.experiment import Experiment
 from slam.run.pilots import LocalizeThenDrive, ReplayPilot, Wanderer, WaypointPilot
 from slam.run.results.metrics import measure_localization
+from slam.run.results.traces import Traces
 from slam.run.robot_env import RobotEnv
 from slam.saved_slam import relocate
+from slam.scenario.file import read_scenario
 from slam.scenario.schema import Scenario
 
 
@@ -36,7 +40,7 @@ def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: boo
             lidar.description.lidar,
             Twist2D(scenario.robot.limits.linear, scenario.robot.limits.angular),
         ),
-        slam=make_estimator(scenario.slam, lidar.mount.pose, start, scenario.seed),
+        slam=make_estimator(scenario.slam, lidar.mount.pose, start, scenario.seed, Timing(real_time=backend != "sim")),
         pilot=WaypointPilot(scenario.route, start),
         seed=scenario.seed,
         outlines=scenario.world.outlines(lidar.height),
@@ -59,11 +63,21 @@ def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None =
     return Experiment(
         scenario=scenario,
         env=RobotEnv(lambda seed: make_robot("replay", log), log.lidar, Twist2D(10.0, 10.0)),
-        slam=make_estimator(scenario.slam, log.T_base_laser, log.start, scenario.seed),
+        slam=make_estimator(scenario.slam, log.T_base_laser, log.start, scenario.seed, _timing_of(path, scenario.slam)),
         pilot=ReplayPilot(len(log)),
         seed=scenario.seed,
         notes={"log": str(path), "log_report": log.report},
     )
+
+
+def _timing_of(path: Path, config: SlamConfig) -> Timing:
+    """When the run of this log took its closures over, where it had the same settings: a real robot's waits for none,
+    and gives the same bits when it is replayed; STEPPED for any other log."""
+    folder = path if path.is_dir() else path.parent
+    if not (folder / "config.yaml").is_file() or read_scenario(folder / "config.yaml").slam != config:
+        return STEPPED
+    traces = Traces.read(folder)
+    return STEPPED if traces is None or traces.closures is None else Timing(known=traces.closures)
 
 
 def continue_mapping(experiment: Experiment, path: Path, start: Literal["given", "saved", "search"]) -> Experiment:

@@ -13,6 +13,7 @@ from typing import Any, Final
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 from slam.files.atomic_files import write_atomic
+from slam.graph.loop_closing import STEPPED, Timing
 from slam.odometry import Twist2D
 from slam.run.closing_loops import ClosedLoops, LoopCloser
 from slam.run.estimator import make_estimator
@@ -51,19 +52,28 @@ class Optimization:
         closed, walls = self._close(console)
         folder = record.folder if out is None else _copied(record.folder, make_run_folder(record.config.name, out))
         with _new_files(folder) as draft:
+            closed.write(draft)
+            metrics = (record.metrics or {}) | measure(draft) | closed.metrics | walls
+            metrics.pop("optimized", None)
             if self.changed:
                 write_atomic(draft / "closed.yaml", dump_scenario(self.scenario))
-            closed.write(draft)
-            metrics = (record.metrics or {}) | measure(draft) | closed.metrics | walls | {"optimized": self.changed}
+                metrics["optimized"] = self.changed
             if record.complete:
                 write_atomic(draft / "metrics.json", json.dumps(metrics, indent=2) + "\n")
             self._draw(draft, closed, console)
         return folder, metrics
 
+    @property
+    def _timing(self) -> Timing:
+        """With the same settings, closures are taken over where the run did so."""
+        closures = self.record.traces.closures
+        return STEPPED if self.changed or closures is None else Timing(known=closures)
+
     def _close(self, console: Terminal) -> tuple[ClosedLoops, dict[str, Any]]:
         """Let the front end go over the log once more, and close the loops; also the score of the walls."""
         record = self.record
-        slam = make_estimator(self.scenario.slam, record.T_base_laser, record.start, record.config.seed)
+        start, seed = record.start, record.config.seed
+        slam = make_estimator(self.scenario.slam, record.T_base_laser, start, seed, self._timing)
         closer, seen = LoopCloser(slam), SeenWalls(record.outlines, record.T_base_laser)
         with console.progress(transient=True) as bar:
             total = len(record.traces.stamps)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.bench.block_log import SCANS, block_log
-from slam.bench.loops.both_ways import local_poses, tried_by, without_loops
+from slam.bench.loops.both_ways import local_poses, without_loops
 from slam.bench.loops.loop_errors import LoopCounts, count_loops
 from slam.bench.stopwatch import milliseconds
 from slam.config import SlamConfig
@@ -85,7 +85,7 @@ def run_blocks(seed: int, config: SlamConfig, scans: int = SCANS) -> BlockRun:
     return BlockRun(
         len(log), float(path_lengths(truth)[-1]), absolute_error(log.T_odom_base, truth), absolute_error(live, truth),
         absolute_error(final, truth), np.array(times), front, front_cpu, finish, finish_cpu, _peak_memory(),
-        base_memory, None if closed is None else count_loops(closed, tried_by(slam), known),
+        base_memory, None if closed is None else count_loops(closed, closed.size.tried, known),
     )  # fmt: skip
 
 

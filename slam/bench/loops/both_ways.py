@@ -9,7 +9,6 @@ from slam.config import SlamConfig
 from slam.console.terminal import Terminal
 from slam.files.logs import Log
 from slam.graph.closure import ClosedRun
-from slam.graph.submap_graph import SubmapGraph
 from slam.line_slam import Estimate, LineSlam
 from slam.pose import FloatArray, stack_poses
 from slam.run.warm_up import warm_up
@@ -33,7 +32,7 @@ class BothWays:
     live_times: FloatArray
     """... and with them, what other threads do for them left out."""
     live_total: float
-    """Processor time of all updates with loops, of all threads ..."""
+    """Processor time of all updates with loops, of the search beside them too ..."""
     finish_time: float
     """... and after the last scan."""
     causal_walls: FloatArray
@@ -52,18 +51,6 @@ def local_poses(estimates: list[Estimate]) -> FloatArray:
     return stack_poses(estimate.T_map_local.inverse() @ estimate.T_map_base for estimate in estimates)
 
 
-def graph_of(slam: LineSlam) -> SubmapGraph:
-    """The graph that the method makes of a run."""
-    assert slam.loops is not None
-    return slam.loops._back_end.graph
-
-
-def tried_by(slam: LineSlam) -> int:
-    """Pairs of submaps that were compared until now."""
-    assert slam.loops is not None
-    return slam.loops._back_end.tried
-
-
 def run_both_ways(log: Log, config: SlamConfig) -> BothWays:
     """Run the method on every scan of a log, without loops and with them."""
     for settings in (config, without_loops(config)):
@@ -79,12 +66,15 @@ def run_both_ways(log: Log, config: SlamConfig) -> BothWays:
             estimates[way].append(slams[way].update(scan, odometry))
             times[way, index] = thread_time() - began_update
     live_total = process_time() - began - float(times[0].sum())
+    assert slams[1].loops is not None
+    searched = slams[1].loops.size.seconds
     began = process_time()
     closed = slams[1].finish()
-    finish_time = process_time() - began
     assert closed is not None
+    live_total += searched
+    finish_time = process_time() - began + closed.size.seconds - searched
     causal, live = (stack_poses(row.T_map_base for row in rows) for rows in estimates)
     return BothWays(
-        causal, live, closed.trajectory(local_poses(estimates[1])), closed, tried_by(slams[1]), times[0], times[1],
+        causal, live, closed.trajectory(local_poses(estimates[1])), closed, closed.size.tried, times[0], times[1],
         live_total, finish_time, slams[0].lines.ends, closed.map.ends,
     )  # fmt: skip

@@ -9,6 +9,7 @@ import numpy as np
 from slam.bench.log_runs import centre_poses
 from slam.bench.loops.both_ways import BothWays, run_both_ways
 from slam.bench.loops.loop_errors import LoopCounts, count_loops
+from slam.bench.loops.place_hits import PlaceHits, place_hits
 from slam.bench.map_shape import LoopGap, crispness, crispness_beams, gap_of_loop, rms_off_axes
 from slam.config import SlamConfig
 from slam.files.logs import Log, read_log
@@ -56,7 +57,9 @@ class LogResult(NamedTuple):
     final_off_axes: float
     """... and in the closed map."""
     loops: LoopCounts | None
-    """None without a reference."""
+    """None without a reference ..."""
+    places: PlaceHits | None
+    """... and places from walls alone too."""
     causal_times: FloatArray
     live_times: FloatArray
     live_total: float
@@ -81,6 +84,7 @@ def run_log_both_ways(path: Path, config: SlamConfig, seed: int = 0) -> LogResul
         rms_off_axes(found.causal_walls),
         rms_off_axes(found.final_walls),
         None if reference is None else count_loops(found.closed, found.tried, reference),
+        None if reference is None else place_hits(found.closed, reference),
         found.causal_times,
         found.live_times,
         found.live_total,

@@ -10,6 +10,7 @@ import numpy as np
 
 from slam.bench.log_runs import LOGS
 from slam.bench.loops.log_results import RANGE_NOISE, LogResult, TrajectoryScore, run_log_both_ways
+from slam.bench.loops.place_hits import RANKS
 from slam.bench.stopwatch import milliseconds
 from slam.config import SlamConfig
 from slam.console.result_table import ResultTable
@@ -54,7 +55,7 @@ def log_tables(
         return []
     plain = [result for result, (_, seed) in zip(found, jobs, strict=True) if not seed]
     noisy = [result for result, (_, seed) in zip(found, jobs, strict=True) if seed]
-    tables = [error_table(plain), _loop_table(plain), cost_table(plain)]
+    tables = [error_table(plain), loop_table(plain), place_table(plain), cost_table(plain)]
     return [*tables, noise_table(noisy)] if noisy else tables
 
 
@@ -124,7 +125,8 @@ def noise_table(results: Sequence[LogResult]) -> ResultTable:
     return ResultTable("With noise on the ranges", columns, rows, f"White noise of {1e3 * RANGE_NOISE:g} mm.")
 
 
-def _loop_table(results: Sequence[LogResult]) -> ResultTable:
+def loop_table(results: Sequence[LogResult]) -> ResultTable:
+    """Table of the loops that were found."""
     columns = ("log", "tried", "accepted", "judged", "wrong", "believed", "wrong,\nbelieved")
     notes = (
         "Wrong: more than 0.5 m or 6 deg off the reference, median of pairs of its scans; judged: those that the "
@@ -132,6 +134,21 @@ def _loop_table(results: Sequence[LogResult]) -> ResultTable:
     )
     rows = [(result.name, *map(str, result.loops)) for result in results if result.loops is not None]
     return ResultTable("The loops", columns, rows, notes)
+
+
+def place_table(results: Sequence[LogResult]) -> ResultTable:
+    """Table of places proposed from walls alone."""
+    columns = ("log", "pairs", *(f"among the\nfirst {rank}" for rank in RANKS), "ms\na pair")
+    rows = [
+        (
+            result.name, str(found.pairs), *(f"{hits / found.pairs:.2f}" for hits in found.hits),
+            f"{1e3 * found.seconds / found.pairs:.2f}",
+        )
+        for result in results
+        if (found := result.places) is not None and found.pairs
+    ]  # fmt: skip
+    notes = "Share of the pairs of submaps within 4 m, with 12 m of way between, whose true place is among the first."
+    return ResultTable("Places from walls alone", columns, rows, notes)
 
 
 def cost_table(results: Sequence[LogResult]) -> ResultTable:

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.bench.loops.both_ways import graph_of, local_poses
+from slam.bench.loops.both_ways import local_poses
 from slam.bench.sim_runs import CASTER, HOUR
 from slam.console.terminal import Terminal
+from slam.graph.graph_size import GraphSize
 from slam.line_slam import Estimate, LineSlam
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D, stack_poses
@@ -23,17 +24,6 @@ from slam.run.warm_up import warm_up
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
 from slam.scenario.schema import Scenario
-
-
-class GraphSize(NamedTuple):
-    """Size of the graph at some scan."""
-
-    keys: int
-    submaps: int
-    edges: int
-    loops: int
-    nbytes: int
-    """Memory of its key scans."""
 
 
 class Drive(NamedTuple):
@@ -68,20 +58,14 @@ class _MeasuredSlam(LineSlam):
         super().__init__(scenario.slam, scenario.lidar.mount.pose, scenario.robot.start.pose, scenario.seed)
         self.times: list[float] = []
         self.sizes: list[GraphSize] = []
-        self._nbytes = 0
 
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
         began = process_time()
         estimate = super().update(scan, odometry)
         self.times.append(process_time() - began)
         if self.loops is not None:
-            self.sizes.append(self._size())
+            self.sizes.append(self.loops.size)
         return estimate
-
-    def _size(self) -> GraphSize:
-        graph, before = graph_of(self), self.sizes[-1].keys if self.sizes else 0
-        self._nbytes += sum(key.nbytes for key in graph.keys[before:])
-        return GraphSize(len(graph.keys), len(graph.submaps), len(graph.edges), len(graph.loops), self._nbytes)
 
 
 @dataclass

@@ -94,10 +94,8 @@ class GrowingMap:
 
 def _closures(traces: Traces) -> IntArray:
     """For each scan the last one, it or an earlier one, at which a closure was taken over, (K,); 0 for none."""
-    closed = np.zeros(len(traces.stamps), np.bool_)
-    if traces.closed is not None and traces.local is not None:
-        closed = np.asarray(traces.steps["closure"] >= 0)
-    return np.asarray(np.maximum.accumulate(np.where(closed, np.arange(len(closed)), 0)))
+    jumps = traces.jumps if traces.closed is not None else np.zeros(len(traces.stamps), np.bool_)
+    return np.asarray(np.maximum.accumulate(np.where(jumps, np.arange(len(jumps)), 0)))
 
 
 def _pieces(walls: FloatArray) -> FloatArray:

@@ -32,7 +32,7 @@ def measure(folder: Path) -> dict[str, Any]:
     if truth is not None and traces.closed is not None:
         metrics |= _errors(traces.closed, truth, "closed_")
     if "closure" in (traces.steps.dtype.names or ()):
-        metrics["closures"] = int((traces.steps["closure"] >= 0).sum())
+        metrics["closures"] = int(traces.jumps.sum())
     return metrics | _work(traces.steps) | _odometry_only(traces)
 
 

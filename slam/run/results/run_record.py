@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Final, Self
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from slam.run.results.traces import Traces
 from slam.saved_slam import SavedSlam
 from slam.scenario.file import read_scenario
 from slam.scenario.schema import Scenario
+
+_SAME: Final = 1e-9
+"""Metres and radians: two poses that are no farther apart are one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +72,10 @@ class RunRecord:
 
     @property
     def start(self) -> Pose2D:
-        """``T_map_base`` at the first scan, in all the digits of the log."""
-        return logged_start(self.folder / RUN_LOG)
+        """``T_map_base`` before the first scan: as it was given, where the log has that but for its last digits."""
+        logged, given = logged_start(self.folder / RUN_LOG), self.config.robot.start.pose
+        offset = given.between(logged)
+        return given if offset.distance(Pose2D()) + abs(offset.theta) < _SAME else logged
 
     def observations(self) -> Iterator[Observation]:
         """Observations of the robot, scan by scan, in the order of ``traces``; InputError without a log."""

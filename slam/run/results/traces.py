@@ -50,6 +50,20 @@ class Traces:
             return np.zeros(len(self.steps), np.bool_)
         return np.asarray((self.steps["odometry_only"] == 1) & (self.steps["mapped"] == 1))
 
+    @property
+    def jumps(self) -> NDArray[np.bool_]:
+        """True for a scan at which a closure was taken over: pose and map changed as a whole, (K,)."""
+        if "closure" not in (self.steps.dtype.names or ()):
+            return np.zeros(len(self.steps), np.bool_)
+        return np.asarray(self.steps["closure"] >= 0)
+
+    @property
+    def closures(self) -> dict[int, int] | None:
+        """The submap whose closure was taken over, by the number of the scan; None of a run that does not tell."""
+        if "closure" not in (self.steps.dtype.names or ()):
+            return None
+        return {int(k): int(self.steps["closure"][k]) for k in np.flatnonzero(self.jumps)}
+
     @classmethod
     def read(cls, folder: Path) -> Self | None:
         """The traces of a run folder; None when it has no step."""

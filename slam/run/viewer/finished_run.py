@@ -97,7 +97,7 @@ def _jumps(record: RunRecord) -> dict[int, str]:
     if traces.local is None:
         return {}
     told = {}
-    for k in np.flatnonzero(traces.steps["closure"] >= 0).tolist():
+    for k in np.flatnonzero(traces.jumps).tolist():
         submap = int(traces.steps["closure"][k])
         loops = [] if graph is None else [loop for loop in graph.loops if loop.submap == submap]
         estimate, local = (Pose2D.from_array(poses[k]) for poses in (traces.estimate, traces.local))

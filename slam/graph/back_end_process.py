@@ -1,0 +1,132 @@
+"""The back end in a process of its own: what it searches costs the loop of the robot nothing.
+
+Key scans go in by its standard input, closures come out by its standard output, both in order. Two threads move them,
+so that neither side waits for the other. It ends with its input, however this process ends.
+"""
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import weakref
+from collections.abc import Iterable
+from contextlib import suppress
+from queue import Empty, SimpleQueue
+from threading import Thread
+from typing import IO, Any
+
+from slam.config import LeastSquaresConfig, SurfelMapConfig
+from slam.graph.back_end import BackEnd
+from slam.graph.closure import ClosedRun, Closure
+from slam.graph.graph_size import GraphSize
+from slam.graph.key_scan import KeyScan
+from slam.pose import FloatArray
+
+_END = None
+
+
+class BackEndProcess:
+    """Takes key scans, and gives what was found for each submap that they finish."""
+
+    def __init__(self, matching: LeastSquaresConfig, config: SurfelMapConfig, keys: Iterable[KeyScan]) -> None:
+        self._out: SimpleQueue[Any] = SimpleQueue()
+        self._in: SimpleQueue[Any] = SimpleQueue()
+        command = [sys.executable, "-m", "slam.graph.back_end_process"]
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        sender = Thread(target=_send, args=(self._out, process), name="to the back end", daemon=True)
+        receiver = Thread(target=_receive, args=(process, self._in), name="from the back end", daemon=True)
+        self.size = GraphSize()
+        """Of the graph, as the last result told."""
+        self._let_go = weakref.finalize(self, _end, self._out, process, (sender, receiver))
+        sender.start()
+        receiver.start()
+        self._out.put((matching, config))
+        for key in keys:
+            self._out.put(key)
+
+    def send(self, key: KeyScan) -> None:
+        """Give it the next key scan; returns at once."""
+        self._out.put(key)
+
+    def next_result(self, wait: bool) -> tuple[bool, Closure | None]:
+        """What was found for the next submap that is finished; False and None where it is not known yet, which cannot
+        be where one waits."""
+        try:
+            return True, self._result(self._in.get(block=wait))
+        except Empty:
+            return False, None
+
+    def finish(self, T_base_laser: FloatArray) -> ClosedRun | None:
+        """There are no more key scans: the whole run, refined; results that nobody asked for are dropped. None where
+        the process has ended."""
+        self._out.put(T_base_laser)
+        result = self._in.get()
+        while not isinstance(result, ClosedRun | _Ended):
+            result = self._in.get()
+        self._let_go()
+        return result if isinstance(result, ClosedRun) else None
+
+    def _result(self, result: Any) -> Closure | None:
+        if isinstance(result, _Ended):
+            self._in.put(result)  # for whoever asks next
+            return None
+        closure, self.size = result
+        return closure if isinstance(closure, Closure) else None
+
+
+class _Ended:
+    """The process has ended: there will be no more results."""
+
+
+def _send(queue: "SimpleQueue[Any]", process: "subprocess.Popen[bytes]") -> None:
+    stream = _stream(process.stdin)
+    with suppress(OSError), stream:  # it may have ended
+        while (message := queue.get()) is not _END:
+            pickle.dump(message, stream, pickle.HIGHEST_PROTOCOL)
+            stream.flush()
+
+
+def _receive(process: "subprocess.Popen[bytes]", queue: "SimpleQueue[Any]") -> None:
+    stream = _stream(process.stdout)
+    with suppress(EOFError, OSError, pickle.UnpicklingError), stream:
+        while True:
+            queue.put(pickle.load(stream))
+    process.wait()
+    queue.put(_Ended())
+
+
+def _stream(stream: IO[bytes] | None) -> IO[bytes]:
+    assert stream is not None
+    return stream
+
+
+def _end(queue: "SimpleQueue[Any]", process: "subprocess.Popen[bytes]", threads: tuple[Thread, ...]) -> None:
+    """End the process, whose results nobody wants any more, and its threads."""
+    queue.put(_END)
+    process.kill()
+    for thread in threads:
+        thread.join()
+
+
+def main() -> None:
+    """The process: take key scans until there are no more."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the loop, which asks for the last result then
+    messages, results = sys.stdin.buffer, os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # nobody's print shall be taken for a result
+    with suppress(EOFError, BrokenPipeError):
+        back_end = BackEnd(*pickle.load(messages))
+        while True:
+            message = pickle.load(messages)
+            if not isinstance(message, KeyScan):
+                pickle.dump(back_end.finish(message), results, pickle.HIGHEST_PROTOCOL)
+                results.flush()
+                return
+            finishes, closure = back_end.finishes(message), back_end.take(message)
+            if finishes:
+                pickle.dump((closure, back_end.size), results, pickle.HIGHEST_PROTOCOL)
+                results.flush()
+
+
+if __name__ == "__main__":
+    main()

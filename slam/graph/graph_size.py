@@ -1,0 +1,18 @@
+"""How large the graph is, and what it has cost until now."""
+
+from typing import NamedTuple
+
+
+class GraphSize(NamedTuple):
+    """Counts of the back end."""
+
+    keys: int = 0
+    submaps: int = 0
+    edges: int = 0
+    loops: int = 0
+    nbytes: int = 0
+    """Of the key scans."""
+    tried: int = 0
+    """Pairs of submaps that were compared."""
+    seconds: float = 0.0
+    """Processor time of the searches."""

@@ -1,0 +1,155 @@
+"""Loops closed while a robot drives: a ring of rooms, wheels that turn too far, and what must come out."""
+
+import itertools
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+
+from slam.config import SlamConfig
+from slam.graph.closure import ClosedRun
+from slam.graph.loop_closing import STEPPED, Timing
+from slam.line_slam import Estimate, LineSlam
+from slam.odometry import Odometry
+from slam.pose import FloatArray, Pose2D, stack_poses
+from slam.scan import LaserScan
+
+Scanner = Callable[..., LaserScan]
+OUTER = np.array([
+    [-2.0, -2.0], [3.0, -2.0], [3.0, -2.6], [4.0, -2.6], [4.0, -2.0], [9.0, -2.0], [9.0, -1.6], [10.5, -1.6],
+    [10.5, -2.0], [14.0, -2.0], [14.0, 2.0], [14.7, 2.0], [14.7, 3.2], [14.0, 3.2], [14.0, 10.0], [8.0, 10.0],
+    [8.0, 9.5], [6.5, 9.5], [6.5, 10.0], [-2.0, 10.0], [-2.0, 6.0], [-2.6, 6.0], [-2.6, 4.5], [-2.0, 4.5], [-2.0, -2.0],
+])  # fmt: skip
+INNER = np.array([
+    [1.0, 1.0], [1.0, 4.0], [1.8, 4.0], [1.8, 5.0], [1.0, 5.0], [1.0, 7.0], [3.0, 7.0], [3.0, 6.4], [4.2, 6.4],
+    [4.2, 7.0], [11.0, 7.0], [11.0, 5.5], [10.3, 5.5], [10.3, 4.0], [11.0, 4.0], [11.0, 1.0], [7.0, 1.0], [7.0, 1.8],
+    [5.5, 1.8], [5.5, 1.0], [1.0, 1.0],
+])  # fmt: skip
+BEARINGS = np.arange(-2.0, 2.0, 0.02)
+
+
+def around(laps: float) -> list[Pose2D]:
+    """Poses every 0.2 m along the corridor between the two walls."""
+    corners = np.array([[-0.5, -0.5], [12.5, -0.5], [12.5, 8.5], [-0.5, 8.5]])
+    path, heading = [], 0.0
+    for corner in range(int(4 * laps)):
+        begin, end = corners[corner % 4], corners[(corner + 1) % 4]
+        steps = int(np.hypot(*(end - begin)) / 0.2)
+        path += [Pose2D(*(begin + k / steps * (end - begin)), heading) for k in range(steps)]
+        path += [Pose2D(*end, heading + 0.25 * np.pi * turn) for turn in (0.5, 1.0, 1.5)]
+        heading += 0.5 * np.pi
+    return path
+
+
+def ranges_from(pose: Pose2D) -> FloatArray:
+    """Ranges of the beams to the nearest wall."""
+    walls = [np.stack([corners[:-1], corners[1:]], axis=1) for corners in (OUTER, INNER)]
+    a, b = np.concatenate(walls).swapaxes(0, 1)
+    angles = pose.theta + BEARINGS
+    d = np.column_stack([np.cos(angles), np.sin(angles)])[:, None]
+    along, offset = b - a, a - pose.translation
+    cross = d[..., 0] * along[:, 1] - d[..., 1] * along[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = (offset[:, 0] * along[:, 1] - offset[:, 1] * along[:, 0]) / cross
+        u = (offset[:, 0] * d[..., 1] - offset[:, 1] * d[..., 0]) / cross
+    return np.asarray(np.where((t > 0.0) & (u >= 0.0) & (u <= 1.0), t, np.inf).min(axis=1))
+
+
+@cache
+def drive(laps: float, loops: str, timing: Timing = STEPPED) -> tuple[list[Estimate], ClosedRun | None, LineSlam]:
+    """Drive with wheels that turn by two degrees a metre too far."""
+    random, path = np.random.default_rng(0), around(laps)
+    slam = LineSlam(SlamConfig.model_validate({"loops": loops}), Pose2D(), path[0], timing=timing)
+    wheels, estimates = path[0], []
+    for k, pose in enumerate(path):
+        if k:
+            motion = path[k - 1].between(pose)
+            wheels = wheels @ Pose2D(
+                1.02 * motion.x, motion.y, motion.theta + np.radians(2.0) * motion.distance(Pose2D())
+            )
+        ranges = ranges_from(pose) + random.normal(0.0, 0.01, len(BEARINGS))
+        ranges[ranges > 4.0] = np.inf
+        scan = LaserScan(0.1 * k, float(BEARINGS[0]), 0.02, 0.05, 4.0, ranges)
+        estimates.append(slam.update(scan, Odometry(0.1 * k, wheels)))
+    return estimates, slam.finish(), slam
+
+
+def errors(poses: FloatArray, laps: float) -> FloatArray:
+    return np.asarray(np.hypot(*(poses - stack_poses(around(laps)))[:, :2].T))
+
+
+def local_poses(estimates: list[Estimate]) -> FloatArray:
+    return stack_poses(estimate.T_local_base for estimate in estimates)
+
+
+def test_a_ring_is_closed() -> None:
+    estimates, closed, _ = drive(2.0, "auto")
+    assert closed is not None
+    assert (closed.weights > 0.5).sum() >= 2
+    final = errors(closed.trajectory(local_poses(estimates)), 2.0)
+    assert np.sqrt(np.mean(final**2)) < 0.05
+    assert len(closed.map) > 0
+
+
+def test_the_trajectory_covers_every_scan_and_begins_at_the_truth() -> None:
+    estimates, closed, _ = drive(2.0, "auto")
+    assert closed is not None
+    trajectory = closed.trajectory(local_poses(estimates))
+    assert len(trajectory) == len(estimates)
+    np.testing.assert_allclose(trajectory[0], stack_poses(around(2.0))[0], atol=1e-9)
+
+
+def test_the_same_scans_give_the_same_bits() -> None:
+    one, closed, _ = drive(2.0, "auto")
+    other, again, _ = drive.__wrapped__(2.0, "auto")
+    assert np.array_equal(stack_poses(e.T_map_base for e in one), stack_poses(e.T_map_base for e in other))
+    assert closed is not None
+    assert again is not None
+    assert np.array_equal(closed.nodes, again.nodes)
+
+
+def test_a_run_in_real_time_is_repeated_bit_by_bit() -> None:
+    estimates, _, _ = drive.__wrapped__(2.0, "auto", Timing(real_time=True))
+    taken_over = {k: estimate.closure.submap for k, estimate in enumerate(estimates) if estimate.closure is not None}
+    again, _, _ = drive.__wrapped__(2.0, "auto", Timing(known=taken_over))
+    assert np.array_equal(stack_poses(e.T_map_base for e in estimates), stack_poses(e.T_map_base for e in again))
+
+
+def test_odometry_does_not_jump_where_the_map_does() -> None:
+    """T_map_local changes only where a closure is taken over, and T_map_base = T_map_local @ T_local_base."""
+    estimates, _, slam = drive(2.0, "auto")
+    for before, estimate in itertools.pairwise(estimates):
+        assert estimate.closure is not None or estimate.T_map_local == before.T_map_local
+    assert slam.T_map_base == slam.T_map_local @ slam.T_local_base
+
+
+def test_without_loops_there_is_nothing_to_close() -> None:
+    estimates, closed, slam = drive(0.5, "never")
+    assert closed is None
+    assert slam.loops is None
+    assert all(estimate.closure is None and estimate.T_map_local == Pose2D() for estimate in estimates)
+
+
+def test_paper_mode_closes_no_loops() -> None:
+    assert SlamConfig.model_validate({"mode": "paper"}).loops == "never"
+
+
+@pytest.mark.parametrize("laps", [0.25])
+def test_a_short_run_needs_no_other_process(laps: float) -> None:
+    estimates, closed, slam = drive(laps, "auto")
+    assert slam.loops is not None
+    assert slam.loops._process is None
+    assert closed is not None
+    assert len(closed.loops) == 0
+    assert errors(closed.trajectory(local_poses(estimates)), laps).max() < 0.1
+
+
+def test_the_covariance_holds_what_the_poses_err() -> None:
+    """Nine of ten errors of the closed run lie within three standard deviations."""
+    _estimates, closed, _ = drive(2.0, "auto")
+    assert closed is not None
+    truth = stack_poses(around(2.0))[closed.indices]
+    sigmas = np.sqrt(np.trace(closed.covariances[:, :2, :2], axis1=1, axis2=2))[1:]
+    off = np.hypot(*(closed.poses - truth)[1:, :2].T)
+    assert np.mean(off < 3.0 * sigmas + 0.01) > 0.9

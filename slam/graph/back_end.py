@@ -78,7 +78,6 @@ class BackEnd:
         graph = self.graph
         counts = len(graph.keys), len(graph.submaps), len(graph.edges), len(graph.loops)
         return GraphSize(*counts, sum(key.nbytes for key in graph.keys), self.tried, self.seconds)
->>>>>>> main
 
     def take(self, key: KeyScan) -> Closure | None:
         """Take the next key scan; where it finishes a submap, loops are sought for that, and a closure is returned
@@ -101,17 +100,18 @@ class BackEnd:
         edges = Edges.of([*graph.edges, *graph.odometry_edges()])
         odometry = np.arange(len(edges.loop)) >= len(graph.edges)
         solution = solve_graph(np.array(graph.poses).reshape(-1, 3), edges, KERNEL)
+        edges, weights = edges.settled(solution.weights)
         key_nodes = np.array(graph.key_nodes, np.int64)
         facets = [key.facets for key in graph.keys]
-        nodes, walls, _ = refine(solution.poses, edges, solution.weights, facets, key_nodes)
+        nodes, walls, _ = refine(solution.poses, edges, weights, facets, key_nodes)
         graph.poses = list(nodes)
-        covariances = pose_covariances(nodes, edges, solution.weights * np.where(odometry, 1.0, INDEPENDENT))
+        covariances = pose_covariances(nodes, edges, weights * np.where(odometry, 1.0, INDEPENDENT))
         surfel_map = self._map()
         self.seconds += thread_time() - began
         return ClosedRun(
             tuple(graph.keys), nodes[key_nodes], covariances[key_nodes], surfel_map, tuple(graph.loops),
-            _loop_weights(edges, solution.weights, len(graph.loops)), nodes, key_nodes,
-            tuple(graph.submaps.values()), edges, solution.weights, T_base_laser, walls,
+            _loop_weights(edges, weights, len(graph.loops)), nodes, key_nodes,
+            tuple(graph.submaps.values()), edges, weights, T_base_laser, walls,
             wall_covariances(walls, nodes, covariances), self.size,
         )  # fmt: skip
 

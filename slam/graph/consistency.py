@@ -21,6 +21,8 @@ AGREED: Final = 11.3
 """chi^2 of three degrees of freedom, below which two loops agree: 0.99 of those that are right do."""
 FARTHEST: Final = 0.7
 """Standard deviation in metres of the way between two loops, beyond which they say nothing of each other."""
+LEAST_OWN: Final = 3
+"""Key scans of its own by which a loop tells something new."""
 MOST_WAITING: Final = 30
 """Loops that wait for another to bear them out."""
 GRAPH_SHARE: Final = 0.25
@@ -83,10 +85,10 @@ class WaitingLoops:
         return [*partners, loop]
 
     def _agree(self, consistency: Consistency, loop: Loop, other: Loop) -> bool:
-        """True where two loops agree that are not made of the same scans."""
-        submaps = self._graph.submaps
-        shared = set(submaps[loop.submap].keys) & set(submaps[other.submap].keys)
-        return not shared and consistency.chi_squared(other) < AGREED
+        """True where two loops agree of which each has scans that the other has not."""
+        own, others = ({edge.second for edge in one.edges} for one in (loop, other))
+        independent = min(len(own - others), len(others - own)) >= LEAST_OWN and loop.submap != other.submap
+        return independent and consistency.chi_squared(other) < AGREED
 
 
 def is_contradicted(loop: Loop, graph: SubmapGraph, hops: Hops, believed: Sequence[Loop]) -> bool:

@@ -71,8 +71,8 @@ class Edges(NamedTuple):
         return np.asarray(self.loop != NO_LOOP)
 
     def settled(self, weights: FloatArray) -> tuple[Self, FloatArray]:
-        """These edges, with those over breaks as ordinary ones, as sure as their weights (E,) left them; and the weights
-        of all."""
+        """These edges, with those over breaks as ordinary ones, as sure as their weights (E,) left them; and all
+        weights."""
         breaks = self.loop == BREAK
         information = self.information * np.where(breaks, weights, 1.0)[:, None, None]
         edges = self._replace(information=information, loop=np.where(breaks, NO_LOOP, self.loop))

@@ -12,9 +12,11 @@ import numpy as np
 from slam.config import LeastSquaresConfig
 from slam.graph.key_scan import KeyScan, made_of
 from slam.graph.submap_uncertainty import SubmapUncertainty
+from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import Segments
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.match import Match
+from slam.matching.pose_search import Found
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import FloatArray, Pose2D, wrap_angle
@@ -33,6 +35,9 @@ KEY_DISTANCE, KEY_ANGLE = 0.25, 0.25
 MISFITS: Final = 2
 """Scans in a row that the map contradicts, after which another submap begins that odometry alone joins to this one.
 One alone may come from wheels that were late, and are right again with the next."""
+
+RECOVERED_SHARE: Final = 0.5
+"""Of the facets of the scan after such a one, which must agree with the map: else that contradicts it too."""
 
 
 class SubmapMapper(SurfelMapper):
@@ -80,6 +85,16 @@ class SubmapMapper(SurfelMapper):
             self.key = self._key_scan(scan, T_local_laser, broken)
             self._last_key = T_local_laser
         self._write(scan, T_local_laser, distance + turn)
+
+    def _find(
+        self, scan: LaserScan, noise: RangeNoise | None, prior: Pose2D, predicted: FloatArray, last: Pose2D
+    ) -> Found:
+        """See SurfelMapper; after a misfit only a scan that agrees well is believed to be where it was found."""
+        found = super()._find(scan, noise, prior, predicted, last)
+        if self._misfits == 0 or found.fit.inliers >= RECOVERED_SHARE * len(self._facets):
+            return found
+        fit = found.fit._replace(pose=prior.as_array(), projector=np.zeros((3, 3)))
+        return found._replace(fit=fit, odometry_only=True, odometry_failed=False, contradicted=True)
 
     def know(self, T_local_submap: FloatArray, covariance: FloatArray, T_map_local: Pose2D) -> None:
         """A loop was closed: the place of a submap is known with this covariance (3, 3), map axes."""

@@ -38,6 +38,10 @@ SIGMAS: Final = 3.0
 """... and so many standard deviations of where they lie, within which a submap is sought."""
 GAP_COST: Final = 0.3
 """Standard deviation in metres that counts as much as a metre between the paths when candidates are ordered."""
+POOR: Final = 0.9
+"""Metres: a way through the graph of this standard deviation leads over a break, and what is found over it ..."""
+STANDING_ALONE: Final = 1.2
+"""... counts only where another loop bears it out, unless its key scans agree as much as so many whole ones."""
 NEIGHBOURS: Final = 2
 """Submaps before a new one that share its walls without a loop."""
 BREAK_REACH, BREAK_CANDIDATES = 5.0, 3
@@ -161,9 +165,9 @@ class BackEnd:
             self.tried += 1
             loop = self._search.find(view, other, covariance, "odometry")
             if loop is not None:
-                self.graph.add_loop(loop)
-                found += 1
-                if found == ENOUGH:
+                poor = covariance[0, 0] + covariance[1, 1] > POOR**2
+                found += self._add(loop, poor and not _stands_alone(loop))
+                if found >= ENOUGH:
                     break
         if submap.broken and not found:
             found += self._find_after_break(view)
@@ -199,8 +203,7 @@ class BackEnd:
             self.tried += 1
             loop = self._search.find(view, other, np.diag(BREAK_SIGMAS**2), "break")
             if loop is not None:
-                self.graph.add_loop(loop)
-                return 1
+                return self._add(loop, not _stands_alone(loop))
         return 0
 
     def _find_by_walls(self, view: SubmapView) -> int:
@@ -210,18 +213,20 @@ class BackEnd:
         others = [other for other in self._finished[:-1] if not self._are_neighbours(other, submap)]
         others.sort(key=lambda other: float(distances_to(own, self._places(other)).min()))
         covariance = np.diag(WALL_SIGMAS**2)
-        loops = []
+        added = 0
         for candidate in self._walls.of(submap, others):
             self.tried += 1
             loop = self._search.find_near(view, candidate.other, candidate.T_other_submap, covariance, "walls")
             if loop is not None and not loop.ambiguous:
-                loops.append(loop)
-        added = 0
-        for loop in loops:
-            for one in self._waiting.borne_out(loop, self.condensed.hops(), self._believed()):
-                self.graph.add_loop(renumbered(one, len(self.graph.loops)))
-                added += 1
+                added += self._add(loop, doubtful=True)
         return added
+
+    def _add(self, loop: Loop, doubtful: bool) -> int:
+        """Add a loop, a doubtful one where another bears it out; returns how many were added."""
+        loops = self._waiting.borne_out(loop, self.condensed.hops(), self._believed()) if doubtful else [loop]
+        for one in loops:
+            self.graph.add_loop(renumbered(one, len(self.graph.loops)))
+        return len(loops)
 
     def _believed(self) -> list[Loop]:
         """Loops that the graph of submaps believes."""
@@ -240,6 +245,10 @@ class BackEnd:
     def _places(self, submap: Submap) -> FloatArray:
         """Poses (K, 3) of the key scans of a finished submap, as the graph has them."""
         return compose_poses(self.graph.correction(submap), submap.path)
+
+
+def _stands_alone(loop: Loop) -> bool:
+    return loop.share * loop.tested >= STANDING_ALONE
 
 
 def _loop_weights(edges: Edges, weights: FloatArray, loops: int) -> FloatArray:

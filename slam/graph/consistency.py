@@ -4,7 +4,7 @@ One loop alone may lie: a building has places that look alike. Two of submaps th
 lie (after Mangelson et al., "Pairwise consistent measurement set maximization", ICRA 2018).
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Final
 
@@ -45,6 +45,8 @@ class Consistency:
         """chi^2 (3 degrees of freedom) of the difference between the places that the two loops give to the submap of
         the second; infinite where they say nothing of each other."""
         graph = self._graph
+        if not self._is_near(other):
+            return np.inf
         own = graph.poses[graph.submaps[other.submap].node]
         moved, thought = compose_poses(_jump(self._loop, graph), own), compose_poses(_jump(other, graph), own)
         covariance = self._covariance(other, moved)
@@ -53,6 +55,11 @@ class Consistency:
         error = thought - moved
         error[2] = wrap_angle(float(error[2]))
         return float(error @ np.linalg.solve(covariance, error))
+
+    def _is_near(self, other: Loop) -> bool:
+        """True where the ways through the graph to both its submaps may be short enough."""
+        along, back = self._from_submap[self._at[other.submap]], self._from_other[self._at[other.other]]
+        return bool(along[0, 0] + along[1, 1] + back[0, 0] + back[1, 1] <= FARTHEST**2)
 
     def _covariance(self, other: Loop, there: FloatArray) -> FloatArray:
         """Covariance (3, 3) of that difference, where the submap lies by the first loop."""
@@ -89,16 +96,6 @@ class WaitingLoops:
         own, others = ({edge.second for edge in one.edges} for one in (loop, other))
         independent = min(len(own - others), len(others - own)) >= LEAST_OWN and loop.submap != other.submap
         return independent and consistency.chi_squared(other) < AGREED
-
-
-def is_contradicted(loop: Loop, graph: SubmapGraph, hops: Hops, believed: Sequence[Loop]) -> bool:
-    """True where most of the loops nearby that say anything of it speak against a loop, and more than one does."""
-    if not believed:
-        return False
-    consistency = Consistency(graph, hops, loop)
-    chi_squared = np.array([consistency.chi_squared(other) for other in believed])
-    against, told = int((np.isfinite(chi_squared) & (chi_squared >= AGREED)).sum()), int(np.isfinite(chi_squared).sum())
-    return against > 1 and 2 * against > told
 
 
 def renumbered(loop: Loop, number: int) -> Loop:

@@ -8,11 +8,12 @@ import numpy as np
 from slam.config import LeastSquaresConfig, SurfelMapConfig
 from slam.graph.closed_map import map_of
 from slam.graph.closure import ClosedRun, Closure
-from slam.graph.condensed import CondensedGraph
+from slam.graph.condensed import BELIEVED, CondensedGraph
+from slam.graph.consistency import WaitingLoops, renumbered
 from slam.graph.graph_size import GraphSize
 from slam.graph.joint_refinement import refine
 from slam.graph.key_scan import KeyScan
-from slam.graph.loop import loop_keys
+from slam.graph.loop import Loop, loop_keys
 from slam.graph.loop_check import distances_to
 from slam.graph.loop_search import LoopSearch
 from slam.graph.marginals import pose_covariances
@@ -24,6 +25,7 @@ from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
 from slam.graph.submap_view import SubmapView
 from slam.graph.surest_paths import surest_covariances
+from slam.graph.wall_candidates import WallCandidates
 from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray, compose_poses
 
@@ -37,10 +39,16 @@ SIGMAS: Final = 3.0
 """... and so many standard deviations of where they lie, within which a submap is sought."""
 GAP_COST: Final = 0.3
 """Standard deviation in metres that counts as much as a metre between the paths when candidates are ordered."""
+POOR: Final = 0.9
+"""Metres: a way through the graph of this standard deviation leads over a break, and what is found over it ..."""
+STANDING_ALONE: Final = 1.2
+"""... counts only where another loop bears it out, unless its key scans agree as much as so many whole ones."""
 NEIGHBOURS: Final = 2
 """Submaps before a new one that share its walls without a loop."""
 BREAK_REACH, BREAK_CANDIDATES = 5.0, 3
 """Where the front end broke: submaps whose path is so near, metres, and how many of them are tried with any heading."""
+WALL_SIGMAS: Final = np.array([0.3, 0.3, 0.05])
+"""Of a place from walls alone: metres and radians."""
 BREAK_SIGMAS: Final = np.array([0.5, 0.5, 2.0])
 INDEPENDENT: Final = 0.1
 """Share of what matches say that is not said by their neighbours too: it counts alone where covariances are asked."""
@@ -63,6 +71,7 @@ class BackEnd:
         self._rebuilt = 0  # key scans that were taken when that map was made
         self._told = 0  # number of the loops of the closures until now
         self._finished: list[Submap] = []
+        self._walls, self._waiting = WallCandidates(), WaitingLoops(self.graph)
         self.tried, self.seconds = 0, 0.0
 
     def finishes(self, key: KeyScan) -> bool:
@@ -98,17 +107,18 @@ class BackEnd:
         edges = Edges.of([*graph.edges, *ties, *odometry])
         is_odometry = np.arange(len(edges.loop)) >= len(graph.edges) + len(ties)
         solution = solve_graph(np.array(graph.poses).reshape(-1, 3), edges, KERNEL)
+        edges, weights = edges.settled(solution.weights)
         key_nodes = np.array(graph.key_nodes, np.int64)
         facets = [key.facets for key in graph.keys]
-        nodes, walls, _ = refine(solution.poses, edges, solution.weights, facets, key_nodes)
+        nodes, walls, _ = refine(solution.poses, edges, weights, facets, key_nodes)
         graph.poses = list(nodes)
-        covariances = pose_covariances(nodes, edges, solution.weights * np.where(is_odometry, 1.0, INDEPENDENT))
+        covariances = pose_covariances(nodes, edges, weights * np.where(is_odometry, 1.0, INDEPENDENT))
         surfel_map = self._map()
         self.seconds += thread_time() - began
         return ClosedRun(
             tuple(graph.keys), nodes[key_nodes], covariances[key_nodes], surfel_map, tuple(graph.loops),
-            _loop_weights(edges, solution.weights, len(graph.loops)), nodes, key_nodes,
-            tuple(graph.submaps.values()), edges, solution.weights, T_base_laser, walls,
+            _loop_weights(edges, weights, len(graph.loops)), nodes, key_nodes,
+            tuple(graph.submaps.values()), edges, weights, T_base_laser, walls,
             wall_covariances(walls, nodes, covariances), self.size,
             self._pruning.anchors.placed({s.number: nodes[s.node] for s in graph.submaps.values()}),
         )  # fmt: skip
@@ -150,6 +160,8 @@ class BackEnd:
             return False
         submap.finish(self.graph.keys)
         self._finished.append(submap)
+        surfels = SurfelMap(self._config, self._search.map_of(submap).grid).surfels
+        self._walls.add(submap, surfels, self._config.cell)
         found = self._find_loops(submap)
         if found:
             self.condensed.solve()
@@ -170,12 +182,14 @@ class BackEnd:
             self.tried += 1
             loop = self._search.find(view, other, covariance, "odometry")
             if loop is not None:
-                self.graph.add_loop(loop)
-                found += 1
-                if found == ENOUGH:
+                poor = covariance[0, 0] + covariance[1, 1] > POOR**2
+                found += self._add(loop, poor and not _stands_alone(loop))
+                if found >= ENOUGH:
                     break
         if submap.broken and not found:
             found += self._find_after_break(view)
+        if not found:
+            found += self._find_by_walls(view)
         return found
 
     def _candidates(self, submap: Submap) -> list[tuple[Submap, FloatArray]]:
@@ -206,9 +220,35 @@ class BackEnd:
             self.tried += 1
             loop = self._search.find(view, other, np.diag(BREAK_SIGMAS**2), "break")
             if loop is not None:
-                self.graph.add_loop(loop)
-                return 1
+                return self._add(loop, not _stands_alone(loop))
         return 0
+
+    def _find_by_walls(self, view: SubmapView) -> int:
+        """Seek a submap where its walls alone say that it may be; it counts where another loop bears it out."""
+        submap = view.submap
+        own = self._places(submap)
+        others = [other for other in self._finished[:-1] if not self._are_neighbours(other, submap)]
+        others.sort(key=lambda other: float(distances_to(own, self._places(other)).min()))
+        covariance = np.diag(WALL_SIGMAS**2)
+        added = 0
+        for candidate in self._walls.of(submap, others):
+            self.tried += 1
+            loop = self._search.find_near(view, candidate.other, candidate.T_other_submap, covariance, "walls")
+            if loop is not None and not loop.ambiguous:
+                added += self._add(loop, doubtful=True)
+        return added
+
+    def _add(self, loop: Loop, doubtful: bool) -> int:
+        """Add a loop, a doubtful one where another bears it out; returns how many were added."""
+        loops = self._waiting.borne_out(loop, self.condensed.hops(), self._believed()) if doubtful else [loop]
+        for one in loops:
+            self.graph.add_loop(renumbered(one, len(self.graph.loops)))
+        return len(loops)
+
+    def _believed(self) -> list[Loop]:
+        """Loops that the graph of submaps believes."""
+        weighed = zip(self.graph.loops, self.condensed.weights, strict=False)
+        return [loop for loop, weight in weighed if weight > BELIEVED]
 
     def _are_neighbours(self, other: Submap, submap: Submap) -> bool:
         """True where two submaps share key scans, or follow each other without a break."""
@@ -222,6 +262,10 @@ class BackEnd:
     def _places(self, submap: Submap) -> FloatArray:
         """Poses (K, 3) of the key scans of a finished submap, as the graph has them."""
         return compose_poses(self.graph.correction(submap), submap.path)
+
+
+def _stands_alone(loop: Loop) -> bool:
+    return loop.share * loop.tested >= STANDING_ALONE
 
 
 def _loop_weights(edges: Edges, weights: FloatArray, loops: int) -> FloatArray:

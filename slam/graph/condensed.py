@@ -8,7 +8,7 @@ import numpy as np
 from slam.graph.joined_edges import lever
 from slam.graph.loop import Loop
 from slam.graph.marginals import pose_covariances
-from slam.graph.pose_graph import NO_LOOP, Edge, Edges, solve_graph
+from slam.graph.pose_graph import BREAK, NO_LOOP, Edge, Edges, solve_graph
 from slam.graph.single_poses import between, composed
 from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
@@ -109,7 +109,7 @@ def _follows(submap: Submap, following: Submap) -> bool:
 def _hop_edge(submap: Submap, following: Submap) -> Edge:
     information = np.diag(4.0 / HOP_SIGMAS**2) * (BREAK_WEIGHT if following.broken else 1.0)
     measured = between(submap.T_local_submap, following.T_local_submap)
-    return Edge(submap.number, following.number, measured, information, NO_LOOP)
+    return Edge(submap.number, following.number, measured, information, BREAK if following.broken else NO_LOOP)
 
 
 def _condensed(loop: Loop, graph: SubmapGraph) -> Edge:

@@ -10,9 +10,10 @@ from slam.graph.loop_check import Check, KeyMatch, LoopCheck, distances_to
 from slam.graph.place_search import Window, find_places
 from slam.graph.pose_graph import Edge
 from slam.graph.single_poses import between, composed, undone
-from slam.graph.submap import Submap, SubmapMaps
+from slam.graph.submap import Submap, SubmapMap, SubmapMaps
 from slam.graph.submap_graph import LOOP_SIGMAS, SubmapGraph, turned_information
 from slam.graph.submap_view import SubmapView
+from slam.lines.segments import IntArray
 from slam.matching.coarse_search import PLACE_X, SCORE
 from slam.matching.least_squares import SolverSettings, solve
 from slam.pose import FloatArray, compose_poses, wrap_angle
@@ -57,19 +58,30 @@ class LoopSearch:
         """A submap as it is sought in others."""
         return SubmapView(submap, self._graph.keys, self._config.no_echo_reach)
 
+    def map_of(self, submap: Submap) -> SubmapMap:
+        """The map of a finished submap."""
+        return self._maps.of(submap)
+
     def find(self, view: SubmapView, other: Submap, covariance: FloatArray, proposal: Proposal) -> Loop | None:
         """Seek a submap in another one; ``covariance`` (3, 3) is that of the other's node as seen from the first, map
         axes. None where they do not agree."""
         T_other_submap = between(self._graph.correction(other), self._graph.correction(view.submap))
-        seen = compose_poses(T_other_submap, view.path)
-        nearest_first = np.argsort(distances_to(seen, other.path), kind="stable")
+        middle = _nearest_first(view, other, T_other_submap)[0]
+        prior = composed(T_other_submap, view.path[middle])
+        return self.find_near(view, other, T_other_submap, self._covariance_there(other, covariance, prior), proposal)
+
+    def find_near(
+        self, view: SubmapView, other: Submap, T_other_submap: FloatArray, covariance: FloatArray, proposal: Proposal
+    ) -> Loop | None:
+        """Seek a submap near a place in another one; ``covariance`` (3, 3) is that of the key scan of the first that is
+        nearest to the other's path there, axes of its frame ``local``."""
+        nearest_first = _nearest_first(view, other, T_other_submap)
         middle = int(nearest_first[0])
         facets = view.joint_scan(middle, nearest_first[:JOINT])
         if len(facets) < LEAST_FACETS:
             return None
-        prior = seen[middle]
-        window = _window(prior, self._covariance_there(other, covariance, prior), len(facets))
-        grid, pictures = self._maps.of(other)
+        window = _window(composed(T_other_submap, view.path[middle]), covariance, len(facets))
+        grid, pictures = self.map_of(other)
         places = find_places(facets, window, pictures, LEAST_SHARE, PLACES)
         settings = self._settings._replace(first_kernel=8.0 * self._settings.kernel)
         checks = []
@@ -124,6 +136,11 @@ class LoopSearch:
         information = turned_information(information, float(other.T_local_submap[2]), LOOP_SIGMAS)
         measured = between(other.T_local_submap, match.pose + shift)
         return Edge(other.node, self._graph.key_nodes[view.submap.keys[match.at]], measured, information, number)
+
+
+def _nearest_first(view: SubmapView, other: Submap, T_other_submap: FloatArray) -> IntArray:
+    """The key scans of a submap that lies at a place in another one, those nearest to the other's path first."""
+    return np.argsort(distances_to(compose_poses(T_other_submap, view.path), other.path), kind="stable")
 
 
 def _window(prior: FloatArray, covariance: FloatArray, facets: int) -> Window:

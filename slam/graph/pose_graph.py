@@ -19,7 +19,9 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray, wrap_angles
 
 NO_LOOP: Final = -1
-"""Number of the loop of an edge that belongs to none."""
+"""Number of the loop of an edge that belongs to none ..."""
+BREAK: Final = -2
+"""... and of one over a place where the front end lost its way: it is as robust as a loop's."""
 SHRINK: Final = 3.0
 """The kernel shrinks by this factor from one iteration to the next."""
 MAX_ITERATIONS: Final = 40
@@ -65,8 +67,16 @@ class Edges(NamedTuple):
 
     @property
     def robust(self) -> NDArray[np.bool_]:
-        """True for the edges of loops, (E,)."""
+        """True for the edges of loops and over breaks, (E,)."""
         return np.asarray(self.loop != NO_LOOP)
+
+    def settled(self, weights: FloatArray) -> tuple[Self, FloatArray]:
+        """These edges, with those over breaks as ordinary ones, as sure as their weights (E,) left them; and all
+        weights."""
+        breaks = self.loop == BREAK
+        information = self.information * np.where(breaks, weights, 1.0)[:, None, None]
+        edges = self._replace(information=information, loop=np.where(breaks, NO_LOOP, self.loop))
+        return edges, np.where(breaks, 1.0, weights)
 
 
 class Solution(NamedTuple):

@@ -9,7 +9,7 @@ from slam.graph.joined_edges import fused, worn
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.odometry_error import OdometryError, motion_errors
-from slam.graph.pose_graph import NO_LOOP, Edge
+from slam.graph.pose_graph import BREAK, NO_LOOP, Edge
 from slam.graph.single_poses import between, composed, undone
 from slam.graph.submap import Submap
 from slam.pose import FloatArray, compose_poses
@@ -137,7 +137,8 @@ class SubmapGraph:
             if key.broken:
                 covariance = covariance + np.diag(BREAK_SIGMAS**2)
             information = np.asarray(np.linalg.inv(covariance), np.float64)
-            edges.append(Edge(self.key_nodes[number - 1], self.key_nodes[number], measured, information, NO_LOOP))
+            loop = BREAK if key.broken else NO_LOOP
+            edges.append(Edge(self.key_nodes[number - 1], self.key_nodes[number], measured, information, loop))
         return edges
 
     def _renumber_edges(self, loops: list[int], node_at: dict[int, int], loop_at: dict[int, int]) -> None:

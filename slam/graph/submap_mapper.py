@@ -1,7 +1,8 @@
 """The front end of the graph: scans are matched to rolling submaps, and some of them become key scans.
 
-A submap covers a way so short that its own error is small: what was seen there before is left to loops. Two are open at
-a time. Scans are matched to the older one and written into both, so that the next one has a map when it takes over.
+A submap covers a way so short that its own error is small: what was seen there before is left to loops. A new one
+begins every half of that way. Scans are matched to the oldest map that is open and written into all; it is open for
+longer than its submap lasts, so that what was seen a while ago is still there where the robot turns a corner.
 """
 
 from typing import Final
@@ -11,9 +12,11 @@ import numpy as np
 from slam.config import LeastSquaresConfig
 from slam.graph.key_scan import KeyScan, made_of
 from slam.graph.submap_uncertainty import SubmapUncertainty
+from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import Segments
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.match import Match
+from slam.matching.pose_search import Found
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.matching.surfel_mapper_state import SurfelMapperState
 from slam.pose import FloatArray, Pose2D, wrap_angle
@@ -21,6 +24,8 @@ from slam.scan import LaserScan
 
 LENGTH: Final = 8.0
 """Metres of way that a submap covers; the next begins half way."""
+SUBMAPS, OPEN = 2, 3
+"""Submaps that a key scan belongs to, and maps that are open, at most."""
 LEAST_KEYS: Final = 10
 """Key scans that a submap has at least when the next begins, however far apart they are."""
 TURN_WAY: Final = 0.3
@@ -31,9 +36,12 @@ MISFITS: Final = 2
 """Scans in a row that the map contradicts, after which another submap begins that odometry alone joins to this one.
 One alone may come from wheels that were late, and are right again with the next."""
 
+RECOVERED_SHARE: Final = 0.5
+"""Of the facets of the scan after such a one, which must agree with the map: else that contradicts it too."""
+
 
 class SubmapMapper(SurfelMapper):
-    """A SurfelMapper whose map is the older of two open submaps; ``key`` is the key scan that the last ``add`` made."""
+    """A SurfelMapper whose map is the oldest of the open ones; ``key`` is the key scan that the last ``add`` made."""
 
     def __init__(
         self, state: SurfelMapperState, config: LeastSquaresConfig, T_base_laser: Pose2D, odometry: bool = True
@@ -42,11 +50,11 @@ class SubmapMapper(SurfelMapper):
         self.key: KeyScan | None = None
         self.uncertainty = SubmapUncertainty(state.covariance)
         self._wheels = Pose2D()  # the motion since the last key scan by odometry alone
-        self._number = 0  # of the submap that scans are matched to
-        self._next: SurfelMap | None = None
+        self._number = 0  # of the submap that began last
+        self._open = [state.map]  # the oldest first
         self._last_key: Pose2D | None = None
-        self._way = self._began = self._opened = 0.0
-        self._keys = 0  # since the submap that was opened last began
+        self._way = self._began = 0.0  # metres, and those at which the last submap began
+        self._keys = 0  # since then
         self._misfits = 0  # scans in a row that the map contradicted
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:
@@ -71,16 +79,22 @@ class SubmapMapper(SurfelMapper):
             return
         self._way += distance + TURN_WAY * turn
         if self._is_key(T_local_laser, broken):
+            if self._way - self._began >= 0.5 * LENGTH and self._keys >= LEAST_KEYS:
+                self._open_next()
             self._keys += 1
-            if self._way - self._began >= 0.5 * LENGTH and self._next is None and self._keys >= LEAST_KEYS:
-                self._keys = 0
-                self._next, self._opened = SurfelMap(config), self._way
-                self.uncertainty.open_next()
             self.key = self._key_scan(scan, T_local_laser, broken)
             self._last_key = T_local_laser
         self._write(scan, T_local_laser, distance + turn)
-        if self._next is not None and self._way - self._began >= LENGTH and self._keys >= LEAST_KEYS:
-            self._take_over()
+
+    def _find(
+        self, scan: LaserScan, noise: RangeNoise | None, prior: Pose2D, predicted: FloatArray, last: Pose2D
+    ) -> Found:
+        """See SurfelMapper; after a misfit only a scan that agrees well is believed to be where it was found."""
+        found = super()._find(scan, noise, prior, predicted, last)
+        if self._misfits == 0 or found.fit.inliers >= RECOVERED_SHARE * len(self._facets):
+            return found
+        fit = found.fit._replace(pose=prior.as_array(), projector=np.zeros((3, 3)))
+        return found._replace(fit=fit, odometry_only=True, odometry_failed=False, contradicted=True)
 
     def know(self, T_local_submap: FloatArray, covariance: FloatArray, T_map_local: Pose2D) -> None:
         """A loop was closed: the place of a submap is known with this covariance (3, 3), map axes."""
@@ -90,9 +104,8 @@ class SubmapMapper(SurfelMapper):
 
     def _write(self, scan: LaserScan, T_local_laser: Pose2D, moved: float) -> None:
         self.state = self._with(T_map_added=T_local_laser)
-        for submap in (self.map, self._next):
-            if submap is not None:
-                submap.add(self._facets, scan, T_local_laser, moved, walls=False)
+        for submap in self._open:
+            submap.add(self._facets, scan, T_local_laser, moved, walls=False)
         self._walls.add_walls(T_local_laser.theta)
 
     def _is_key(self, T_local_laser: Pose2D, broken: bool) -> bool:
@@ -114,23 +127,21 @@ class SubmapMapper(SurfelMapper):
 
     def _begin_anew(self) -> None:
         """Leave what was mapped; the submap that begins here is joined to it by odometry alone."""
-        self._misfits, self._next = 0, SurfelMap(self.map.config)
-        self.uncertainty.open_next()
-        self._take_over()
-        self._began, self._keys = self._way, 0
+        self._misfits = 0
+        self._open_next(most=1)
         self.state = self._with(bad_matches=0)
 
-    def _take_over(self) -> None:
-        """The older submap is finished; scans are matched to the next."""
-        assert self._next is not None
-        self._number, self._began = self._number + 1, self._opened
-        self.state, self._next = self._with(map=self._next), None
-        self.uncertainty.take_over()
+    def _open_next(self, most: int = OPEN) -> None:
+        """A submap begins; so many maps stay open, to the oldest of which scans are matched."""
+        self._number, self._began, self._keys = self._number + 1, self._way, 0
+        self._open = [*self._open, SurfelMap(self.map.config)][-most:]
+        self.state = self._with(map=self._open[0])
+        self.uncertainty.open_next(most)
 
     def _key_scan(self, scan: LaserScan, T_local_laser: Pose2D, broken: bool) -> KeyScan:
         ranges, lidar, bearings = made_of(scan)
         wheels, self._wheels = self.T_base_laser.inverse() @ self._wheels @ self.T_base_laser, Pose2D()
-        submaps = (self._number,) if self._next is None else (self._number, self._number + 1)
+        submaps = tuple(range(self._number - min(len(self._open), SUBMAPS) + 1, self._number + 1))
         return KeyScan(
             T_local_laser.as_array(), submaps, self._facets, ranges, lidar, bearings,
             self._information(), self._share, wheels.as_array(), broken=broken,

@@ -13,31 +13,26 @@ average."""
 
 
 class SubmapUncertainty:
-    """Covariances of the two open submaps, each (3, 3) of x, y, theta where it began."""
+    """Covariances (3, 3) of the open submaps, x, y, theta where each began."""
 
     def __init__(self, first: FloatArray) -> None:
-        self._here: tuple[Pose2D, FloatArray] = Pose2D(), first
-        self._next: tuple[Pose2D, FloatArray] | None = None
+        self._open: list[tuple[Pose2D, FloatArray]] = [(Pose2D(), first)]  # scans are matched to the first, the oldest
         self._last: tuple[Pose2D, FloatArray] = Pose2D(), np.zeros((3, 3))
 
     def pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
         """Covariance (3, 3) of a pose, for that against the submap."""
         self._last = pose, match_covariance
-        began, covariance = self._here
+        began, covariance = self._open[0]
         return propagate(covariance, began, pose) + match_covariance
 
-    def open_next(self) -> None:
-        """The next submap begins at the last pose."""
+    def open_next(self, most: int) -> None:
+        """Another submap begins at the last pose; so many stay open."""
         pose, match_covariance = self._last
-        began, covariance = self._here
-        self._next = pose, propagate(covariance, began, pose) + NEW_SHARE * match_covariance
-
-    def take_over(self) -> None:
-        """Scans are matched to the next submap from now on."""
-        assert self._next is not None
-        self._here, self._next = self._next, None
+        began, covariance = self._open[0]
+        following = pose, propagate(covariance, began, pose) + NEW_SHARE * match_covariance
+        self._open = [*self._open, following][-most:]
 
     def know(self, pose: Pose2D, covariance: FloatArray) -> None:
         """The pose (local) of the submap that scans are matched to is known with this covariance (3, 3) since a loop
         was closed."""
-        self._here, self._next = (pose, covariance), None if self._next is None else self._next
+        self._open[0] = pose, covariance

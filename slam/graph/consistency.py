@@ -1,0 +1,117 @@
+"""Which loops agree with each other: what two of them say of one submap, along the graph between them.
+
+One loop alone may lie: a building has places that look alike. Two of submaps that share no scan rarely tell the same
+lie (after Mangelson et al., "Pairwise consistent measurement set maximization", ICRA 2018).
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from slam.graph.loop import Loop
+from slam.graph.submap_graph import SubmapGraph
+from slam.graph.surest_paths import Hops, surest_covariances
+from slam.pose import FloatArray, compose_poses, inverse_poses, wrap_angle
+
+LOOP_SIGMAS: Final = np.array([0.15, 0.15, 0.03])
+"""Error of one loop, metres and radians."""
+AGREED: Final = 11.3
+"""chi^2 of three degrees of freedom, below which two loops agree: 0.99 of those that are right do."""
+FARTHEST: Final = 0.7
+"""Standard deviation in metres of the way between two loops, beyond which they say nothing of each other."""
+LEAST_OWN: Final = 3
+"""Key scans of its own by which a loop tells something new."""
+MOST_WAITING: Final = 30
+"""Loops that wait for another to bear them out."""
+GRAPH_SHARE: Final = 0.25
+"""Of the variances by which candidates are sought: what the graph itself believes."""
+
+
+class Consistency:
+    """Compares one loop with others, in a graph as it is now."""
+
+    def __init__(self, graph: SubmapGraph, hops: Hops, loop: Loop) -> None:
+        self._graph, self._loop = graph, loop
+        numbers = list(graph.submaps)
+        self._at = {number: k for k, number in enumerate(numbers)}
+        poses = np.array([graph.poses[graph.submaps[number].node] for number in numbers])
+        hops = hops._replace(covariance=GRAPH_SHARE * hops.covariance)
+        self._from_submap = surest_covariances(self._at[loop.submap], poses, hops)
+        self._from_other = surest_covariances(self._at[loop.other], poses, hops)
+
+    def chi_squared(self, other: Loop) -> float:
+        """chi^2 (3 degrees of freedom) of the difference between the places that the two loops give to the submap of
+        the second; infinite where they say nothing of each other."""
+        graph = self._graph
+        if not self._is_near(other):
+            return np.inf
+        own = graph.poses[graph.submaps[other.submap].node]
+        moved, thought = compose_poses(_jump(self._loop, graph), own), compose_poses(_jump(other, graph), own)
+        covariance = self._covariance(other, moved)
+        if not covariance[0, 0] + covariance[1, 1] <= FARTHEST**2:
+            return np.inf
+        error = thought - moved
+        error[2] = wrap_angle(float(error[2]))
+        return float(error @ np.linalg.solve(covariance, error))
+
+    def _is_near(self, other: Loop) -> bool:
+        """True where the ways through the graph to both its submaps may be short enough."""
+        along, back = self._from_submap[self._at[other.submap]], self._from_other[self._at[other.other]]
+        return bool(along[0, 0] + along[1, 1] + back[0, 0] + back[1, 1] <= FARTHEST**2)
+
+    def _covariance(self, other: Loop, there: FloatArray) -> FloatArray:
+        """Covariance (3, 3) of that difference, where the submap lies by the first loop."""
+        graph = self._graph
+        turn = float(_jump(self._loop, graph)[2])
+        c, s = np.cos(turn), np.sin(turn)
+        R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        along = R @ self._from_submap[self._at[other.submap]] @ R.T
+        loops = np.diag(LOOP_SIGMAS**2)
+        first = compose_poses(_jump(self._loop, graph), graph.poses[graph.submaps[self._loop.submap].node])
+        begun = graph.poses[graph.submaps[other.other].node]
+        back = _carried(self._from_other[self._at[other.other]], begun, there)
+        return np.asarray(along + back + _carried(loops, first, there) + loops)
+
+
+class WaitingLoops:
+    """Loops that no other bears out yet."""
+
+    def __init__(self, graph: SubmapGraph) -> None:
+        self._graph, self._waiting = graph, list[Loop]()
+
+    def borne_out(self, loop: Loop, hops: Hops, believed: Iterable[Loop]) -> list[Loop]:
+        """The loop and those waiting that it agrees with; none where it agrees with no other, and then it waits too."""
+        consistency = Consistency(self._graph, hops, loop)
+        partners = [other for other in self._waiting if self._agree(consistency, loop, other)]
+        if not partners and not any(self._agree(consistency, loop, other) for other in believed):
+            self._waiting = [*self._waiting, loop][-MOST_WAITING:]
+            return []
+        self._waiting = [other for other in self._waiting if all(other is not partner for partner in partners)]
+        return [*partners, loop]
+
+    def _agree(self, consistency: Consistency, loop: Loop, other: Loop) -> bool:
+        """True where two loops agree of which each has scans that the other has not."""
+        own, others = ({edge.second for edge in one.edges} for one in (loop, other))
+        independent = min(len(own - others), len(others - own)) >= LEAST_OWN and loop.submap != other.submap
+        return independent and consistency.chi_squared(other) < AGREED
+
+
+def renumbered(loop: Loop, number: int) -> Loop:
+    """The same loop under another number."""
+    return replace(loop, number=number, edges=tuple(edge._replace(loop=number) for edge in loop.edges))
+
+
+def _jump(loop: Loop, graph: SubmapGraph) -> FloatArray:
+    """The motion (3,), map frame, by which a loop would move its submap and all that hangs on it."""
+    submap, other = graph.submaps[loop.submap], graph.submaps[loop.other]
+    claimed = compose_poses(graph.correction(other), loop.T_other_submap)
+    return compose_poses(claimed, inverse_poses(graph.correction(submap)))
+
+
+def _carried(covariance: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Covariance (3, 3) of a pose at ``start`` (3,) for what rides on it at ``end``."""
+    J = np.eye(3)
+    J[0, 2], J[1, 2] = start[1] - end[1], end[0] - start[0]
+    return np.asarray(J @ covariance @ J.T)

@@ -1,0 +1,53 @@
+"""Where a submap may lie in earlier ones by their walls alone, for one that the graph cannot place."""
+
+from collections.abc import Sequence
+from typing import Final, NamedTuple
+
+from slam.graph.constellation import Constellation
+from slam.graph.submap import Submap
+from slam.graph.wall_places import propose_places
+from slam.matching.coarse_search import PLACE_X, SCORE
+from slam.pose import FloatArray, compose_poses, inverse_poses
+
+MOST_PAIRS: Final = 30
+"""Earlier submaps that a submap is compared with."""
+MOST_PLACES: Final = 3
+"""Places in each of them that are kept ..."""
+MOST_CANDIDATES: Final = 8
+"""... and in all of them together."""
+
+
+class WallCandidate(NamedTuple):
+    """A place that is to be verified."""
+
+    score: float
+    other: Submap
+    T_other_submap: FloatArray
+    """(3,), between the frames ``local`` of the two submaps."""
+
+
+class WallCandidates:
+    """The constellations of finished submaps, each in the frame of its middle key scan."""
+
+    def __init__(self) -> None:
+        self._constellations: dict[int, Constellation] = {}
+
+    def add(self, submap: Submap, surfels: FloatArray, cell: float) -> None:
+        """Take the map of a finished submap: its surfels (S, 8), frame ``local``, in cells so wide."""
+        self._constellations[submap.number] = Constellation.of_surfels(surfels, _middle(submap), cell)
+
+    def of(self, submap: Submap, others: Sequence[Submap]) -> list[WallCandidate]:
+        """Places of a submap in the first of these, the best score first."""
+        own, middle, rows = self._constellations[submap.number], inverse_poses(_middle(submap)), []
+        for other in others[:MOST_PAIRS]:
+            for place in propose_places(own, self._constellations[other.number], MOST_PLACES):
+                T_other_submap = compose_poses(compose_poses(_middle(other), place[PLACE_X:]), middle)
+                rows.append(WallCandidate(float(place[SCORE]), other, T_other_submap))
+        rows.sort(key=lambda row: -row.score)
+        return rows[:MOST_CANDIDATES]
+
+
+def _middle(submap: Submap) -> FloatArray:
+    """Pose (3,) of the key scan in its middle."""
+    pose: FloatArray = submap.path[len(submap.path) // 2]
+    return pose

@@ -1,0 +1,108 @@
+"""Loops that bear each other out, or do not: a robot that goes the same way twice, and is lost in between."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from slam.graph.condensed import CondensedGraph
+from slam.graph.consistency import MOST_WAITING, Consistency, WaitingLoops, renumbered
+from slam.graph.key_scan import KeyScan
+from slam.graph.loop import Loop
+from slam.graph.pose_graph import Edge
+from slam.graph.submap_graph import SubmapGraph
+from slam.graph.surest_paths import Hops
+from slam.lidars import Lidar
+from slam.pose import FloatArray, compose_poses, inverse_poses
+
+LIDAR = Lidar(-0.5, 0.5, 3, 0.1, 9.0, 0.1)
+KEYS, SUBMAPS = 5, 4
+"""Key scans of a submap, a metre apart, and submaps of each of the two ways."""
+JUMP = np.array([3.0, -2.0, 1.0])
+"""Where the front end takes the start to be when it goes there again."""
+JUMPS = st.builds(lambda x, y, theta: np.array([x, y, theta]), *[st.floats(-3, 3)] * 3)
+
+
+def way_twice(jump: FloatArray) -> SubmapGraph:
+    """Submaps 0 to 3 along a way, and 4 to 7 along the same way once more, which the front end has elsewhere."""
+    graph = SubmapGraph()
+    for number in range(2 * SUBMAPS * KEYS):
+        submap, x = number // KEYS, float(number % (SUBMAPS * KEYS))
+        pose = np.array([x, 0.0, 0.0]) if submap < SUBMAPS else compose_poses(jump, np.array([x, 0.0, 0.0]))
+        broken = number == SUBMAPS * KEYS
+        graph.add(KeyScan(pose, (submap,), np.empty((0, 7)), np.ones(3, np.float32), LIDAR, broken=broken))
+    return graph
+
+
+def loop(graph: SubmapGraph, jump: FloatArray, submap: int, other: int, off: tuple[float, float, float]) -> Loop:
+    """What is found of a submap in another one, off the truth by so much, metres and radians."""
+    T_other_submap = compose_poses(np.array(off), inverse_poses(jump))
+    node = graph.submaps[other].node
+    nodes = [graph.key_nodes[key] for key in graph.submaps[submap].keys]
+    edges = tuple(Edge(node, key, np.zeros(3), np.eye(3), 0) for key in nodes)
+    return Loop(0, submap, other, T_other_submap, "walls", len(nodes), len(nodes), 0.7, False, edges, 0)
+
+
+def hops(graph: SubmapGraph) -> Hops:
+    return CondensedGraph(graph, 30.0).hops()
+
+
+RIGHT = (0.0, 0.0, 0.0)
+
+
+@settings(max_examples=30)
+@given(JUMPS)
+def test_two_that_are_right_agree_whatever_the_front_end_did_in_between(jump: FloatArray) -> None:
+    graph = way_twice(jump)
+    first, second = (loop(graph, jump, SUBMAPS + k, k, RIGHT) for k in (1, 2))
+    assert Consistency(graph, hops(graph), first).chi_squared(second) < 1e-6
+    assert Consistency(graph, hops(graph), second).chi_squared(first) < 1e-6
+
+
+@pytest.mark.parametrize("off", [(2.0, 0.0, 0.0), (0.0, -2.0, 0.0), (0.0, 0.0, 0.6)])
+def test_one_that_is_off_is_not_borne_out_by_one_that_is_right(off: tuple[float, float, float]) -> None:
+    graph = way_twice(JUMP)
+    waiting = WaitingLoops(graph)
+    assert waiting.borne_out(loop(graph, JUMP, 5, 1, RIGHT), hops(graph), []) == []
+    assert waiting.borne_out(loop(graph, JUMP, 6, 2, off), hops(graph), []) == []
+
+
+def test_the_second_that_agrees_brings_the_first_along_and_the_wrong_one_waits() -> None:
+    graph = way_twice(JUMP)
+    waiting = WaitingLoops(graph)
+    right = [loop(graph, JUMP, SUBMAPS + k, k, RIGHT) for k in (1, 2, 3)]
+    assert waiting.borne_out(right[0], hops(graph), []) == []
+    assert waiting.borne_out(loop(graph, JUMP, 6, 1, (3.0, 0.0, np.pi)), hops(graph), []) == []
+    assert waiting.borne_out(right[1], hops(graph), []) == [right[0], right[1]]
+    assert waiting.borne_out(right[2], hops(graph), []) == []  # the others wait no more
+    assert waiting.borne_out(loop(graph, JUMP, 4, 0, RIGHT), hops(graph), right[:2]) != []
+
+
+def test_what_the_same_scans_say_twice_counts_once() -> None:
+    graph = way_twice(JUMP)
+    waiting = WaitingLoops(graph)
+    assert waiting.borne_out(loop(graph, JUMP, 5, 1, RIGHT), hops(graph), []) == []
+    assert waiting.borne_out(loop(graph, JUMP, 5, 2, RIGHT), hops(graph), []) == []
+
+
+def test_over_a_break_loops_say_nothing_of_each_other() -> None:
+    graph = way_twice(JUMP)
+    across, within = loop(graph, JUMP, 5, 1, RIGHT), loop(graph, np.zeros(3), 3, 0, RIGHT)
+    assert Consistency(graph, hops(graph), across).chi_squared(within) == np.inf
+
+
+def test_few_wait() -> None:
+    graph = way_twice(JUMP)
+    waiting = WaitingLoops(graph)
+    right = loop(graph, JUMP, 5, 1, RIGHT)
+    waiting.borne_out(right, hops(graph), [])
+    for _ in range(MOST_WAITING):
+        waiting.borne_out(loop(graph, JUMP, 5, 1, (5.0, 0.0, 0.0)), hops(graph), [])
+    assert waiting.borne_out(loop(graph, JUMP, 6, 2, RIGHT), hops(graph), []) == []
+
+
+def test_another_number_goes_to_every_edge() -> None:
+    graph = way_twice(JUMP)
+    other = renumbered(loop(graph, JUMP, 5, 1, RIGHT), 7)
+    assert other.number == 7
+    assert {edge.loop for edge in other.edges} == {7}

@@ -107,13 +107,13 @@ def back_end(driven: Drive) -> BackEnd:
     return driven.back_end()
 
 
-def test_six_more_laps_do_not_make_the_graph_larger(driven: Drive, back_end: BackEnd) -> None:
-    first, early, late = (other.graph for other in (driven.back_end(1), driven.back_end(4), back_end))
-    assert len(late.keys) < 1.1 * len(early.keys) < 2.5 * len(first.keys)
+def test_five_more_laps_do_not_make_the_graph_larger(driven: Drive, back_end: BackEnd) -> None:
+    first, early, late = (other.graph for other in (driven.back_end(1), driven.back_end(5), back_end))
+    assert len(late.keys) < 1.1 * len(early.keys) < 4 * len(first.keys)
     assert len(late.submaps) < len(early.submaps) + 3
     assert len(late.edges) < 1.2 * len(early.edges)
     assert len(late.loops) < 1.2 * len(early.loops)
-    assert len(late.ties) < 1.2 * len(early.ties)
+    assert len(late.ties) < 3 * len(late.submaps)
     assert len(late.poses) == len(late.keys) + len(late.submaps)
     assert back_end._pruning.anchors.nbytes < 128 * driven.keys[-1].submaps[0]
 
@@ -144,11 +144,11 @@ def test_odometry_joins_only_key_scans_that_follow_each_other(driven: Drive, bac
 
 
 def test_every_scan_has_its_place(driven: Drive) -> None:
-    closed = driven.back_end(4).finish(np.zeros(3))
+    closed = driven.back_end(5).finish(np.zeros(3))
     assert len(closed.anchors.indices) > 0
     assert not set(closed.anchors.indices.tolist()) & set(closed.indices.tolist())
-    found = closed.trajectory(driven.local[: 4 * len(LAP)])
-    off = np.hypot(*(found - driven.truth[: 4 * len(LAP)])[:, :2].T)
+    found = closed.trajectory(driven.local[: 5 * len(LAP)])
+    off = np.hypot(*(found - driven.truth[: 5 * len(LAP)])[:, :2].T)
     assert off.max() < 0.1
     assert np.sqrt(np.mean(off**2)) < 0.03
 
@@ -156,7 +156,7 @@ def test_every_scan_has_its_place(driven: Drive) -> None:
 def test_what_is_kept_stays_where_it_was(driven: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patched:
         patched.setattr(Pruning, "prune", lambda *_: None)
-        back_end = driven.back_end(3)
+        back_end = driven.back_end(5)
     graph = back_end.graph
     for _ in range(3):
         back_end.condensed.solve()
@@ -178,14 +178,14 @@ def test_where_nothing_overlaps_nothing_is_pruned(driven: Drive) -> None:
 
 def test_a_place_that_has_changed_is_kept_once_more(driven: Drive) -> None:
     same, changed = (
-        np.bincount([key.index // len(LAP) for key in other.graph.keys], minlength=4)
-        for other in (driven.back_end(4), Drive(4, changed_after=2).back_end())
+        np.bincount([key.index // len(LAP) for key in other.graph.keys], minlength=5)
+        for other in (driven.back_end(5), Drive(5, changed_after=3).back_end())
     )
-    assert changed[2] > same[2] + 10
+    assert changed[3] > same[3] + 10
 
 
 def test_the_same_key_scans_give_the_same_graph(driven: Drive) -> None:
-    one, other = (driven.back_end(3).graph for _ in range(2))
+    one, other = (driven.back_end(4).graph for _ in range(2))
     np.testing.assert_array_equal(one.poses, other.poses)
     assert list(one.ties) == list(other.ties)
 

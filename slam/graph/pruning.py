@@ -26,8 +26,8 @@ BELIEVED: Final = 0.5
 """Weight of a loop, from which on it counts."""
 NEAR, TURNED = 1.0, np.radians(30.0)
 """Metres and radians within which a key scan sees what another one saw ..."""
-ENOUGH: Final = 3
-"""... and how many such ones make it redundant."""
+ENOUGH: Final = 6
+"""... and how many such ones make it redundant: what is driven twice alone is kept."""
 LEAST_AGREEING: Final = 0.8
 """Share of the key scans of a submap that must agree with those in which it was found ..."""
 UNCHANGED: Final = 0.8

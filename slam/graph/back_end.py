@@ -17,6 +17,7 @@ from slam.graph.loop import Loop, loop_keys
 from slam.graph.loop_check import distances_to
 from slam.graph.loop_search import LoopSearch
 from slam.graph.marginals import pose_covariances
+from slam.graph.open_loops import settled
 from slam.graph.pose_graph import Edges, solve_graph
 from slam.graph.pruning import Pruning
 from slam.graph.refined_walls import wall_covariances
@@ -116,8 +117,8 @@ class BackEnd:
         surfel_map = self._map()
         self.seconds += thread_time() - began
         return ClosedRun(
-            tuple(graph.keys), nodes[key_nodes], covariances[key_nodes], surfel_map, tuple(graph.loops),
-            _loop_weights(edges, weights, len(graph.loops)), nodes, key_nodes,
+            tuple(graph.keys), nodes[key_nodes], covariances[key_nodes], surfel_map,
+            tuple(settled(loop, graph) for loop in graph.loops), _loop_weights(edges, weights, len(graph.loops)), nodes, key_nodes,
             tuple(graph.submaps.values()), edges, weights, T_base_laser, walls,
             wall_covariances(walls, nodes, covariances), self.size,
             self._pruning.anchors.placed({s.number: nodes[s.node] for s in graph.submaps.values()}),

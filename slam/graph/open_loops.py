@@ -1,0 +1,42 @@
+"""Loops that leave a direction open, as in a corridor: along it they say nothing, and are told where the graph puts them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from slam.graph.loop import Loop
+from slam.graph.single_poses import between, composed
+from slam.graph.submap_graph import SubmapGraph
+from slam.pose import FloatArray
+
+
+def settled(loop: Loop, graph: SubmapGraph) -> Loop:
+    """The loop after the graph was solved; where it leaves no direction open, it is the same."""
+    if not loop.ambiguous or not loop.edges:
+        return loop
+    other, submap = graph.submaps[loop.other], graph.submaps[loop.submap]
+    direction = _open_direction(loop)
+    found = [between(graph.poses[edge.first], graph.poses[edge.second]) for edge in loop.edges]
+    edges = tuple(
+        edge._replace(measured=_moved(edge.measured, pose, direction))
+        for edge, pose in zip(loop.edges, found, strict=True)
+    )
+    c, s = np.cos(other.T_local_submap[2]), np.sin(other.T_local_submap[2])
+    local_direction = np.array([c * direction[0] - s * direction[1], s * direction[0] + c * direction[1]])
+    thought = composed(loop.T_other_submap, submap.T_local_submap)
+    there = composed(between(graph.correction(other), graph.correction(submap)), submap.T_local_submap)
+    shift = _moved(thought, there, local_direction) - thought
+    return replace(loop, T_other_submap=loop.T_other_submap + shift, edges=edges)
+
+
+def _open_direction(loop: Loop) -> FloatArray:
+    """The direction (2,), axes of the other submap's node, of which its edges say least."""
+    information = np.sum([edge.information[:2, :2] for edge in loop.edges], axis=0)
+    return np.asarray(np.linalg.eigh(information)[1][:, 0])
+
+
+def _moved(pose: FloatArray, found: FloatArray, direction: FloatArray) -> FloatArray:
+    """A pose (3,), moved along a direction (2,) to beside where it was found (3,)."""
+    moved = pose.copy()
+    moved[:2] += ((found - pose)[:2] @ direction) * direction
+    return moved

@@ -8,6 +8,11 @@ import numpy as np
 
 from slam.pose import FloatArray
 
+_SEVEN_DIGITS: Final = 1.5e-7
+"""Relative; also that of single precision."""
+_LEAST_STEP: Final = 1e-6
+"""Radians."""
+
 
 @dataclass(frozen=True, slots=True)
 class Lidar:
@@ -30,6 +35,19 @@ class Lidar:
         """Bearings of all beams in the sensor frame, shape (beams,), from ahead: theta_k(j) of eq. (1) less 90 degrees,
         as the paper has its y axis ahead (Fig. 2)."""
         return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
+
+
+def whole_steps(angle_min: float, angle_increment: float) -> tuple[float, float] | None:
+    """First bearing and step, given to seven digits or more, as what they stand for: a lidar divides the turn into a
+    whole number of steps, and begins at a whole number of half ones. None where that does not fit."""
+    if not angle_increment > _LEAST_STEP:
+        return None
+    step = 2.0 * pi / max(round(2.0 * pi / angle_increment), 1)
+    first = round(2.0 * angle_min / step) * step / 2.0
+    fits = abs(step - angle_increment) <= _SEVEN_DIGITS * step and abs(first - angle_min) <= _SEVEN_DIGITS * abs(
+        angle_min
+    )
+    return (first, step) if fits else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from slam.errors import LogError
 from slam.files.logs import Log, read_log
+from slam.lidars import whole_steps
 from slam.pose import Pose2D
 
 DATA = Path(__file__).parents[1] / "../shared/data"
@@ -268,3 +269,19 @@ def test_the_recorded_logs(
     assert np.isposinf(log.ranges).mean() == pytest.approx(no_echo, abs=1e-4)
     assert log.scan(scans - 1).echoes.sum() == np.isfinite(log.ranges[-1]).sum()
     assert (np.diff(log.stamps) > 0).all()
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ((-1.5707963, 0.017453293), (-np.pi / 2, np.pi / 180)),
+        ((-1.5707963, 0.008726646), (-np.pi / 2, np.pi / 360)),
+        ((-1.570796, 0.017453), None),
+        ((-1.5, 1e-300), None),
+        ((0.0, -1.0), None),
+    ],
+)
+def test_bearings_are_whole_steps_where_seven_digits_say_so(
+    written: tuple[float, float], meant: tuple[float, float] | None
+) -> None:
+    assert whole_steps(*written) == (None if meant is None else pytest.approx(meant, rel=1e-15))

@@ -18,6 +18,7 @@ from slam.graph.loop_check import distances_to
 from slam.graph.loop_search import LoopSearch
 from slam.graph.marginals import pose_covariances
 from slam.graph.pose_graph import Edges, solve_graph
+from slam.graph.pruning import Pruning
 from slam.graph.refined_walls import wall_covariances
 from slam.graph.single_poses import between, composed
 from slam.graph.submap import Submap
@@ -30,7 +31,7 @@ from slam.pose import FloatArray, compose_poses, wrap_angle
 
 KERNEL: Final = 30.0
 """chi^2 of a loop's edge, beyond which it loses its weight."""
-MOST_CANDIDATES, ENOUGH = 10, 4
+MOST_CANDIDATES, ENOUGH = 6, 3
 """Earlier submaps in which a new one is sought at most, and how often it must be found to end the search."""
 NEAR: Final = 3.0
 """Metres between two paths ..."""
@@ -65,10 +66,11 @@ class BackEnd:
     def __init__(self, matching: LeastSquaresConfig, config: SurfelMapConfig) -> None:
         self.graph = SubmapGraph()
         self.condensed = CondensedGraph(self.graph, KERNEL)
+        self._pruning = Pruning(self.graph, self.condensed)
         self._config, self._search = config, LoopSearch(self.graph, matching, config)
         self._T_map_local = np.zeros(3)  # as the front end has it
         self._shown: list[FloatArray] = []  # poses of the key scans in the map that the front end has
-        self._rebuilt = 0  # key scans when that map was made
+        self._rebuilt = 0  # key scans that were taken when that map was made
         self._told = 0  # number of the loops of the closures until now
         self._finished: list[Submap] = []
         self._walls, self._waiting = WallCandidates(), WaitingLoops(self.graph)
@@ -103,15 +105,16 @@ class BackEnd:
         began = thread_time()
         for number in graph.keys[-1].submaps if graph.keys else ():
             self._finish(number)
-        edges = Edges.of([*graph.edges, *graph.odometry_edges()])
-        odometry = np.arange(len(edges.loop)) >= len(graph.edges)
+        ties, odometry = graph.tie_edges(), graph.odometry_edges()
+        edges = Edges.of([*graph.edges, *ties, *odometry])
+        is_odometry = np.arange(len(edges.loop)) >= len(graph.edges) + len(ties)
         solution = solve_graph(np.array(graph.poses).reshape(-1, 3), edges, KERNEL)
         edges, weights = edges.settled(solution.weights)
         key_nodes = np.array(graph.key_nodes, np.int64)
         facets = [key.facets for key in graph.keys]
         nodes, walls, _ = refine(solution.poses, edges, weights, facets, key_nodes)
         graph.poses = list(nodes)
-        covariances = pose_covariances(nodes, edges, weights * np.where(odometry, 1.0, INDEPENDENT))
+        covariances = pose_covariances(nodes, edges, weights * np.where(is_odometry, 1.0, INDEPENDENT))
         surfel_map = self._map()
         self.seconds += thread_time() - began
         return ClosedRun(
@@ -119,6 +122,7 @@ class BackEnd:
             _loop_weights(edges, weights, len(graph.loops)), nodes, key_nodes,
             tuple(graph.submaps.values()), edges, weights, T_base_laser, walls,
             wall_covariances(walls, nodes, covariances), self.size,
+            self._pruning.anchors.placed({s.number: nodes[s.node] for s in graph.submaps.values()}),
         )  # fmt: skip
 
     def _closure(self, submap: int) -> Closure:
@@ -126,12 +130,12 @@ class BackEnd:
         last = graph.submaps[graph.keys[-1].submaps[0]]
         loops, self._told = tuple(graph.loops[self._told :]), len(graph.loops)
         poses = self._key_poses()
-        self._shown, self._rebuilt = list(poses), len(poses)
+        self._shown, self._rebuilt = list(poses), graph.taken
         self._T_map_local = graph.correction(last)
-        where = loop_keys(loops, {s.number: s.keys for s in graph.submaps.values()}, graph.number_of, poses)
+        where = loop_keys(graph.loops, {s.number: s.keys for s in graph.submaps.values()}, graph.number_of, poses)
         return Closure(
             submap, self._T_map_local, last.T_local_submap, self.condensed.covariance_of(last), self._map(),
-            len(graph.keys), loops, poses, where,
+            graph.taken, loops, poses, where,
         )  # fmt: skip
 
     def _map(self) -> SurfelMap:
@@ -142,10 +146,15 @@ class BackEnd:
 
     def _has_moved(self) -> bool:
         """True where key scans have moved so far since they were last shown that the map is worth making again: a
-        little is enough where much is new."""
+        little is enough where much is new, and nothing where it was written from more than are kept."""
         offsets = self._key_poses() - np.array(self._shown)
         moved = float(np.hypot(offsets[:, 0], offsets[:, 1]).max())
-        return moved > FAR or (moved > MOVED and len(self._shown) >= (1.0 + NEW_SHARE) * self._rebuilt)
+        new = self.graph.taken - self._rebuilt
+        return (
+            moved > FAR
+            or (moved > MOVED and (1.0 + NEW_SHARE) * new >= NEW_SHARE * len(self._shown))
+            or new > len(self._shown)
+        )
 
     def _finish(self, number: int) -> bool:
         submap = self.graph.submaps[number]
@@ -158,7 +167,15 @@ class BackEnd:
         found = self._find_loops(submap)
         if found:
             self.condensed.solve()
+        self._prune(number)
         return found > 0
+
+    def _prune(self, number: int) -> None:
+        left = self._pruning.prune(number)
+        if left is not None:
+            self._shown = [self._shown[key] for key in left.keys]
+            self._told = sum(loop < self._told for loop in left.loops)
+            self._finished = [submap for submap in self._finished if submap.number in self.graph.submaps]
 
     def _find_loops(self, submap: Submap) -> int:
         """Seek a submap in the earlier ones, the surest first; returns how often it was found."""

@@ -5,6 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
+from slam.graph.anchors import NO_SCANS, PlacedScans
 from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
@@ -31,13 +32,13 @@ class Closure:
     map: SurfelMap
     """All key scans until then."""
     keys: int
-    """Number of them."""
+    """Number of them, those counted that were pruned."""
     loops: tuple[Loop, ...]
     """Those that were found since the closure before."""
     poses: FloatArray
-    """(K, 3): T_map_laser of the key scans."""
+    """(K, 3): T_map_laser of the key scans that are kept."""
     loop_keys: IntArray
-    """(L, 2): numbers of two key scans of each loop, see ``loop_keys``."""
+    """(M, 2): numbers of two of them for each loop of the graph, see ``loop_keys``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +70,8 @@ class ClosedRun:
     wall_covariances: FloatArray
     """... and the covariance (M, 2, 2) of the offset and the direction of each in the map; m^2, m rad, rad^2."""
     size: GraphSize
+    anchors: PlacedScans = NO_SCANS
+    """Scans of submaps that were pruned, between which the others of these lie."""
 
     @cached_property
     def indices(self) -> IntArray:
@@ -88,16 +91,17 @@ class ClosedRun:
     def trajectory(self, T_local_base: FloatArray) -> FloatArray:
         """``T_map_base`` (S, 3) of every scan of the run, for what the front end had, (S, 3).
 
-        Between two key scans the motion of the front end is joined to both, and blended.
+        Between two key scans, or anchors, the motion of the front end is joined to both, and blended.
         """
         laser = compose_poses(T_local_base, np.broadcast_to(self.T_base_laser, T_local_base.shape))
-        scans = np.arange(len(laser))
-        before = np.clip(np.searchsorted(self.indices, scans, side="right") - 1, 0, len(self.keys) - 1)
-        after = np.minimum(before + 1, len(self.keys) - 1)
-        ahead = compose_poses(self.poses[before], relative_poses(self.local[before], laser))
-        back = compose_poses(self.poses[after], relative_poses(self.local[after], laser))
-        gap = np.maximum(self.indices[after] - self.indices[before], 1)
-        share = np.clip((scans - self.indices[before]) / gap, 0.0, 1.0) * (after > before)
+        placed = PlacedScans(self.indices, self.local, self.poses).with_others(self.anchors)
+        indices, scans = placed.indices, np.arange(len(laser))
+        before = np.clip(np.searchsorted(indices, scans, side="right") - 1, 0, len(indices) - 1)
+        after = np.minimum(before + 1, len(indices) - 1)
+        ahead = compose_poses(placed.poses[before], relative_poses(placed.local[before], laser))
+        back = compose_poses(placed.poses[after], relative_poses(placed.local[after], laser))
+        gap = np.maximum(indices[after] - indices[before], 1)
+        share = np.clip((scans - indices[before]) / gap, 0.0, 1.0) * (after > before)
         blended = ahead + share[:, None] * _offsets(back, ahead)
         return compose_poses(blended, np.broadcast_to(inverse_poses(self.T_base_laser), blended.shape))
 

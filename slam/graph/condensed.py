@@ -1,9 +1,11 @@
 """The graph of submaps alone: small enough to be solved whenever a loop was found."""
 
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
+from slam.graph.joined_edges import lever
 from slam.graph.loop import Loop
 from slam.graph.marginals import pose_covariances
 from slam.graph.pose_graph import BREAK, NO_LOOP, Edge, Edges, solve_graph
@@ -45,16 +47,16 @@ class CondensedGraph:
         for loop in graph.loops[len(self._edges) :]:
             self._edges.append(_condensed(loop, graph))
         at = {submap.number: k for k, submap in enumerate(submaps)}
-        chain = [_hop_edge(k, submaps[k], submaps[k + 1]) for k in range(len(submaps) - 1)]
-        loops = [edge._replace(first=at[edge.first], second=at[edge.second]) for edge in self._edges]
+        chain = self.chain()
+        edges = [edge._replace(first=at[edge.first], second=at[edge.second]) for edge in [*chain, *self._edges]]
         poses = np.array([graph.poses[submap.node] for submap in submaps])
-        edges = Edges.of([*chain, *loops])
-        solution = solve_graph(poses, edges, self._kernel, TOLERANCE)
+        stacked = Edges.of(edges)
+        solution = solve_graph(poses, stacked, self._kernel, TOLERANCE)
         for submap, pose in zip(submaps, solution.poses, strict=True):
             graph.poses[submap.node] = pose
         self.weights = solution.weights[len(chain) :]
         graph.place_keys()
-        covariances = pose_covariances(solution.poses, edges, solution.weights)
+        covariances = pose_covariances(solution.poses, stacked, solution.weights)
         self._covariances = {submap.number: C for submap, C in zip(submaps, covariances, strict=True)}
 
     def covariance_of(self, submap: Submap) -> FloatArray:
@@ -65,25 +67,49 @@ class CondensedGraph:
         """Steps between submaps, over which candidates are sought."""
         submaps = self._submaps
         at = {submap.number: k for k, submap in enumerate(submaps)}
-        first, second = list(range(len(submaps) - 1)), list(range(1, len(submaps)))
-        broken = [np.diag(BREAK_SIGMAS**2) if submap.broken else 0.0 for submap in submaps[1:]]
-        covariance = [np.diag(HOP_SIGMAS**2) + more for more in broken]
+        steps = [(k - 1, k) for k in range(1, len(submaps)) if _follows(submaps[k - 1], submaps[k])]
+        covariance = [np.diag(HOP_SIGMAS**2 + BREAK_SIGMAS**2 * submaps[k].broken) for _, k in steps]
+        for pair in self._graph.ties:
+            steps.append((at[pair[0]], at[pair[1]]))
+            covariance.append(np.diag(HOP_SIGMAS**2 + LOOP_SIGMAS**2))
         for loop, weight in zip(self._graph.loops, self.weights, strict=False):
             if weight > BELIEVED:
-                first.append(at[loop.other])
-                second.append(at[loop.submap])
+                steps.append((at[loop.other], at[loop.submap]))
                 covariance.append(np.diag(LOOP_SIGMAS**2))
-        return Hops(np.array(first, np.int64), np.array(second, np.int64), np.array(covariance).reshape(-1, 3, 3))
+        first, second = np.array(steps, np.int64).reshape(-1, 2).T
+        return Hops(first, second, np.array(covariance).reshape(-1, 3, 3))
+
+    def chain(self) -> list[Edge]:
+        """What joins the submaps beside loops, by their numbers: each to the next, and the ties."""
+        submaps = self._submaps
+        hops = [_hop_edge(*pair) for pair in pairwise(submaps) if _follows(*pair)]
+        return [*hops, *self._graph.ties.values()]
+
+    def edges_of(self, number: int) -> list[Edge]:
+        """The edges of a submap, by the numbers of the two, those of loops as far as they are believed."""
+        loops = zip(self._edges, self.weights.tolist(), strict=True)
+        weighed = [edge._replace(information=weight * edge.information) for edge, weight in loops if weight > BELIEVED]
+        return [edge for edge in [*self.chain(), *weighed] if number in (edge.first, edge.second)]
+
+    def keep_loops(self, kept: list[int]) -> None:
+        """Forget all loops but these, which are numbered anew in this order."""
+        self._edges = [self._edges[old]._replace(loop=new) for new, old in enumerate(kept)]
+        self.weights = self.weights[kept]
 
     @property
     def _submaps(self) -> list[Submap]:
         return list(self._graph.submaps.values())
 
 
-def _hop_edge(k: int, submap: Submap, following: Submap) -> Edge:
+def _follows(submap: Submap, following: Submap) -> bool:
+    """False where submaps between the two were taken out."""
+    return following.number == submap.number + 1
+
+
+def _hop_edge(submap: Submap, following: Submap) -> Edge:
     information = np.diag(4.0 / HOP_SIGMAS**2) * (BREAK_WEIGHT if following.broken else 1.0)
     measured = between(submap.T_local_submap, following.T_local_submap)
-    return Edge(k, k + 1, measured, information, BREAK if following.broken else NO_LOOP)
+    return Edge(submap.number, following.number, measured, information, BREAK if following.broken else NO_LOOP)
 
 
 def _condensed(loop: Loop, graph: SubmapGraph) -> Edge:
@@ -96,16 +122,10 @@ def _condensed(loop: Loop, graph: SubmapGraph) -> Edge:
         own = between(submap.T_local_submap, key.T_local_laser)
         error = edge.measured - composed(measured, own)
         error[2] = wrap_angle(float(error[2]))
-        J = _lever(measured, own)
+        J = lever(measured, own)
         H += J.T @ edge.information @ J
         g += J.T @ edge.information @ error
     H += 1e-6 * np.eye(3)
     measured = measured + np.linalg.solve(H, g)
     information = np.linalg.inv(np.linalg.inv(H) + np.diag(CONDENSED_SIGMAS**2))
     return Edge(loop.other, loop.submap, measured, information, loop.number)
-
-
-def _lever(measured: FloatArray, own: FloatArray) -> FloatArray:
-    """Derivative (3, 3) of measured @ own by ``measured``."""
-    offset = composed(measured, own)[:2] - measured[:2]
-    return np.array([[1.0, 0.0, -offset[1]], [0.0, 1.0, offset[0]], [0.0, 0.0, 1.0]])

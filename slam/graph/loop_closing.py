@@ -15,7 +15,7 @@ from slam.graph.key_scan import KeyScan
 from slam.graph.single_poses import composed
 from slam.graph.submap_mapper import SubmapMapper
 from slam.mapping.surfel_map import SurfelMap
-from slam.pose import Pose2D
+from slam.pose import FloatArray, Pose2D
 
 DELAY: Final = 10
 """Scans after a submap is finished, at which its closure is taken over in a stepped run."""
@@ -84,15 +84,22 @@ class LoopClosing:
         return closure
 
     def finish(self, T_base_laser: Pose2D) -> ClosedRun | None:
-        """The whole run, refined; there are no more key scans. None where no scan came, or the back end has ended."""
+        """The whole run, refined, whose map is that of this object from now on; there are no more key scans. None where
+        no scan came, or the back end has ended."""
+        run = self._finished(T_base_laser.as_array())
+        if run is not None:
+            self.T_map_local, self._closed = Pose2D.from_array(run.T_map_local), ClosedMap(run.map)
+        return run
+
+    def _finished(self, T_base_laser: FloatArray) -> ClosedRun | None:
         if self._process is not None:
-            return self._process.finish(T_base_laser.as_array())
+            return self._process.finish(T_base_laser)
         if not self._early:
             return None
         back_end = BackEnd(self._mapper.config, self._mapper.map.config)
         for key in self._early:
             back_end.take(key)
-        return back_end.finish(T_base_laser.as_array())
+        return back_end.finish(T_base_laser)
 
     def _send(self, key: KeyScan, index: int) -> None:
         """Send a key scan to the back end, and put it into the map where it is thought to be."""

@@ -7,6 +7,7 @@ measured, would let every loop stretch the corridor.
 from typing import Final, NamedTuple, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.graph.key_scan import KeyScan
 from slam.pose import FloatArray, relative_poses, wrap_angles
@@ -36,12 +37,12 @@ class OdometryError(NamedTuple):
     """(3,)."""
 
     @classmethod
-    def learnt(cls, keys: list[KeyScan]) -> Self:
-        """From the motions to these key scans, by the wheels and as matched; robust against those that went wrong."""
+    def learnt(cls, keys: list[KeyScan], follows: NDArray[np.bool_]) -> Self:
+        """From the motions to the key scans that follow the one before them in the list, mask (K,), by the wheels and
+        as matched; robust against those that went wrong."""
         wheels = np.array([key.wheels for key in keys]).reshape(-1, 3)
-        errors, way = motion_errors(keys), way_of(wheels)
-        known = np.array([is_sure(key) for key in keys], np.bool_) & (way > LEAST_WAY)
-        known[:1] = False
+        errors, way = motion_errors(keys, follows), way_of(wheels)
+        known = np.array([is_sure(key) for key in keys], np.bool_) & (way > LEAST_WAY) & follows
         if known.sum() < LEAST_STEPS:
             return cls(np.array(GUESS))
         return cls(np.maximum(TO_SIGMA * np.median(np.abs(errors[known]) / way[known, None], axis=0), LEAST))
@@ -68,8 +69,9 @@ def way_of(motions: FloatArray) -> FloatArray:
     return np.asarray(np.hypot(motions[..., 0], motions[..., 1]) + TURN_WAY * np.abs(motions[..., 2]))
 
 
-def motion_errors(keys: list[KeyScan]) -> FloatArray:
-    """What the wheels said of the motion to each key scan less what was matched, (K, 3): along, across, turned."""
+def motion_errors(keys: list[KeyScan], follows: NDArray[np.bool_]) -> FloatArray:
+    """What the wheels said of the motion to each key scan less what was matched, (K, 3): along, across, turned; zero
+    where it does not follow the one before, mask (K,)."""
     local = np.array([key.T_local_laser for key in keys]).reshape(-1, 3)
     wheels = np.array([key.wheels for key in keys]).reshape(-1, 3)
     errors = np.zeros_like(wheels)
@@ -78,6 +80,7 @@ def motion_errors(keys: list[KeyScan]) -> FloatArray:
     c, s = np.cos(turn), np.sin(turn)
     errors[1:, 0], errors[1:, 1] = c * off[:, 0] + s * off[:, 1], c * off[:, 1] - s * off[:, 0]
     errors[1:, 2] = wrap_angles(off[:, 2])
+    errors[~follows] = 0.0
     return errors
 
 

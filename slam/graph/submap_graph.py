@@ -1,9 +1,11 @@
 """The graph as it grows: nodes of key scans and submaps, and what joins them."""
 
-from typing import Final
+from dataclasses import replace
+from typing import Final, NamedTuple
 
 import numpy as np
 
+from slam.graph.joined_edges import fused, worn
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.odometry_error import OdometryError, motion_errors
@@ -23,6 +25,16 @@ ORIGIN_SHARE: Final = 0.1
 BREAK_SIGMAS: Final = np.array([0.1, 0.1, 0.1])
 """Beyond those of odometry, where the front end broke: metres and radians."""
 LEAST_INFORMATION: Final = 1e-9
+FORGOTTEN: Final = np.array([0.01, 0.01, 0.002])
+"""Metres and radians by which a tie is known less well when the same is known again: many rounds do not make it surer
+without bound, since the errors of the map are in all of them."""
+
+
+class Left(NamedTuple):
+    """What is left after submaps were taken out: the numbers that it had until then, in ascending order."""
+
+    keys: list[int]
+    loops: list[int]
 
 
 class SubmapGraph:
@@ -35,7 +47,12 @@ class SubmapGraph:
         self.edges: list[Edge] = []
         self.loops: list[Loop] = []
         self.poses: list[FloatArray] = []
+        self.ties: dict[tuple[int, int], Edge] = {}
+        """What is known of submaps by others that are no longer here, by the numbers of the two."""
+        self.taken = 0
+        """Key scans that were added until now, those counted that are no longer here."""
         self._number_of: dict[int, int] = {}
+        self._follows: list[bool] = []  # the key scan before it in the list is the one that was taken before it
 
     def correction(self, submap: Submap) -> FloatArray:
         """``T_map_local`` (3,) as this submap has it."""
@@ -49,6 +66,8 @@ class SubmapGraph:
         """Add a key scan, and the submap that begins with it."""
         number, T_map_local = len(self.keys), self._T_map_local(key)
         pose = composed(T_map_local, key.T_local_laser)
+        self.taken += 1
+        self._follows.append(number > 0)
         self.keys.append(key)
         self.key_nodes.append(self._new_node(pose))  # the first of all stays where it is
         self._number_of[self.key_nodes[number]] = number
@@ -64,6 +83,40 @@ class SubmapGraph:
         self.loops.append(loop)
         self.edges.extend(loop.edges)
 
+    def add_tie(self, tie: Edge) -> None:
+        """Add an edge between two submaps, by their numbers, the lesser first."""
+        at = tie.first, tie.second
+        self.ties[at] = fused(worn(self.ties[at], FORGOTTEN), tie) if at in self.ties else tie
+
+    def tie_edges(self) -> list[Edge]:
+        """The ties, between the nodes of their submaps."""
+        node = {number: submap.node for number, submap in self.submaps.items()}
+        return [tie._replace(first=node[tie.first], second=node[tie.second]) for tie in self.ties.values()]
+
+    def remove(self, gone: set[int]) -> Left:
+        """Take submaps out, with the key scans that are in no other, and all edges, loops and ties that lead to them;
+        what is left gets new numbers, but for the submaps."""
+        left = [tuple(name for name in key.submaps if name not in gone) for key in self.keys]
+        kept = [number for number, names in enumerate(left) if names]
+        loops = [k for k, loop in enumerate(self.loops) if not gone & {loop.submap, loop.other}]
+        for name in gone:
+            del self.submaps[name]
+        self.ties = {pair: tie for pair, tie in self.ties.items() if not gone.intersection(pair)}
+        nodes = sorted([*(s.node for s in self.submaps.values()), *(self.key_nodes[number] for number in kept)])
+        key_at, node_at, loop_at = ({old: new for new, old in enumerate(olds)} for olds in (kept, nodes, loops))
+        loop_at[NO_LOOP] = NO_LOOP
+        self._renumber_edges(loops, node_at, loop_at)
+        for submap in self.submaps.values():
+            submap.node, submap.keys = node_at[submap.node], [key_at[number] for number in submap.keys]
+        self._follows = [self._follows[number] and number - 1 in key_at for number in kept]
+        self.poses = [self.poses[node] for node in nodes]
+        self.key_nodes = [node_at[self.key_nodes[number]] for number in kept]
+        self._number_of = {node: number for number, node in enumerate(self.key_nodes)}
+        self.keys[:] = [
+            self.keys[k] if left[k] == self.keys[k].submaps else replace(self.keys[k], submaps=left[k]) for k in kept
+        ]  # the list itself is known to others
+        return Left(kept, loops)
+
     def place_keys(self) -> None:
         """Let the key scans follow their submaps."""
         at = {number: k for k, number in enumerate(self.submaps)}
@@ -75,8 +128,9 @@ class SubmapGraph:
 
     def odometry_edges(self) -> list[Edge]:
         """From each key scan to the next: their motion in ``local``, as sure as the wheels were found to be."""
-        error, errors, edges = OdometryError.learnt(self.keys), motion_errors(self.keys), []
-        for number in range(1, len(self.keys)):
+        follows = np.array(self._follows, np.bool_)
+        error, errors, edges = OdometryError.learnt(self.keys, follows), motion_errors(self.keys, follows), []
+        for number in np.flatnonzero(follows).tolist():
             before, key = self.keys[number - 1], self.keys[number]
             measured = between(before.T_local_laser, key.T_local_laser) if key.trust > 0.0 else key.wheels
             covariance = error.covariance(key.wheels, errors[number])
@@ -86,6 +140,20 @@ class SubmapGraph:
             loop = BREAK if key.broken else NO_LOOP
             edges.append(Edge(self.key_nodes[number - 1], self.key_nodes[number], measured, information, loop))
         return edges
+
+    def _renumber_edges(self, loops: list[int], node_at: dict[int, int], loop_at: dict[int, int]) -> None:
+        """Keep the edges between nodes and of loops that are left."""
+
+        def renumbered(edge: Edge) -> Edge:
+            return edge._replace(first=node_at[edge.first], second=node_at[edge.second], loop=loop_at[edge.loop])
+
+        own = [edge for edge in self.edges if edge.loop == NO_LOOP]
+        own = [renumbered(edge) for edge in own if edge.first in node_at and edge.second in node_at]
+        self.loops = [
+            replace(loop, number=number, edges=tuple(map(renumbered, loop.edges)))
+            for number, loop in enumerate(self.loops[k] for k in loops)
+        ]
+        self.edges = [*own, *(edge for loop in self.loops for edge in loop.edges)]
 
     def _T_map_local(self, key: KeyScan) -> FloatArray:
         """Of the submap that it was matched to, or of the last one, where it begins a new one."""

@@ -13,7 +13,7 @@ from slam.lines.segments import IntArray
 from slam.mapping.free_beams import FreeBeams, free_beams
 from slam.pose import FloatArray
 
-MOST_FACETS: Final = 350
+MOST_FACETS: Final = 200
 """Facets that are sought together."""
 
 

@@ -124,19 +124,14 @@ class Experiment:
     def _drive(
         self, folder: Path, viewers: Viewers, console: Terminal, seen: SeenWalls, interruption: Interruption
     ) -> tuple[Ending, HopslamError | None, ClosedLoops | None]:
-        """The loop, with its watchers, whose files are closed whatever ends it; then the run is closed and written."""
+        """The loop, and its loops closed when it is over, shown and written."""
         closer = LoopCloser(self.slam)
         with ExitStack() as shown:
             viewer = None
             if (broadcast := viewers.open(self.scene, folder)) is not None:
                 viewer = RunViewer(shown.enter_context(broadcast), self.scene)
-            with ExitStack() as stack:
-                T_map_odom, T_base_laser = self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser
-                watchers: list[Watcher] = [stack.enter_context(Recorder(folder, T_map_odom, T_base_laser))]
-                watchers += [stack.enter_context(RunLog(folder, T_base_laser)), seen, closer]
-                watchers += [viewer] if viewer else []
-                watchers += [stack.enter_context(RunProgress(console, self.scenario.name)), interruption]
-                ending, error = self._loop(watchers, interruption)
+            watchers: list[Watcher] = [seen, closer, *([viewer] if viewer else [])]
+            ending, error = self._recorded_loop(folder, console, watchers, interruption)
             closed = closer.close_loops(console)
             if viewer is not None:
                 if closed is not None:
@@ -147,6 +142,17 @@ class Experiment:
         elif closer.steps and (made := map_made_by(self.slam)) is not None:
             write_map(folder / "map.json", made)
         return ending, error, closed
+
+    def _recorded_loop(
+        self, folder: Path, console: Terminal, watchers: Sequence[Watcher], interruption: Interruption
+    ) -> tuple[Ending, HopslamError | None]:
+        """The loop with all its watchers, whose files are closed whatever ends it."""
+        T_map_odom, T_base_laser = self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser
+        with ExitStack() as stack:
+            recorder = stack.enter_context(Recorder(folder, T_map_odom, T_base_laser))
+            log = stack.enter_context(RunLog(folder, T_base_laser))
+            progress = stack.enter_context(RunProgress(console, self.scenario.name))
+            return self._loop([recorder, log, *watchers, progress, interruption], interruption)
 
     def _loop(self, watchers: Sequence[Watcher], interruption: Interruption) -> tuple[Ending, HopslamError | None]:
         """Run the loop; whatever ends it, the robot is stopped at once."""

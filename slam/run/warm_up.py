@@ -1,5 +1,6 @@
 """The hot loops, compiled before the clock of a run starts."""
 
+from dataclasses import replace
 from time import perf_counter
 from typing import Final
 
@@ -7,6 +8,8 @@ import numpy as np
 
 from slam.config import SlamConfig
 from slam.console.terminal import Terminal
+from slam.graph.back_end import BackEnd
+from slam.graph.submap_mapper import SubmapMapper
 from slam.lidars import TABLE1
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import LineSlam
@@ -17,6 +20,8 @@ from slam.scan import LaserScan
 
 _PLACES: Final = (*(0.06 * k for k in range(8)), 2.0)
 """Metres along the way; odometry says that the last one is far from the others."""
+_LAPS, _KEYS = 6, 3
+"""Submaps of the same place, each of so many key scans."""
 _BEAM_TIME: Final = 1e-4
 """Seconds."""
 
@@ -28,6 +33,8 @@ def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None
     with console.waiting("loading the hot loops (the first run on a machine compiles them)"):
         slam = LineSlam(config.model_copy(update={"update_distance": 0.0}), Pose2D())
         _run(slam)
+        if isinstance(slam.mapper, SubmapMapper):
+            _close_loops(slam.mapper)
         if search and isinstance(slam.mapper, SurfelMapper):
             _run(LineLocalizer(config, Pose2D(), slam.mapper.map))
     taken = perf_counter() - began
@@ -47,3 +54,13 @@ def _run(slam: LineSlam | LineLocalizer) -> None:
             stamp, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, walls, _BEAM_TIME
         )
         slam.update(scan, Odometry(stamp, Pose2D(x), Twist2D(0.6, 1e-6)))
+
+
+def _close_loops(mapper: SubmapMapper) -> None:
+    """Find a place again, as the back end does: key scans of the corridor, as if it had been driven along often."""
+    assert mapper.key is not None  # the jump made the last scan one
+    back_end = BackEnd(mapper.config, mapper.map.config)
+    for index in range(_LAPS * _KEYS):
+        T_local_laser = np.array([0.3 * (index % _KEYS), 0.0, 0.0])
+        back_end.take(replace(mapper.key, T_local_laser=T_local_laser, submaps=(index // _KEYS,), index=index))
+    back_end.finish(np.zeros(3))

@@ -25,8 +25,6 @@ class BothWays:
     final: FloatArray
     """... and after the end."""
     closed: ClosedRun
-    tried: int
-    """Pairs of submaps that were compared."""
     causal_times: FloatArray
     """Processor time of every update without loops, seconds, (N,) ..."""
     live_times: FloatArray
@@ -75,6 +73,6 @@ def run_both_ways(log: Log, config: SlamConfig) -> BothWays:
     finish_time = process_time() - began + closed.size.seconds - searched
     causal, live = (stack_poses(row.T_map_base for row in rows) for rows in estimates)
     return BothWays(
-        causal, live, closed.trajectory(local_poses(estimates[1])), closed, closed.size.tried, times[0], times[1],
+        causal, live, closed.trajectory(local_poses(estimates[1])), closed, times[0], times[1],
         live_total, finish_time, slams[0].lines.ends, closed.map.ends,
     )  # fmt: skip

@@ -83,7 +83,7 @@ def run_log_both_ways(path: Path, config: SlamConfig, seed: int = 0) -> LogResul
         final,
         rms_off_axes(found.causal_walls),
         rms_off_axes(found.final_walls),
-        None if reference is None else count_loops(found.closed, found.tried, reference),
+        None if reference is None else count_loops(found.closed, reference),
         None if reference is None else place_hits(found.closed, reference),
         found.causal_times,
         found.live_times,

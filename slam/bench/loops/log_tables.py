@@ -79,7 +79,8 @@ def error_table(results: Sequence[LogResult]) -> ResultTable:
         "Live: the pose at each scan as it was known then. Final: after the last scan. Seconds of processor time until "
         "then. Relations: mean error, metres; centre: of the robot's centre. ATE: metres, after alignment. Open: what "
         "lays the last scans onto the first. Off axes: root mean square of the directions of the walls. Crisp: "
-        "occupied 5 cm cells for every 1000 points, fewer are better. The last four: relations of Hess et al., 2016."
+        "occupied 5 cm cells for every 1000 points, fewer are better. The last four: relations of Hess et al., 2016, "
+        "which is another measure than the ATE beside which it stands for aces."
     )
     rows = [row for result in results for row in _error_rows(result)]
     return ResultTable("Loops closed on recorded logs", columns, rows, notes)

@@ -38,14 +38,14 @@ class LoopCounts(NamedTuple):
     """... and of them the wrong ones."""
 
 
-def count_loops(closed: ClosedRun, tried: int, reference: InterpolatedPoses) -> LoopCounts:
+def count_loops(closed: ClosedRun, reference: InterpolatedPoses) -> LoopCounts:
     """Count the loops of a run, with the reference (N,) at every scan of it."""
     errors = loop_errors(closed, reference)
     wrong = is_wrong(errors)
     believed = closed.weights > BELIEVED
     judged = np.isfinite(errors.metres)
     counts = judged.sum(), wrong.sum(), believed.sum(), (wrong & believed).sum()
-    return LoopCounts(tried, len(closed.loops), *map(int, counts))
+    return LoopCounts(closed.size.tried, len(closed.loops), *map(int, counts))
 
 
 def is_wrong(errors: PoseErrors) -> NDArray[np.bool_]:

@@ -2,7 +2,7 @@
 
 from contextlib import closing
 from dataclasses import dataclass, field
-from time import process_time
+from time import perf_counter, process_time
 from typing import NamedTuple
 
 import numpy as np
@@ -43,8 +43,9 @@ class Drive(NamedTuple):
     walls: WallScore
     """Of the map at the end of the drive; of the closed one where loops are closed."""
     times: FloatArray
-    """Processor time of every update, seconds, (N,)."""
+    """Processor time of every update of the front end, seconds, (N,)."""
     finish_time: float
+    """Wall time from the last scan to the closed map, seconds."""
     sizes: tuple[GraphSize, ...]
     """At every scan; none where no loop is closed."""
     loops: int
@@ -97,9 +98,9 @@ def drive(name: str, seed: int, settings: tuple[str, ...], hour: bool = False) -
         ending = run_loop(
             experiment.env, slam, experiment.pilot, [recorder, seen], scenario.seed, duration=experiment.duration
         )
-    began = process_time()
+    began = perf_counter()
     closed = slam.finish()
-    finish_time = process_time() - began
+    finish_time = perf_counter() - began
     live = stack_poses(estimate.T_map_base for estimate in recorder.estimates)
     final = live if closed is None else closed.trajectory(local_poses(recorder.estimates))
     lines = slam.lines.ends if closed is None else closed.map.ends

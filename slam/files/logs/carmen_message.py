@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from slam.files.fields import BadLine, bounded, count, distances, stamp
-from slam.lidars import Lidar
+from slam.lidars import Lidar, whole_steps
 from slam.pose import FloatArray, Pose2D
 
 PREFIX: Final = b"hopslam_"
@@ -44,7 +44,8 @@ def _robotlaser1(words: Sequence[bytes], line: int) -> Message:
     tail = end + 1 + count(words, end)
     _check_length(words, tail + 14)
     angle_min, _, angle_increment, range_max = bounded(words[2:6])
-    fan = Lidar(angle_min, angle_increment, end - 9, 0.0, range_max, 0.0)
+    bearings = whole_steps(angle_min, angle_increment) or (angle_min, angle_increment)
+    fan = Lidar(*bearings, end - 9, 0.0, range_max, 0.0)
     scan = _message(line, fan, words[9:end], words[tail : tail + 6], words[tail + 11])
     return replace(scan, twist=words[tail + 6 : tail + 8])
 

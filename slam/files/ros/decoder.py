@@ -1,7 +1,7 @@
 """Messages of ROS 1 and ROS 2 as this project's values; BadLine for bytes that are no such message."""
 
 import struct
-from math import atan2, pi
+from math import atan2
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -9,13 +9,12 @@ from rosbags.serde import SerdeError
 
 from slam.files.fields import LARGEST, BadLine
 from slam.files.ros.messages import RawMessage, ros1_types, ros2_types
+from slam.lidars import whole_steps
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D, wrap_angle
 from slam.scan import LaserScan
 
 _GARBLED: Final = (SerdeError, struct.error, ValueError, LookupError, AssertionError, OverflowError, MemoryError)
-_SINGLE: Final = 1.5e-7
-"""Single precision, relative."""
 _FAR: Final = 16.0
 """Metres, from which single precision is coarser than a micrometre."""
 _LEVEL: Final = 0.98
@@ -71,12 +70,8 @@ def decimal_ranges(ranges: Any) -> FloatArray:
 
 
 def exact_bearings(angle_min: float, angle_increment: float) -> tuple[float, float]:
-    """First bearing and step, given in single precision, as what they stand for: a lidar divides the turn into a whole
-    number of steps, and begins at a whole number of half ones. Where that does not fit, as short decimals."""
-    step = 2.0 * pi / max(round(2.0 * pi / angle_increment), 1) if angle_increment > 0.0 else 0.0
-    first = round(2.0 * angle_min / step) * step / 2.0 if step else 0.0
-    fits = abs(step - angle_increment) <= _SINGLE * step and abs(first - angle_min) <= _SINGLE * abs(angle_min)
-    return (first, step) if fits else (decimal(angle_min), decimal(angle_increment))
+    """First bearing and step, given in single precision, as what they stand for: whole steps of a turn, or decimals."""
+    return whole_steps(angle_min, angle_increment) or (decimal(angle_min), decimal(angle_increment))
 
 
 def decimal(value: float) -> float:

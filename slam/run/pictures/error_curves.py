@@ -30,15 +30,20 @@ def draw_errors(folder: Path) -> None:
     if traces is None:
         return
     known = traces.truth is not None
-    errors = pose_errors(traces.estimate, traces.odometry if traces.truth is None else traces.truth)
+    against = traces.odometry if traces.truth is None else traces.truth
+    errors = pose_errors(traces.estimate, against)
     figure = Figure(figsize=(9, 9), dpi=110, layout="constrained")
     rows = figure.subplots(4, 1, sharex=True)
     for axes in rows:
         plain_axes(axes, PAPER)
     for axes, column, (name, scale, unit) in zip(rows, errors.T, _ROWS, strict=False):
         axes.axhline(0.0, color=PAPER.faint, linewidth=0.8)
-        axes.plot(scale * column, color=PAPER.slam, linewidth=1.1)
+        axes.plot(scale * column, color=PAPER.slam, linewidth=1.1, label="SLAM, on the way")
         axes.set_ylabel(f"{name} {'error' if known else 'correction'} [{unit}]")
+    if traces.closed is not None:
+        for axes, column, (_, scale, _) in zip(rows, pose_errors(traces.closed, against).T, _ROWS, strict=False):
+            axes.plot(scale * column, "--", color=PAPER.loop, linewidth=1.1, label="loops closed")
+        rows[0].legend(frameon=False, fontsize="small", ncols=2)
     mapped = np.flatnonzero(traces.steps["mapped"] == 1)
     rows[3].plot(mapped, traces.steps["iterations"][mapped], color=PAPER.accent, linewidth=0.9)
     rows[3].set(ylabel="iterations q", xlabel="step k", ylim=(0.0, None))

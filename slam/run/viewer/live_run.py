@@ -14,7 +14,7 @@ from slam.lines.segments import Segments
 from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray, Pose2D
 from slam.run.step import Step
-from slam.run.viewer.loop_events import ClosureWatch, LoopsShown, closure_text, end_text
+from slam.run.viewer.loop_events import LoopsShown, closure_text, end_text
 from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
 from slam.run.viewer.scene import Event, Frame, Level, Scene
 
@@ -36,7 +36,6 @@ class RunViewer:
 
     def __init__(self, broadcast: Broadcast, scene: Scene) -> None:
         self._broadcast, self._scene, self._detector = broadcast, scene, EventDetector()
-        self._loops = ClosureWatch()
         self._scan, self._stamp, self._period, self._T_map_base = 0, 0.0, 0.0, Pose2D()
 
     def on_step(self, step: Step) -> None:
@@ -46,7 +45,7 @@ class RunViewer:
         self._period, self._T_map_base = step.observation.scan.scan_time, step.estimate.T_map_base
         frame = frame_of(step, scene.T_map_odom, scene.T_base_laser, scene.deskew)
         if (closure := step.estimate.closure) is not None:
-            shown = self._loops.take(closure, scene.T_base_laser.inverse())
+            shown = LoopsShown.of_closure(closure, scene.T_base_laser.inverse())
             frame = replace(frame, loops=shown, jumped=True)
         self._broadcast.show(frame, list(self._detector.detect(step)))
 

@@ -9,7 +9,6 @@ import numpy as np
 from slam.graph.closure import Closure
 from slam.graph.loop import Loop
 from slam.graph.run_graph import RunGraph
-from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
 
 
@@ -25,25 +24,18 @@ class LoopsShown:
     """(M, 2, 2): likewise, of those that are not believed."""
 
     @classmethod
+    def of_closure(cls, closure: Closure, laser_to_base: Pose2D) -> Self:
+        """The way and the loops as a closure has them; until the end all of them are believed."""
+        poses = np.array([(Pose2D.from_array(pose) @ laser_to_base).translation for pose in closure.poses])
+        return cls(poses, poses[closure.loop_keys], np.empty((0, 2, 2)))
+
+    @classmethod
     def of_graph(cls, graph: RunGraph, poses: FloatArray, until: int | None = None) -> Self:
         """All loops of a run, or those that were found up to a scan, between the poses (S, 3) of all scans."""
         found = np.array([until is None or loop.scan <= until for loop in graph.loops], np.bool_)
         ends = poses[graph.loop_scans][..., :2]
         path = poses[:, :2] if until is None else poses[:0, :2]
         return cls(path, ends[found & graph.believed], ends[found & ~graph.believed])
-
-
-class ClosureWatch:
-    """Gathers the loops of one closure after another, which all move with the map."""
-
-    def __init__(self) -> None:
-        self._loop_keys: list[IntArray] = []
-
-    def take(self, closure: Closure, laser_to_base: Pose2D) -> LoopsShown:
-        """The way and the loops as this closure has them; until the end all of them are believed."""
-        self._loop_keys.append(closure.loop_keys)
-        poses = np.array([(Pose2D.from_array(pose) @ laser_to_base).translation for pose in closure.poses])
-        return LoopsShown(poses, poses[np.concatenate(self._loop_keys)], np.empty((0, 2, 2)))
 
 
 def closure_text(loops: Sequence[Loop], before: Pose2D, after: Pose2D) -> str:

@@ -1,0 +1,53 @@
+"""Where the scans of submaps lie that are no longer in the graph: a few rows for each, riding on submaps that are."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray, compose_poses
+
+
+class PlacedScans(NamedTuple):
+    """S scans in ascending order, whose places are known."""
+
+    indices: IntArray
+    """(S,): their numbers in the run."""
+    local: FloatArray
+    """(S, 3): T_local_laser ..."""
+    poses: FloatArray
+    """... and T_map_laser."""
+
+    def with_others(self, others: "PlacedScans") -> "PlacedScans":
+        """These and others, none of which is the same scan."""
+        order = np.argsort(np.concatenate([self.indices, others.indices]), kind="stable")
+        return PlacedScans(*(np.concatenate(pair)[order] for pair in zip(self, others, strict=True)))
+
+
+NO_SCANS = PlacedScans(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)))
+
+
+class Anchors:
+    """Scans, each with its place in a submap of the graph; 64 bytes for each of them."""
+
+    def __init__(self) -> None:
+        self._numbers = np.empty((0, 2), np.int32)  # of the scan, of the submap
+        self._poses = np.empty((0, 6))  # T_local_laser, T_submap_laser
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of all of them."""
+        return self._numbers.nbytes + self._poses.nbytes
+
+    def add(self, index: int, T_local_laser: FloatArray, submap: int, T_submap_laser: FloatArray) -> None:
+        """Add scan ``index`` of the run."""
+        self._numbers = np.concatenate([self._numbers, np.array([[index, submap]], np.int32)])
+        self._poses = np.concatenate([self._poses, np.concatenate([T_local_laser, T_submap_laser])[None]])
+
+    def placed(self, T_map_submap: Mapping[int, FloatArray]) -> PlacedScans:
+        """The scans where these poses (3,) of the submaps put them."""
+        origins = np.array([T_map_submap[number] for number in self._numbers[:, 1].tolist()]).reshape(-1, 3)
+        order = np.argsort(self._numbers[:, 0], kind="stable")
+        poses = compose_poses(origins, self._poses[:, 3:])
+        return PlacedScans(self._numbers[order, 0].astype(np.int64), self._poses[order, :3], poses[order])

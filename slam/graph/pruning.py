@@ -1,0 +1,135 @@
+"""Pruning: submaps of a place that is known already leave the graph, so that it grows with the area and not with time.
+
+A submap is redundant where it was found in earlier ones, its key scans agree with these nearly as well as with itself,
+and each of them was taken where earlier ones were taken too, looking the same way: a place that has changed since is
+kept. What it says of the submaps around it stays as ties
+between them, and a few of its scans as anchors that ride on the surest of those in which it was found.
+"""
+
+from collections.abc import Iterable
+from typing import Final
+
+import numpy as np
+
+from slam.graph.anchors import Anchors
+from slam.graph.condensed import CondensedGraph
+from slam.graph.joined_edges import fused, joined, turned_round
+from slam.graph.pose_graph import Edge
+from slam.graph.single_poses import between
+from slam.graph.submap import Submap
+from slam.graph.submap_graph import Left, SubmapGraph
+from slam.pose import FloatArray, wrap_angles
+
+DELAY: Final = 3
+"""Submaps that are finished after one before it is judged: the next ones may be found in it, or doubt its loops."""
+BELIEVED: Final = 0.5
+"""Weight of a loop, from which on it counts."""
+NEAR, TURNED = 1.0, np.radians(30.0)
+"""Metres and radians within which a key scan sees what another one saw ..."""
+ENOUGH: Final = 3
+"""... and how many such ones make it redundant."""
+LEAST_AGREEING: Final = 0.8
+"""Share of the key scans of a submap that must agree with those in which it was found ..."""
+UNCHANGED: Final = 0.8
+"""... and how well in one of them, of how well they do with their own: mean shares of the facets."""
+
+
+class Pruning:
+    """Takes submaps out of a graph that add nothing to it."""
+
+    def __init__(self, graph: SubmapGraph, condensed: CondensedGraph) -> None:
+        self.anchors = Anchors()
+        self._graph, self._condensed = graph, condensed
+        self._redundant: set[int] = set()
+
+    def prune(self, finished: int) -> Left | None:
+        """Judge the submaps before one that was finished last; returns what is left where one was taken out.
+
+        Neighbours have half of their key scans in common, so that those of one that stands alone would stay: it does.
+        """
+        number = finished - DELAY
+        if self._is_redundant(number + 1):
+            self._redundant.add(number + 1)
+        redundant = number in self._redundant
+        self._redundant.discard(number)
+        if not redundant or (number - 1 in self._graph.submaps and number + 1 not in self._redundant):
+            return None
+        return self._take_out(number)
+
+    def _is_redundant(self, number: int) -> bool:
+        submaps = self._graph.submaps
+        submap = submaps.get(number)
+        if submap is None or number == next(iter(submaps)):
+            return False
+        return self._is_found(submap) and self._is_covered(submap)
+
+    def _is_found(self, submap: Submap) -> bool:
+        """True where a submap and its key scans, as far as loops of others that share them tell, agree with earlier
+        ones."""
+        graph, number = self._graph, submap.number
+        weights = self._condensed.weights.tolist()
+        loops = [loop for loop, weight in zip(graph.loops, weights, strict=True) if weight > BELIEVED]
+        best = max((loop.share for loop in loops if loop.submap == number), default=0.0)
+        if best < UNCHANGED * float(np.mean([graph.keys[k].share for k in submap.keys])):
+            return False
+        beside = [loop for loop in loops if abs(loop.submap - number) <= 1]
+        agreeing = {graph.number_of(edge.second) for loop in beside for edge in loop.edges}
+        return len(agreeing.intersection(submap.keys)) >= LEAST_AGREEING * len(submap.keys)
+
+    def _is_covered(self, submap: Submap) -> bool:
+        """True where every key scan of a submap lies near enough others of earlier submaps."""
+        graph = self._graph
+        earlier = [k for k in range(submap.keys[0]) if max(graph.keys[k].submaps) < submap.number - 1]
+        own, others = self._poses(submap.keys), self._poses(earlier)
+        offsets = own[:, None] - others[None]
+        near = np.hypot(offsets[..., 0], offsets[..., 1]) < NEAR
+        near &= np.abs(wrap_angles(offsets[..., 2])) < TURNED
+        return bool((near.sum(axis=1) >= ENOUGH).all())
+
+    def _poses(self, keys: Iterable[int]) -> FloatArray:
+        return np.array([self._graph.poses[self._graph.key_nodes[number]] for number in keys]).reshape(-1, 3)
+
+    def _take_out(self, number: int) -> Left | None:
+        """Leave ties and anchors for a submap, and remove it."""
+        graph = self._graph
+        edges = _from(number, self._condensed.edges_of(number))
+        earlier = [edge for edge in edges if edge.second < number - DELAY]
+        if not earlier:
+            return None
+        surest = max(earlier, key=lambda edge: float(np.linalg.eigvalsh(edge.information[:2, :2])[0]))
+        self._anchor(graph.submaps[number], graph.submaps[surest.second])
+        for tie in _star(surest, edges):
+            graph.add_tie(tie)
+        left = graph.remove({number})
+        self._condensed.keep_loops(left.loops)
+        return left
+
+    def _anchor(self, submap: Submap, other: Submap) -> None:
+        """Keep the places of the first and the last of the key scans that leave with a submap: between the two they
+        move together."""
+        graph = self._graph
+        leaving = [number for number in submap.keys if graph.keys[number].submaps == (submap.number,)]
+        origin = graph.poses[other.node]
+        for number in sorted({*leaving[:1], *leaving[-1:]}):
+            key, pose = graph.keys[number], graph.poses[graph.key_nodes[number]]
+            self.anchors.add(key.index, key.T_local_laser, other.number, between(origin, pose))
+
+
+def _from(number: int, edges: Iterable[Edge]) -> list[Edge]:
+    """The edges of a submap as seen from it, one for each other submap."""
+    seen: dict[int, Edge] = {}
+    for edge in edges:
+        edge = edge if edge.first == number else turned_round(edge)
+        seen[edge.second] = fused(seen[edge.second], edge) if edge.second in seen else edge
+    return list(seen.values())
+
+
+def _star(surest: Edge, edges: Iterable[Edge]) -> list[Edge]:
+    """Edges from the submap at the end of one of the edges of a node to those at the ends of the others.
+
+    They stand for what the node that is taken out said of its neighbours: right for each of them as seen from that one,
+    and careful for two others.
+    """
+    back = turned_round(surest)
+    ties = [joined(back, edge) for edge in edges if edge.second != surest.second]
+    return [tie if tie.first < tie.second else turned_round(tie) for tie in ties]

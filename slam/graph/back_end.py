@@ -249,8 +249,10 @@ class BackEnd:
 
     def _is_thinkable(self, candidate: WallCandidate, submap: Submap, covariance: FloatArray) -> bool:
         """True for a place that the graph does not rule out, which has the other with this covariance (3, 3) as seen
-        from the submap: a building may look alike from both ends."""
+        from the submap: a building may look alike from both ends. Over a break it says nothing."""
         other = candidate.other
+        if self._is_break_between(other, submap):
+            return True
         seen = between(candidate.T_other_submap, other.T_local_submap)
         error = composed(self.graph.correction(submap), seen) - self.graph.poses[other.node]
         error[2] = wrap_angle(float(error[2]))
@@ -275,7 +277,11 @@ class BackEnd:
         low, high = sorted((other.number, submap.number))
         if high - low > NEIGHBOURS:
             return False
-        return not any(self.graph.submaps[number].broken for number in range(low + 1, high + 1))
+        return not self._is_break_between(other, submap)
+
+    def _is_break_between(self, other: Submap, submap: Submap) -> bool:
+        low, high = sorted((other.number, submap.number))
+        return any(self.graph.submaps[number].broken for number in range(low + 1, high + 1))
 
     def _places(self, submap: Submap) -> FloatArray:
         """Poses (K, 3) of the key scans of a finished submap, as the graph has them."""

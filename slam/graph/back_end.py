@@ -21,14 +21,14 @@ from slam.graph.open_loops import settled
 from slam.graph.pose_graph import Edges, solve_graph
 from slam.graph.pruning import Pruning
 from slam.graph.refined_walls import wall_covariances
-from slam.graph.single_poses import composed
+from slam.graph.single_poses import between, composed
 from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
 from slam.graph.submap_view import SubmapView
 from slam.graph.surest_paths import surest_covariances
-from slam.graph.wall_candidates import WallCandidates
+from slam.graph.wall_candidates import WallCandidate, WallCandidates
 from slam.mapping.surfel_map import SurfelMap
-from slam.pose import FloatArray, compose_poses
+from slam.pose import FloatArray, compose_poses, wrap_angle
 
 KERNEL: Final = 30.0
 """chi^2 of a loop's edge, beyond which it loses its weight."""
@@ -46,6 +46,8 @@ STANDING_ALONE: Final = 1.2
 """... counts only where another loop bears it out, unless its key scans agree as much as so many whole ones."""
 NEIGHBOURS: Final = 2
 """Submaps before a new one that share its walls without a loop."""
+THINKABLE: Final = 50.0
+"""chi^2 of a place from walls alone by what the graph says, at most."""
 BREAK_REACH, BREAK_CANDIDATES = 5.0, 3
 """Where the front end broke: submaps whose path is so near, metres, and how many of them are tried with any heading."""
 WALL_SIGMAS: Final = np.array([0.3, 0.3, 0.05])
@@ -195,20 +197,25 @@ class BackEnd:
 
     def _candidates(self, submap: Submap) -> list[tuple[Submap, FloatArray]]:
         """Earlier submaps that may share walls with one, and the covariance of each seen from it, the surest first."""
-        at = {other.number: k for k, other in enumerate(self.graph.submaps.values())}
-        poses = np.array([self.graph.poses[other.node] for other in self.graph.submaps.values()])
-        covariances = surest_covariances(at[submap.number], poses, self.condensed.hops())
+        covariances = self._covariances_from(submap)
         rows, own = [], self._places(submap)
         for other in self._finished[:-1]:
             if self._are_neighbours(other, submap):
                 continue
-            covariance = covariances[at[other.number]]
+            covariance = covariances[other.number]
             sigma = float(np.sqrt(covariance[0, 0] + covariance[1, 1]))
             gap = float(distances_to(own, self._places(other)).min())
             if gap <= NEAR + SIGMAS * sigma:
                 rows.append((sigma + GAP_COST * gap, other, covariance))
         rows.sort(key=lambda row: row[0])
         return [(other, covariance) for _, other, covariance in rows]
+
+    def _covariances_from(self, submap: Submap) -> dict[int, FloatArray]:
+        """Covariance (3, 3) of every submap as seen from one, map axes, by their numbers."""
+        submaps = list(self.graph.submaps.values())
+        poses = np.array([self.graph.poses[other.node] for other in submaps])
+        covariances = surest_covariances(submaps.index(submap), poses, self.condensed.hops())
+        return {other.number: covariance for other, covariance in zip(submaps, covariances, strict=True)}
 
     def _find_after_break(self, view: SubmapView) -> int:
         """Seek a submap with any heading beside where the front end lost its way."""
@@ -231,13 +238,26 @@ class BackEnd:
         others = [other for other in self._finished[:-1] if not self._are_neighbours(other, submap)]
         others.sort(key=lambda other: float(distances_to(own, self._places(other)).min()))
         covariance = np.diag(WALL_SIGMAS**2)
-        added = 0
+        added, covariances = 0, self._covariances_from(submap)
         for candidate in self._walls.of(submap, others):
+            if not self._is_thinkable(candidate, submap, covariances[candidate.other.number]):
+                continue
             self.tried += 1
             loop = self._search.find_near(view, candidate.other, candidate.T_other_submap, covariance, "walls")
             if loop is not None and not loop.ambiguous:
                 added += self._add(loop, doubtful=True)
         return added
+
+    def _is_thinkable(self, candidate: WallCandidate, submap: Submap, covariance: FloatArray) -> bool:
+        """True for a place that the graph does not rule out, which has the other with this covariance (3, 3) as seen
+        from the submap: a building may look alike from both ends. Over a break it says nothing."""
+        other = candidate.other
+        if self._is_break_between(other, submap):
+            return True
+        seen = between(candidate.T_other_submap, other.T_local_submap)
+        error = composed(self.graph.correction(submap), seen) - self.graph.poses[other.node]
+        error[2] = wrap_angle(float(error[2]))
+        return float(error @ np.linalg.solve(covariance, error)) < THINKABLE
 
     def _add(self, loop: Loop, doubtful: bool) -> int:
         """Add a loop, a doubtful one where another bears it out; returns how many were added."""
@@ -258,7 +278,11 @@ class BackEnd:
         low, high = sorted((other.number, submap.number))
         if high - low > NEIGHBOURS:
             return False
-        return not any(self.graph.submaps[number].broken for number in range(low + 1, high + 1))
+        return not self._is_break_between(other, submap)
+
+    def _is_break_between(self, other: Submap, submap: Submap) -> bool:
+        low, high = sorted((other.number, submap.number))
+        return any(self.graph.submaps[number].broken for number in range(low + 1, high + 1))
 
     def _places(self, submap: Submap) -> FloatArray:
         """Poses (K, 3) of the key scans of a finished submap, as the graph has them."""

@@ -119,12 +119,23 @@ class BackEnd:
         surfel_map = self._map()
         self.seconds += thread_time() - began
         return ClosedRun(
-            tuple(graph.keys), nodes[key_nodes], covariances[key_nodes], surfel_map,
-            tuple(settled(loop, graph) for loop in graph.loops), _loop_weights(edges, weights, len(graph.loops)), nodes, key_nodes,
-            tuple(graph.submaps.values()), edges, weights, T_base_laser, walls,
-            wall_covariances(walls, nodes, covariances), self.size,
-            self._pruning.anchors.placed({s.number: nodes[s.node] for s in graph.submaps.values()}),
-        )  # fmt: skip
+            keys=tuple(graph.keys),
+            poses=nodes[key_nodes],
+            covariances=covariances[key_nodes],
+            map=surfel_map,
+            loops=tuple(settled(loop, graph) for loop in graph.loops),
+            weights=_loop_weights(edges, weights, len(graph.loops)),
+            nodes=nodes,
+            key_nodes=key_nodes,
+            submaps=tuple(graph.submaps.values()),
+            edges=edges,
+            edge_weights=weights,
+            T_base_laser=T_base_laser,
+            walls=walls,
+            wall_covariances=wall_covariances(walls, nodes, covariances),
+            size=self.size,
+            anchors=self._pruning.anchors.placed({s.number: nodes[s.node] for s in graph.submaps.values()}),
+        )
 
     def _closure(self, submap: int) -> Closure:
         graph = self.graph

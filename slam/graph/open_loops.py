@@ -1,4 +1,4 @@
-"""Loops that leave a direction open, as in a corridor: along it they say nothing, and are told where the graph puts them."""
+"""Loops that leave a direction open, as in a corridor: along it they lie where the graph puts them."""
 
 from dataclasses import replace
 

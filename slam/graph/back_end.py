@@ -15,7 +15,7 @@ from slam.graph.joint_refinement import refine
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop, loop_keys
 from slam.graph.loop_check import distances_to
-from slam.graph.loop_search import LoopSearch
+from slam.graph.loop_search import MOST_WINDOW, LoopSearch
 from slam.graph.marginals import pose_covariances
 from slam.graph.open_loops import settled
 from slam.graph.pose_graph import Edges, solve_graph
@@ -188,6 +188,8 @@ class BackEnd:
             self._shown = [self._shown[key] for key in left.keys]
             self._told = sum(loop < self._told for loop in left.loops)
             self._finished = [submap for submap in self._finished if submap.number in self.graph.submaps]
+            self._walls.keep(self.graph.submaps)
+            self._waiting.forget()
 
     def _find_loops(self, submap: Submap) -> int:
         """Seek a submap in the earlier ones, the surest first; returns how often it was found."""
@@ -202,21 +204,27 @@ class BackEnd:
                     break
         if submap.broken and not found:
             found += self._find_after_break(view)
-        if not found:
+        if not found and any(self._is_out_of_reach(submap, other, covariance) for other, covariance in candidates):
             found += self._find_by_walls(view)
         return found
+
+    def _is_out_of_reach(self, submap: Submap, other: Submap, covariance: FloatArray) -> bool:
+        """True where the graph says too little of where a submap lies, seen from another, for a search by that."""
+        sigma = float(np.sqrt(max(covariance[0, 0], covariance[1, 1])))
+        return SIGMAS * sigma > MOST_WINDOW or self._is_break_between(other, submap)
 
     def _candidates(self, submap: Submap) -> list[tuple[Submap, FloatArray]]:
         """Earlier submaps that may share walls with one, and the covariance of each seen from it, the surest first."""
         covariances = self._covariances_from(submap)
         rows, own = [], self._places(submap)
-        for other in self._finished[:-1]:
-            if self._are_neighbours(other, submap):
-                continue
+        for other, distance in zip(self._finished[:-1], self._distances(submap), strict=True):
             covariance = covariances[other.number]
             sigma = float(np.sqrt(covariance[0, 0] + covariance[1, 1]))
+            reach = NEAR + SIGMAS * sigma
+            if distance - submap.radius - other.radius > reach or self._are_neighbours(other, submap):
+                continue
             gap = float(distances_to(own, self._places(other)).min())
-            if gap <= NEAR + SIGMAS * sigma:
+            if gap <= reach:
                 rows.append((sigma + GAP_COST * gap, other, covariance))
         rows.sort(key=lambda row: row[0])
         return [(other, covariance) for _, other, covariance in rows]
@@ -245,9 +253,9 @@ class BackEnd:
     def _find_by_walls(self, view: SubmapView) -> int:
         """Seek a submap where its walls alone say that it may be; it counts where another loop bears it out."""
         submap = view.submap
-        own = self._places(submap)
-        others = [other for other in self._finished[:-1] if not self._are_neighbours(other, submap)]
-        others.sort(key=lambda other: float(distances_to(own, self._places(other)).min()))
+        nearest_first = np.argsort(self._distances(submap), kind="stable").tolist()
+        others = [self._finished[at] for at in nearest_first]
+        others = [other for other in others if not self._are_neighbours(other, submap)]
         covariance = np.diag(WALL_SIGMAS**2)
         added, covariances = 0, self._covariances_from(submap)
         for candidate in self._walls.of(submap, others):
@@ -293,7 +301,15 @@ class BackEnd:
 
     def _is_break_between(self, other: Submap, submap: Submap) -> bool:
         low, high = sorted((other.number, submap.number))
-        return any(self.graph.submaps[number].broken for number in range(low + 1, high + 1))
+        return any(one.broken for number, one in self.graph.submaps.items() if low < number <= high)
+
+    def _distances(self, submap: Submap) -> FloatArray:
+        """Metres from the middle of a submap to those of all that were finished before the last, (F,)."""
+        corrections = np.array([self.graph.correction(other) for other in self._finished[:-1]]).reshape(-1, 3)
+        local = np.array([[*other.middle, 0.0] for other in self._finished[:-1]]).reshape(-1, 3)
+        middles = compose_poses(corrections, local)
+        own = composed(self.graph.correction(submap), np.append(submap.middle, 0.0))
+        return np.asarray(np.hypot(*(middles - own)[:, :2].T))
 
     def _places(self, submap: Submap) -> FloatArray:
         """Poses (K, 3) of the key scans of a finished submap, as the graph has them."""

@@ -91,6 +91,10 @@ class WaitingLoops:
         self._waiting = [other for other in self._waiting if all(other is not partner for partner in partners)]
         return [*partners, loop]
 
+    def forget(self) -> None:
+        """Let all that wait go, as when the nodes of the graph have got other numbers."""
+        self._waiting = []
+
     def _agree(self, consistency: Consistency, loop: Loop, other: Loop) -> bool:
         """True where two loops agree of which each has scans that the other has not."""
         own, others = ({edge.second for edge in one.edges} for one in (loop, other))

@@ -35,9 +35,16 @@ class Submap:
     path: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
     """Poses of its key scans (K, 3) in its frame ``local``, once it is finished."""
 
+    middle: FloatArray = field(default_factory=lambda: np.zeros(2))
+    """(2,): the mean place of its path ..."""
+    radius: float = 0.0
+    """... and how far it goes from there, metres."""
+
     def finish(self, keys: Sequence[KeyScan]) -> None:
         """No key scan is added any more."""
         self.path = np.array([keys[number].T_local_laser for number in self.keys])
+        self.middle = self.path[:, :2].mean(axis=0)
+        self.radius = float(np.hypot(*(self.path[:, :2] - self.middle).T).max())
 
 
 class SubmapMap(NamedTuple):

@@ -1,6 +1,6 @@
 """Where a submap may lie in earlier ones by their walls alone, for one that the graph cannot place."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Final, NamedTuple
 
 from slam.graph.constellation import Constellation
@@ -35,6 +35,10 @@ class WallCandidates:
     def add(self, submap: Submap, surfels: FloatArray, cell: float) -> None:
         """Take the map of a finished submap: its surfels (S, 8), frame ``local``, in cells so wide."""
         self._constellations[submap.number] = Constellation.of_surfels(surfels, _middle(submap), cell)
+
+    def keep(self, numbers: Collection[int]) -> None:
+        """Forget all submaps but those of these numbers."""
+        self._constellations = {number: one for number, one in self._constellations.items() if number in numbers}
 
     def of(self, submap: Submap, others: Sequence[Submap]) -> list[WallCandidate]:
         """Places of a submap in the first of these, the best score first."""

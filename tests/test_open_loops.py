@@ -1,0 +1,58 @@
+"""Loops that leave a direction open, after the graph was solved; edges over breaks."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from slam.graph.key_scan import KeyScan
+from slam.graph.loop import Loop
+from slam.graph.open_loops import settled
+from slam.graph.pose_graph import BREAK, NO_LOOP, Edge, Edges
+from slam.graph.single_poses import between, composed
+from slam.graph.submap_graph import SubmapGraph
+from slam.lidars import TABLE1
+
+ALONG_OPEN = np.diag([0.0, 1e4, 1e5])
+"""Information of an edge that leaves x open, axes of the other submap."""
+
+
+def graph_with(off: float) -> tuple[SubmapGraph, Loop]:
+    """Two submaps of a key scan, 5 m apart along x; a loop has the second ``off`` metres farther along x, and 2 cm to
+    the left."""
+    graph = SubmapGraph()
+    for number, x in enumerate((0.0, 5.0)):
+        pose = np.array([x, 1.0, 0.4])
+        graph.add(KeyScan(pose, (number,), np.empty((0, 7)), np.empty(0, np.float32), TABLE1.lidar, index=number))
+    first, second = graph.submaps[0], graph.submaps[1]
+    measured = [*between(first.T_local_submap, second.T_local_submap), off, 0.02, 0.0]
+    edge = Edge(first.node, graph.key_nodes[1], measured, ALONG_OPEN, 0)
+    seen = composed(first.T_local_submap, measured)
+    T_other_submap = composed(seen, between(second.T_local_submap, np.zeros(3)))
+    return graph, Loop(0, 1, 0, T_other_submap, "odometry", 1, 1, 1.0, True, (edge,), 1)
+
+
+@pytest.mark.parametrize("off", [0.0, 0.7, -3.0])
+def test_along_the_open_direction_it_lies_where_the_graph_has_it(off: float) -> None:
+    graph, loop = graph_with(off)
+    found = settled(loop, graph)
+    known = between(graph.submaps[0].T_local_submap, graph.submaps[1].T_local_submap)
+    np.testing.assert_allclose(found.edges[0].measured, [*known, 0.0, 0.02, 0.0], atol=1e-9)
+    place = composed(found.T_other_submap, graph.submaps[1].T_local_submap)
+    expected = composed(graph.submaps[0].T_local_submap, [*known, 0.0, 0.02, 0.0])
+    np.testing.assert_allclose(place, expected, atol=1e-9)
+
+
+def test_a_loop_that_leaves_nothing_open_is_the_same() -> None:
+    graph, loop = graph_with(0.7)
+    sure = replace(loop, ambiguous=False)
+    assert settled(sure, graph) is sure
+
+
+def test_edges_over_breaks_are_ordinary_ones_afterwards_as_sure_as_they_were_left() -> None:
+    information = np.diag([4.0, 4.0, 4.0])
+    edges = Edges.of([Edge(0, 1, np.zeros(3), information, loop) for loop in (NO_LOOP, BREAK, 3)])
+    found, weights = edges.settled(np.array([1.0, 0.25, 0.5]))
+    assert found.loop.tolist() == [NO_LOOP, NO_LOOP, 3]
+    assert weights.tolist() == [1.0, 1.0, 0.5]
+    np.testing.assert_allclose(found.information[:, 0, 0], [4.0, 1.0, 4.0])

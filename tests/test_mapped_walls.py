@@ -38,7 +38,7 @@ def sigmas_of(wall: np.ndarray) -> np.ndarray:
 
 def test_a_wall_is_as_sure_as_that_of_the_graph() -> None:
     np.testing.assert_allclose(sigmas_of(WALL), SIGMAS)
-    np.testing.assert_allclose(sigmas_of([*WALL, 0.0, 0.03]), SIGMAS)
+    np.testing.assert_allclose(sigmas_of(WALL + np.array([0.0, 0.03])), SIGMAS)
 
 
 def test_away_from_the_middle_the_direction_tells() -> None:
@@ -46,12 +46,17 @@ def test_away_from_the_middle_the_direction_tells() -> None:
 
 
 def test_what_is_no_part_of_a_wall_of_the_graph_is_not_sure() -> None:
-    for wall in (WALL[::-1], [*WALL, 0.0, 0.2], [*WALL, 20.0, 0.0], np.array([[5.0, 0.0], [5.0, 2.0]])):
+    for wall in (
+        WALL[::-1],
+        WALL + np.array([0.0, 0.2]),
+        WALL + np.array([20.0, 0.0]),
+        np.array([[5.0, 0.0], [5.0, 2.0]]),
+    ):
         assert np.isnan(sigmas_of(wall)).all()
 
 
 def test_the_file_has_metres_and_nulls(tmp_path: Path) -> None:
-    ends = np.stack([WALL, [*WALL, 0.0, 3.0]])
+    ends = np.stack([WALL, WALL + np.array([0.0, 3.0])])
     write_walls(tmp_path / "walls.geojson", MappedWalls(ends, np.array([SIGMAS, [np.nan, np.nan]])))
     first, second = json.loads((tmp_path / "walls.geojson").read_text())["features"]
     assert first["geometry"] == {"type": "LineString", "coordinates": [[0.0, 0.0], [10.0, 0.0]]}

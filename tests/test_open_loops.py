@@ -13,6 +13,7 @@ from slam.graph.single_poses import between, composed
 from slam.graph.submap_graph import SubmapGraph
 from slam.lidars import TABLE1
 
+BESIDE = np.array([0.0, 0.02, 0.0])
 ALONG_OPEN = np.diag([0.0, 1e4, 1e5])
 """Information of an edge that leaves x open, axes of the other submap."""
 
@@ -25,7 +26,7 @@ def graph_with(off: float) -> tuple[SubmapGraph, Loop]:
         pose = np.array([x, 1.0, 0.4])
         graph.add(KeyScan(pose, (number,), np.empty((0, 7)), np.empty(0, np.float32), TABLE1.lidar, index=number))
     first, second = graph.submaps[0], graph.submaps[1]
-    measured = [*between(first.T_local_submap, second.T_local_submap), off, 0.02, 0.0]
+    measured = between(first.T_local_submap, second.T_local_submap) + np.array([off, 0.02, 0.0])
     edge = Edge(first.node, graph.key_nodes[1], measured, ALONG_OPEN, 0)
     seen = composed(first.T_local_submap, measured)
     T_other_submap = composed(seen, between(second.T_local_submap, np.zeros(3)))
@@ -37,9 +38,9 @@ def test_along_the_open_direction_it_lies_where_the_graph_has_it(off: float) -> 
     graph, loop = graph_with(off)
     found = settled(loop, graph)
     known = between(graph.submaps[0].T_local_submap, graph.submaps[1].T_local_submap)
-    np.testing.assert_allclose(found.edges[0].measured, [*known, 0.0, 0.02, 0.0], atol=1e-9)
+    np.testing.assert_allclose(found.edges[0].measured, known + BESIDE, atol=1e-9)
     place = composed(found.T_other_submap, graph.submaps[1].T_local_submap)
-    expected = composed(graph.submaps[0].T_local_submap, [*known, 0.0, 0.02, 0.0])
+    expected = composed(graph.submaps[0].T_local_submap, known + BESIDE)
     np.testing.assert_allclose(place, expected, atol=1e-9)
 
 

@@ -16,7 +16,7 @@ from slam.errors import RobotError
 from slam.robot import Observation
 from slam.run import experiment_setup
 
-CLOSED_FILES = {"map.json", "graph.json", "closed.tum"}
+CLOSED_FILES = {"map.json", "walls.geojson", "graph.json", "closed.tum"}
 ALL_FILES = {
     "config.yaml",
     "metrics.json",

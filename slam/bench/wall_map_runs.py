@@ -13,6 +13,7 @@ from slam.console.terminal import Terminal
 from slam.deskew import deskewed
 from slam.mapping.line_map import LineMap
 from slam.pose import Pose2D
+from slam.run.estimator import finish
 from slam.run.experiment_setup import scenario_experiment
 from slam.run.loop import Ending, run_loop
 from slam.run.scoring.seen_walls import SeenWalls
@@ -70,6 +71,7 @@ def run_wall_map(name: str, seed: int, settings: Sequence[str], allow_modules: S
         ending = run_loop(
             experiment.env, slam, experiment.pilot, [seen, others], scenario.seed, duration=experiment.duration
         )
+    finish(slam)
     maps = (slam.lines.ends, others.all_segments.ends, others.merged.ends)
     scores = {way: score_walls(seen.walls, seen.seen, lines) for way, lines in zip(WAYS, maps, strict=True)}
     return WallMapRun(ending, scores)

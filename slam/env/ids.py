@@ -10,6 +10,7 @@ from slam.errors import InputError, did_you_mean
 
 ENV_IDS: Final[dict[str, str | None]] = {
     "hopslam/P3DX-v0": None,
+    "hopslam/CampusLoop-v0": "campus_loop",
     "hopslam/ClutteredRoom-v0": "cluttered_room",
     "hopslam/Corridor-v0": "corridor",
     "hopslam/CrowdedCorridor-v0": "crowded_corridor",

@@ -9,6 +9,7 @@ import numpy as np
 from slam.config import SlamConfig
 from slam.console.terminal import Terminal
 from slam.graph.back_end import BackEnd
+from slam.graph.key_scan import KeyScan
 from slam.graph.submap_mapper import SubmapMapper
 from slam.lidars import TABLE1
 from slam.line_localizer import LineLocalizer
@@ -32,9 +33,9 @@ def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None
     began = perf_counter()
     with console.waiting("loading the hot loops (the first run on a machine compiles them)"):
         slam = LineSlam(config.model_copy(update={"update_distance": 0.0}), Pose2D())
-        _run(slam)
-        if isinstance(slam.mapper, SubmapMapper):
-            _close_loops(slam.mapper)
+        key = _run(slam)
+        if key is not None and isinstance(slam.mapper, SubmapMapper):
+            _close_loops(slam.mapper, key)
         if search and isinstance(slam.mapper, SurfelMapper):
             _run(LineLocalizer(config, Pose2D(), slam.mapper.map))
     taken = perf_counter() - began
@@ -42,25 +43,26 @@ def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None
         console.print(f"compiled the hot loops in {taken:.0f} s; they are kept for the next run")
 
 
-def _run(slam: LineSlam | LineLocalizer) -> None:
+def _run(slam: LineSlam | LineLocalizer) -> KeyScan | None:
     """Along a corridor, until enough wall was seen for the building to have main directions, and then a jump: every hot
     loop has run, those too that wait for motion, long walls or a doubtful pose."""
     lidar = TABLE1.lidar
     across = 1.0 / np.maximum(np.abs(np.sin(lidar.angles)), 1e-3)
-    walls = np.where(across < 3.0, across, np.inf)
+    walls, key = np.where(across < 3.0, across, np.inf), None
     for index, x in enumerate(_PLACES):
         stamp = index * lidar.scan_time
         scan = LaserScan(
             stamp, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, walls, _BEAM_TIME
         )
         slam.update(scan, Odometry(stamp, Pose2D(x), Twist2D(0.6, 1e-6)))
+        key = (slam.mapper.key if isinstance(slam, LineSlam) and isinstance(slam.mapper, SubmapMapper) else None) or key
+    return key
 
 
-def _close_loops(mapper: SubmapMapper) -> None:
-    """Find a place again, as the back end does: key scans of the corridor, as if it had been driven along often."""
-    assert mapper.key is not None  # the jump made the last scan one
+def _close_loops(mapper: SubmapMapper, key: KeyScan) -> None:
+    """Find a place again, as the back end does: a key scan of the corridor, as if it had been driven along often."""
     back_end = BackEnd(mapper.config, mapper.map.config)
     for index in range(_LAPS * _KEYS):
         T_local_laser = np.array([0.3 * (index % _KEYS), 0.0, 0.0])
-        back_end.take(replace(mapper.key, T_local_laser=T_local_laser, submaps=(index // _KEYS,), index=index))
+        back_end.take(replace(key, T_local_laser=T_local_laser, submaps=(index // _KEYS,), index=index))
     back_end.finish(np.zeros(3))

@@ -55,9 +55,9 @@ WALL_SIGMAS: Final = np.array([0.3, 0.3, 0.05])
 BREAK_SIGMAS: Final = np.array([0.5, 0.5, 2.0])
 INDEPENDENT: Final = 0.1
 """Share of what matches say that is not said by their neighbours too: it counts alone where covariances are asked."""
-MOVED, FAR = 0.03, 0.3
+MOVED, FAR = 0.02, 0.1
 """Metres that a key scan must have moved for the map to be made again; beyond the second at once ..."""
-NEW_SHARE: Final = 0.1
+NEW_SHARE: Final = 0.03
 """... and up to there when so many key scans, as a share of all, have come since it was made."""
 
 

@@ -96,10 +96,11 @@ def _jumps(record: RunRecord) -> dict[int, str]:
     traces, graph = record.traces, record.graph
     if traces.local is None:
         return {}
-    told = {}
+    told, last = {}, -1  # the submap of the closure before: those between have loops that moved nothing alone
     for k in np.flatnonzero(traces.jumps).tolist():
         submap = int(traces.steps["closure"][k])
-        loops = [] if graph is None else [loop for loop in graph.loops if loop.submap == submap]
+        loops = [] if graph is None else [loop for loop in graph.loops if last < loop.submap <= submap]
+        last = submap
         estimate, local = (Pose2D.from_array(poses[k]) for poses in (traces.estimate, traces.local))
         T_map_local = Pose2D()
         if k:

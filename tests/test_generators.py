@@ -62,7 +62,7 @@ def way(generated: GeneratedWorld) -> np.ndarray:
 
 
 @given(generator=CAMPUSES)
-@settings(max_examples=4)  # a second each
+@settings(max_examples=8)
 def test_a_disc_of_the_robots_size_can_be_swept_along_the_route_of_a_campus(generator: CampusGenerator) -> None:
     generated = generator.build()
     assert clearance(way(generated), obstacle_footprints(generated.world.prisms())).min() > 0.3015

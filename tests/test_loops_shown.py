@@ -46,7 +46,7 @@ def live(lap_log: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_way_and_loops_are_drawn_anew_at_every_closure_and_at_the_end(live: Path) -> None:
     closures = int((RunRecord.open(live).traces.steps["closure"] >= 0).sum())
-    assert closures > 0
+    assert closures > 1
     for entity in ("/map/trajectory/closed", "/map/loops", "/map/loops/doubted"):
         assert rows(live / "run.rrd", entity) == closures + 1
 

@@ -35,7 +35,7 @@ def run_job(job: Job, runs: str, pictures: bool, allowed: Sequence[str] = ()) ->
         row = _run(job, runs, pictures, allowed)
     except HopslamError as error:
         row = failed_row(job, str(error))
-    except Exception as error:  # whatever it is, the other runs go on
+    except Exception as error:  # noqa: BLE001  # whatever it is, the other runs go on
         row = failed_row(job, f"{type(error).__name__}: {error}")
     if row is None:
         return None

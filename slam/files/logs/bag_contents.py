@@ -13,7 +13,7 @@ from slam.files.fields import BadLine
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.ros import decoder
 from slam.files.ros.messages import GROUND_TRUTH, LASER_SCAN, ODOMETRY, POSE, TF_STATIC, TRANSFORMS, RawMessage
-from slam.files.text_lines import TruncatedFile
+from slam.files.unpacking import TruncatedFile
 from slam.lidars import Lidar
 from slam.pose import FloatArray
 
@@ -39,8 +39,8 @@ class BagContents:
                     contents.by_type.setdefault(raw.type, {}).setdefault(raw.topic, []).append((number, raw))
                 else:
                     statistics.ignored[raw.type or "unknown"] += 1
-        except TruncatedFile:
-            statistics.notes.append("the bag is damaged or ends early, and what comes after that is lost")
+        except TruncatedFile as cut:
+            statistics.notes.append(cut.note)
         return contents
 
     def messages_of(self, kind: str, wanted: str | None, option: str) -> list[Numbered]:

@@ -1,7 +1,5 @@
 """Reading a recorded log whose format is known by its content; what only bags need is imported when there is one."""
 
-import sqlite3
-import struct
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing
 from itertools import chain, islice
@@ -13,7 +11,8 @@ from slam.files.logs import carmen, rosbag1, urg_text
 from slam.files.logs.log import BagTopics, Log
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.ros.messages import RawMessage
-from slam.files.text_lines import TruncatedFile, read_lines
+from slam.files.text_lines import read_lines
+from slam.files.unpacking import TruncatedFile
 
 RUN_LOG: Final = "log.mcap"
 """Name of the log in the folder of a run."""
@@ -64,11 +63,12 @@ def _bag_messages(path: Path) -> Iterable[RawMessage] | None:
 
 
 def _folder_messages(path: Path) -> Iterable[RawMessage] | None:
-    """Messages of a run's log in its folder, of a ROS 2 bag where there is metadata, or of the only MCAP file in it."""
-    if (path / "metadata.yaml").is_file():
-        return _rosbag2(path)
-    files = [path / RUN_LOG] if (path / RUN_LOG).is_file() else list(path.glob("*.mcap"))
-    return _mcap(files[0]) if len(files) == 1 else None
+    """Messages of a run's log in its folder, or of a ROS 2 bag."""
+    from slam.files.logs import rosbag2
+
+    if (path / RUN_LOG).is_file() and not (path / rosbag2.METADATA).is_file():
+        return _mcap(path / RUN_LOG)
+    return rosbag2.messages(path) if rosbag2.is_bag(path) else None
 
 
 def _mcap(path: Path) -> Iterator[RawMessage]:
@@ -77,21 +77,9 @@ def _mcap(path: Path) -> Iterator[RawMessage]:
     return mcap_messages(path)
 
 
-def _rosbag2(path: Path) -> Iterator[RawMessage]:
-    """Messages of all topics of a ROS 2 bag, sqlite3 or MCAP; LogError for what rosbags does not read."""
-    from rosbags.rosbag2 import Reader, ReaderError
-
-    try:
-        with Reader(path) as reader:
-            for connection, time, data in reader.messages():
-                yield RawMessage(connection.topic, connection.msgtype, "cdr", bytes(data), time)
-    except (ReaderError, sqlite3.Error, struct.error, ValueError, LookupError) as error:
-        raise LogError(f"{path}: not a ROS 2 bag that can be read: {error}") from error
-
-
 def _readable_lines(statistics: ReadStatistics) -> Generator[tuple[int, bytes], None, None]:
     """The numbered lines as far as the file can be read."""
     try:
         yield from read_lines(statistics.path)
-    except TruncatedFile:
-        statistics.notes.append("the gzip data are damaged or end early, and what comes after that is lost")
+    except TruncatedFile as cut:
+        statistics.notes.append(cut.note)

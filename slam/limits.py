@@ -34,10 +34,10 @@ class Limit:
 
 CHUNK: Final = Limit(64 * _MIB, "bytes", "recorders close a chunk at 1 to 16 MB, and one is in memory as a whole")
 UNPACKED_AT_ONCE: Final = Limit(
-    64 * _MIB, "unpacked bytes", "of a small file so much is unpacked, however well it is packed"
+    16 * _MIB, "unpacked bytes", "of a small file so much is unpacked, however well it is packed"
 )
 UNPACKED_PER_BYTE: Final = Limit(
-    200, "times the packed size", "scans pack to a tenth, and those of a robot that stands to a hundredth"
+    100, "times the packed size", "scans pack to a fifth, and those of a simulated robot that stands to a fiftieth"
 )
 UNPACKED: Final = Limit(100_000 * _MIB, "unpacked bytes", "a day of a fast lidar, with the pictures of a camera")
 BEAMS: Final = Limit(50_000, "beams a scan", "the finest planar lidars have 25,200")
@@ -49,7 +49,7 @@ MAP_CELLS: Final = Limit(50_000_000, "cells", "a square of 1.4 km at 20 cm, whic
 ROS_MAP_CELLS: Final = Limit(20_000_000, "cells", "a square of 220 m at 5 cm, which takes 200 MB")
 PIXELS: Final = Limit(25_000_000, "pixels", "a square of 250 m at 5 cm, which takes 100 MB")
 SOLIDS: Final = Limit(200_000, "rectangles", "a noisy map of a large building has 20,000")
-YAML_SIZE: Final = Limit(_MIB, "bytes", "the largest scenario that comes with hopslam has 27,000")
+YAML_SIZE: Final = Limit(256 * 1024, "bytes", "the largest scenario that comes with hopslam has 27,000")
 YAML_NODES: Final = Limit(
     100_000, "keys and values, each alias counted with all that it stands for", "a few bytes can stand for gigabytes"
 )

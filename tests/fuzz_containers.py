@@ -1,35 +1,34 @@
-"""Damaged files into every reader: ``python -m tests.fuzz_containers [INPUTS] [SEED] [READER]`` from the top of the tree.
+"""Damaged files into every reader: ``python -m tests.fuzz_containers [INPUTS [SEED [READER...]]]``, from the top.
 
-Whatever comes in, only an error of slam.errors may come out. Each reader gets valid files of its kind in which bytes
-were changed, dropped, doubled or cut off; an input is made again from its reader's name, the seed and its number.
+Whatever comes in, only an error of slam.errors may come out. Each reader gets valid files of its kind, cut at every
+byte, and with bits and bytes changed, dropped and doubled; an input is made again from reader, seed and number.
 """
 
 import random
-import shutil
 import sys
 import time
 import traceback
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from slam.errors import HopslamError
 from tests.fuzz_seeds import READERS, Reader
 
-_JUNK = (b"\xff", b"\0", b"-1", b"9" * 30, b"nan", b"[" * 2000, b"\xff\xff\xff\xff\xff\xff\xff\x7f", b"\n", b'"', b"{}")
+_JUNK = (b"\xff", b"\0", b"-1", b"9" * 30, b"nan", b"[" * 2000, b"\xff" * 7 + b"\x7f", b"\n", b'"', b"{}")
+_CUTS = 1000
+"""Places at which a file is cut; a smaller one at every byte."""
 
 
 @dataclass
-class Failures:
-    """Inputs of one reader that were not tamed."""
+class Findings:
+    """What came out of the inputs of one reader."""
 
     inputs: int = 0
     refused: int = 0
-    untamed: list[str] = None  # type: ignore[assignment]
-
-    def __post_init__(self) -> None:
-        self.untamed = []
+    untamed: list[str] = field(default_factory=list)
+    """Label and traceback of each other exception."""
 
 
 def damaged(whole: bytes, rng: random.Random) -> bytes:
@@ -38,8 +37,7 @@ def damaged(whole: bytes, rng: random.Random) -> bytes:
     if rng.random() < 0.2:
         return bytes(data[: rng.randrange(len(data) + 1)])
     for _ in range(rng.randrange(1, 5)):
-        at = rng.randrange(len(data) + 1)
-        kind = rng.randrange(5)
+        at, kind = rng.randrange(len(data) + 1), rng.randrange(5)
         if kind == 0 and data:
             data[at % len(data)] ^= 1 << rng.randrange(8)
         elif kind == 1:
@@ -54,40 +52,37 @@ def damaged(whole: bytes, rng: random.Random) -> bytes:
     return bytes(data)
 
 
-def try_reader(name: str, reader: Reader, seeds: Path, inputs: int, seed: int) -> Failures:
-    """Feed the reader so many inputs."""
-    found, files = Failures(), reader.files(seeds)
+def inputs_of(
+    name: str, files: dict[str, bytes], count: int, seed: int, most_cuts: int
+) -> Iterator[tuple[str, str, bytes]]:
+    """Label, file and its bytes: all cuts, or so many of them, and that many damaged files."""
+    for file, whole in files.items():
+        for end in range(0, len(whole), max(len(whole) * len(files) // max(most_cuts, 1), len(whole) // _CUTS, 1)):
+            yield f"{name} cut at {end}", file, whole[:end]
+    for number in range(count):
+        label = f"{name} {seed} {number}"
+        rng = random.Random(label)
+        file = rng.choice(list(files))
+        yield label, file, damaged(files[file], rng)
+
+
+def feed_all(name: str, reader: Reader, seeds: Path, count: int, seed: int, most_cuts: int = 10**6) -> Findings:
+    """Feed the reader that many damaged files, and cut ones."""
+    found = Findings()
+    files = {file: (seeds / file).read_bytes() for file in reader.files(seeds)}
     with TemporaryDirectory(prefix="hopslam-fuzz-") as folder:
-        here = Path(folder) / seeds.name
-        shutil.copytree(seeds, here, symlinks=True)
-        for number in range(inputs):
-            rng = random.Random(f"{name} {seed} {number}")
-            file = rng.choice(files)
-            feed(found, reader, here, file, damaged((seeds / file).read_bytes(), rng), f"{name} {seed} {number}")
+        here = reader.copy(seeds, Path(folder) / "here")
+        for label, file, data in inputs_of(name, files, count, seed, most_cuts if reader.cuts else 0):
+            (here / file).write_bytes(data)
+            _feed(found, reader, here, file, label)
             reader.restore(seeds, here, file)
     return found
 
 
-def try_cuts(name: str, reader: Reader, seeds: Path) -> Failures:
-    """Feed the reader each of its small files cut at every byte, and larger ones at a thousand places."""
-    found = Failures()
-    with TemporaryDirectory(prefix="hopslam-fuzz-") as folder:
-        here = Path(folder) / seeds.name
-        shutil.copytree(seeds, here, symlinks=True)
-        for file in reader.files(seeds):
-            whole = (seeds / file).read_bytes()
-            for end in range(0, len(whole), max(len(whole) // 1000, 1)):
-                feed(found, reader, here, file, whole[:end], f"{name} {file} cut at {end}")
-            reader.restore(seeds, here, file)
-    return found
-
-
-def feed(found: Failures, reader: Reader, here: Path, file: str, data: bytes, label: str) -> None:
-    """Let the reader read the folder with these bytes in that file."""
-    (here / file).write_bytes(data)
+def _feed(found: Findings, reader: Reader, here: Path, file: str, label: str) -> None:
     found.inputs += 1
     try:
-        reader.read(here)
+        reader.read(here, file)
     except HopslamError:
         found.refused += 1
     except Exception:  # noqa: BLE001  # what must not come is what is looked for
@@ -96,27 +91,18 @@ def feed(found: Failures, reader: Reader, here: Path, file: str, data: bytes, la
 
 def main(arguments: list[str]) -> int:
     """All readers, each with its share of the inputs; the exit code is 1 where one was not tamed."""
-    inputs, seed = int(arguments[0]) if arguments else 5_000, int(arguments[1]) if len(arguments) > 1 else 1
-    chosen = {name: reader for name, reader in READERS.items() if len(arguments) < 3 or name in arguments[2:]}
-    share, total = max(inputs // sum(r.weight for r in chosen.values()), 1), 0
-    print(f"{'reader':<16}{'inputs':>8}{'refused':>9}{'untamed':>9}{'s':>7}   seed {seed}")
+    count, seed = (int(word) for word in [*arguments[:2], *("5000", "1")[len(arguments) :]])
+    chosen = {name: reader for name, reader in READERS.items() if name in (arguments[2:] or READERS)}
+    untamed, weights = 0, sum(reader.weight for reader in chosen.values())
+    print(f"{'reader':<16}{'inputs':>8}{'refused':>9}{'untamed':>9}{'s':>7}   seed {seed}", flush=True)
     with TemporaryDirectory(prefix="hopslam-seeds-") as folder:
         for name, reader in chosen.items():
             seeds, began = reader.make(Path(folder) / name), time.perf_counter()
-            runs: list[Callable[[], Failures]] = [
-                lambda n=name, r=reader, s=seeds: try_cuts(n, r, s),  # type: ignore[misc]
-                lambda n=name, r=reader, s=seeds: try_reader(n, r, s, share * r.weight, seed),  # type: ignore[misc]
-            ]
-            found = [run() for run in (runs if reader.cuts else runs[1:])]
-            untamed = [text for one in found for text in one.untamed]
-            total += len(untamed)
-            counts = sum(f.inputs for f in found), sum(f.refused for f in found), len(untamed)
-            print(
-                f"{name:<16}{counts[0]:>8}{counts[1]:>9}{counts[2]:>9}{time.perf_counter() - began:>7.0f}", flush=True
-            )
-            for text in untamed[:3]:
-                print(text)
-    return 1 if total else 0
+            found = feed_all(name, reader, seeds, count * reader.weight // weights, seed)
+            untamed += len(found.untamed)
+            row = f"{name:<16}{found.inputs:>8}{found.refused:>9}{len(found.untamed):>9}"
+            print("\n".join([f"{row}{time.perf_counter() - began:>7.0f}", *found.untamed[:3]]), flush=True)
+    return 1 if untamed else 0
 
 
 if __name__ == "__main__":

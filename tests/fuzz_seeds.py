@@ -22,6 +22,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 
 from slam.config import SlamConfig
+from slam.errors import HopslamError
 from slam.files.graphs.file import read_graph
 from slam.files.logs import read_log
 from slam.files.logs.rosbag1 import MAGIC
@@ -56,8 +57,8 @@ class Reader:
     """A reader, and how the files that it is fed are made in a new folder."""
 
     make_files: Callable[[Path], Any]
-    read: Callable[[Path], Any]
-    """Reads the folder in every way that commands do."""
+    read: Callable[[Path, str], Any]
+    """Reads the folder in which that file is damaged in every way that commands do."""
     weight: int = 4
     """Its share of the inputs."""
     cuts: bool = True
@@ -70,6 +71,11 @@ class Reader:
         folder.mkdir(parents=True)
         self.make_files(folder)
         return folder
+
+    @staticmethod
+    def copy(seeds: Path, here: Path) -> Path:
+        """The folder once more, to be damaged."""
+        return Path(shutil.copytree(seeds, here))
 
     def files(self, seeds: Path) -> list[str]:
         """The names of its files, each of which is damaged in turn."""
@@ -176,7 +182,7 @@ def relations(folder: Path) -> None:
 
 def scenario(folder: Path) -> None:
     text = {"extends": "corridor", "duration": 5, "slam": {"map": {"cell": 0.2}}, "robot": {"start": {"y": 0.1}}}
-    (folder / "a.yaml").write_text(yaml.safe_dump(text) + "x: &x [1, 2]\n")
+    (folder / "a.yaml").write_text(yaml.safe_dump(text) + "description: &x a\nname: *x\n")
 
 
 def ros_map(folder: Path) -> None:
@@ -222,48 +228,42 @@ def sweep_row(seed: int) -> dict[str, Any]:
     return {"id": f"{seed:016x}", "seed": seed, **texts, **numbers, **rest}
 
 
-def read_logs(folder: Path) -> None:
-    """Each log in it; the last error comes out."""
-    each(folder, [path for path in folder.iterdir() if not path.name.startswith(".")], lambda path: scans_of(path))
-
-
-def scans_of(path: Path) -> None:
-    log = read_log(path)
+def read_scans(folder: Path, file: str) -> None:
+    """The log that the file is, or that its folder is."""
+    log = read_log(folder / Path(file).parts[0])
     for k in range(len(log)):
         log.scan(k).points()
         log.odometry(k)
 
 
-def each(folder: Path, paths: list[Path], read: Callable[[Path], Any]) -> None:
-    """Read one after another; an error of one does not keep the others from being read."""
-    from slam.errors import HopslamError
-
+def try_all(ways: list[Callable[[], Any]]) -> None:
+    """Read in one way after another; an error in one does not keep the others from being tried, and comes out last."""
     refused: HopslamError | None = None
-    for path in paths:
+    for way in ways:
         try:
-            read(path)
+            way()
         except HopslamError as error:
             refused = error
     if refused is not None:
         raise refused
 
 
-def read_run(folder: Path) -> None:
+def read_run(folder: Path, file: str) -> None:
     """All that report, export, optimize, eval and view read, without the drawing."""
     record = RunRecord.open(folder / "run")
     out = folder / ".out"
     ways: list[Callable[[], Any]] = [
         lambda: measure(record.folder), lambda: measure_localization(record.folder), lambda: record.walls,
         lambda: record.segments, lambda: record.graph, lambda: record.saved_map, lambda: list(record.observations()),
-        lambda: (record.start, record.T_base_laser), lambda: scans_of(record.folder),
+        lambda: (record.start, record.T_base_laser), lambda: read_scans(folder, "run"),
         lambda: faults(record, record.metrics or measure(record.folder)), lambda: run_names([record, record]),
         lambda: changes(record.config), lambda: command(record, record.metrics or {}),
         *(partial(export, record, to, out, True) for to in ("tum", "csv", "g2o", "carmen", "mcap", "geojson")),
     ]  # fmt: skip
-    each(folder, ways, lambda way: way())  # type: ignore[arg-type]
+    try_all(ways)
 
 
-def read_sweep(folder: Path) -> None:
+def read_sweep(folder: Path, file: str) -> None:
     """All that sweep, its plan and its report read, without the drawing."""
     store = ResultStore(Folder(str(folder)))
     with SweepLock(Folder(str(folder))):
@@ -274,8 +274,8 @@ def read_sweep(folder: Path) -> None:
     tables(group_runs(store, metric), metric)
 
 
-def read_plan(folder: Path) -> None:
-    make_plan(str(folder / "a.yaml"), {})
+def read_plan(folder: Path, file: str) -> None:
+    make_plan(str(folder / file), {})
 
 
 def sweep_file(folder: Path) -> None:
@@ -283,35 +283,32 @@ def sweep_file(folder: Path) -> None:
     (folder / "a.yaml").write_text(yaml.safe_dump(text))
 
 
-def read_maps(folder: Path) -> None:
-    def of_map(path: Path) -> None:
-        read_scenario("corridor", [f"world.map={json.dumps({'file': str(path)})}"])
-
-    each(folder, sorted(folder.glob("*.yaml")), of_map)
+def read_ros_map(folder: Path, file: str) -> None:
+    header = folder / (file if file.endswith(".yaml") else f"{file}.yaml")
+    read_scenario("corridor", [f"world.map={json.dumps({'file': str(header)})}"])
 
 
-def both(folder: Path) -> None:
-    each(folder, [folder / "map.json"], lambda path: read_map(path, SlamConfig()))
-    each(folder, [folder / "graph.json"], read_graph)
+def read_map_or_graph(folder: Path, file: str) -> None:
+    read_graph(folder / file) if file == "graph.json" else read_map(folder / file, SlamConfig())
 
 
 MESSAGE, FILE = CompressionMode.MESSAGE, CompressionMode.FILE
 SQLITE, MCAP = StoragePlugin.SQLITE3, StoragePlugin.MCAP
 READERS = {
-    "carmen": Reader(carmen, read_logs),
-    "urg text": Reader(urg_text, read_logs),
-    "ros1 bag": Reader(ros1_bag, read_logs),
-    "mcap": Reader(mcap, read_logs),
-    "ros2 sqlite3": Reader(partial(ros2_bag, storage=SQLITE), read_logs),
-    "ros2 mcap": Reader(partial(ros2_bag, storage=MCAP), read_logs),
-    "ros2 messages": Reader(partial(ros2_bag, storage=SQLITE, mode=MESSAGE), read_logs, weight=2),
-    "ros2 file": Reader(partial(ros2_bag, storage=SQLITE, mode=FILE), read_logs, weight=2),
-    "tum": Reader(poses, lambda folder: read_tum(folder / "a.tum")),
-    "relations": Reader(relations, lambda folder: read_relations(folder / "a.relations")),
-    "scenario": Reader(scenario, lambda folder: read_scenario(folder / "a.yaml"), weight=2),
-    "ros map": Reader(ros_map, read_maps, weight=2),
+    "carmen": Reader(carmen, read_scans),
+    "urg text": Reader(urg_text, read_scans),
+    "ros1 bag": Reader(ros1_bag, read_scans),
+    "mcap": Reader(mcap, read_scans),
+    "ros2 sqlite3": Reader(partial(ros2_bag, storage=SQLITE), read_scans),
+    "ros2 mcap": Reader(partial(ros2_bag, storage=MCAP), read_scans),
+    "ros2 messages": Reader(partial(ros2_bag, storage=SQLITE, mode=MESSAGE), read_scans, weight=2),
+    "ros2 file": Reader(partial(ros2_bag, storage=SQLITE, mode=FILE), read_scans, weight=2),
+    "tum": Reader(poses, lambda folder, file: read_tum(folder / file)),
+    "relations": Reader(relations, lambda folder, file: read_relations(folder / file)),
+    "scenario": Reader(scenario, lambda folder, file: read_scenario(folder / file), weight=2),
+    "ros map": Reader(ros_map, read_ros_map, weight=2),
     "run folder": Reader(run_folder, read_run, weight=4, cuts=False),
-    "map and graph": Reader(map_and_graph, both),
+    "map and graph": Reader(map_and_graph, read_map_or_graph),
     "sweep file": Reader(sweep_file, read_plan, weight=2),
     "sweep folder": Reader(sweep_folder, read_sweep, weight=2, renews=True),
 }

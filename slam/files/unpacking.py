@@ -115,8 +115,7 @@ class Unpacker:
             return
         if excess := UNPACKED.excess(self._unpacked):
             raise TooMuch(excess)
-        limit = UNPACKED_PER_BYTE.excess(self._unpacked / max(self._packed, 1))
-        raise TooMuch(f"unpacks to {limit or UNPACKED_AT_ONCE.excess(self._unpacked)}")
+        raise TooMuch(f"unpacks to {UNPACKED_PER_BYTE.excess(self._unpacked / max(self._packed, 1))}")
 
 
 class _CountedFile(io.RawIOBase):

@@ -16,8 +16,9 @@ from slam.files.fields import BadLine
 from slam.files.logs.bag_contents import BagContents, BagScan, parse_laser_scan
 from slam.files.logs.bag_poses import FrameTree, PoseSeries
 from slam.files.logs.log import BagTopics, Log, scan_time
+from slam.files.logs.outliers import drop_outliers
 from slam.files.logs.read_statistics import ReadStatistics, drop_out_of_order
-from slam.files.ros.decoder import Transform, decode_odometry, decode_pose
+from slam.files.ros.decoder import StampedOdometry, Transform, decode_odometry, decode_pose
 from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE, RawMessage
 from slam.pose import FloatArray, Pose2D, relative_poses
 
@@ -81,7 +82,9 @@ def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None
 
 def _odometry(contents: BagContents, topic: str | None, moving: list[Transform]) -> tuple[PoseSeries | None, str]:
     """Motion of the base in the frame of its odometry, None where that is not known; and the name of the base."""
-    messages = list(contents.decoded(contents.messages_of(ODOMETRY, topic, "--odom-topic"), decode_odometry))
+    messages = _without_outliers(
+        contents.decoded(contents.messages_of(ODOMETRY, topic, "--odom-topic"), decode_odometry), contents.statistics
+    )
     if messages:
         return PoseSeries.of_odometry([message.odometry for message in messages]), messages[0].child or _BASES[0]
     links = [t for t in moving if t.frame.rpartition("/")[2] == "odom" and t.child.rpartition("/")[2] in _BASES]
@@ -89,6 +92,20 @@ def _odometry(contents: BagContents, topic: str | None, moving: list[Transform])
         base = links[0].child
         return PoseSeries.of_poses([(t.stamp, t.pose) for t in links if t.child == base]), base
     return None, _BASES[0]
+
+
+def _without_outliers(messages: Iterable[StampedOdometry], statistics: ReadStatistics) -> list[StampedOdometry]:
+    """The messages without those whose pose is an outlier, which are counted by their number on the topic."""
+    numbered = list(enumerate(messages, 1))
+    kept = drop_outliers(
+        numbered, lambda one: _position(one[1]), lambda one: statistics.skip("outlying pose", one[0]), statistics.notes
+    )
+    return [message for _, message in kept]
+
+
+def _position(message: StampedOdometry) -> tuple[float, float, float]:
+    odometry = message.odometry
+    return odometry.stamp, odometry.T_odom_base.x, odometry.T_odom_base.y
 
 
 def _mount(tree: FrameTree, base: str, laser: str, statistics: ReadStatistics, moves: bool) -> Pose2D:

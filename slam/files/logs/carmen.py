@@ -13,6 +13,7 @@ import numpy as np
 from slam.files.fields import BadLine
 from slam.files.logs.carmen_message import PARSERS, Message, params_of, parse_param, twists
 from slam.files.logs.log import Log, scan_time
+from slam.files.logs.outliers import drop_outliers
 from slam.files.logs.read_statistics import ReadStatistics, drop_out_of_order
 from slam.lidars import Lidar
 from slam.pose import FloatArray, Pose2D, relative_poses, wrap_angle
@@ -39,6 +40,10 @@ def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
     """The log in these numbered lines; LogError when there is not one scan."""
     values: dict[str, float] = {}
     messages = drop_out_of_order(_of_one_fan(list(_messages(lines, statistics, values)), statistics), statistics)
+    messages = drop_outliers(
+        messages, lambda m: (m.stamp, *m.T_odom_base[:2]), lambda m: statistics.skip("outlying pose", m.line),
+        statistics.notes,
+    )  # fmt: skip
     if not messages:
         raise statistics.no_scans("FLASER or ROBOTLASER1 messages")
     fan = messages[0].fan

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from slam.errors import LogError
-from slam.files.logs import carmen, rosbag1, urg_text
+from slam.files.logs import carmen, foreign, rosbag1, urg_text
 from slam.files.logs.log import BagTopics, Log
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.ros.messages import RawMessage
@@ -17,7 +17,9 @@ from slam.files.unpacking import TruncatedFile
 RUN_LOG: Final = "log.mcap"
 """Name of the log in the folder of a run."""
 _MCAP: Final = b"\x89MCAP0\r\n"
-_NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
+_NEED: Final = (
+    "CARMEN messages, CMU L lines, URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
+)
 _HEAD: Final = 200
 """The format shows in one of that many first lines."""
 _FORMATS: Final = ((carmen.recognises, carmen.read), (urg_text.recognises, urg_text.read))
@@ -25,8 +27,9 @@ _FORMATS: Final = ((carmen.recognises, carmen.read), (urg_text.recognises, urg_t
 
 
 def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
-    """The recorded run at a path: CARMEN messages or the text of a URG-04LX with wheel encoders, plain or gzip; the
-    laser scans and the odometry of a ROS 1 bag, of a folder of a ROS 2 bag, or of an MCAP file; the folder of a run.
+    """The recorded run at a path: CARMEN messages, CMU's L and O lines, or the text of a URG-04LX with wheel encoders,
+    plain or gzip; the laser scans and the odometry of a ROS 1 bag, of a folder of a ROS 2 bag, or of an MCAP file; the
+    folder of a run.
 
     Lines that cannot be used are skipped and counted in ``Log.report``. Raises LogError, of one line, when the file
     cannot be read, is no such log, holds no scan, or has more topics than one and ``topics`` chooses none.
@@ -41,6 +44,8 @@ def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
     statistics = ReadStatistics(path)
     with closing(_readable_lines(statistics)) as lines:
         head = list(islice(lines, _HEAD))
+        if head and (kind := foreign.named(head[0][1])):
+            raise LogError(f"{path}: {kind}")
         for recognises, read in _FORMATS:
             if any(recognises(line) for _, line in head):
                 return read(chain(head, lines), statistics)

@@ -4,20 +4,28 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi
 from pathlib import Path
+from shutil import rmtree
 from typing import Any
 
 import numpy as np
 import pytest
 
+from slam.cli.main import main
 from slam.errors import LogError
 from slam.files.logs import BagTopics, Log, bag, read_log
 from slam.files.logs.odometry_resets import join_resets
 from slam.files.logs.stamps import increasing
 from slam.files.ros.encoder import Encoder
+from slam.files.ros.mcap_files import McapWriter
 from slam.files.ros.messages import LASER_SCAN, MULTI_ECHO, ODOMETRY, TF, TF_STATIC, TRANSFORMS, RawMessage, ros2_types
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
+from slam.run.experiment_setup import replay_experiment
+from slam.run.export.carmen import write_carmen
+from slam.run.results.run_record import RunRecord
+from slam.run.results.traces import Traces
 from slam.scan import LaserScan
+from slam.scenario.file import load_scenario
 
 ENCODER = Encoder()
 SCANS, EPOCH, STEP = 40, 1_700_000_000.0, 2.0 * pi / 120
@@ -445,3 +453,67 @@ def test_carmen_stamps_of_six_digits_keep_all_scans(tmp_path: Path) -> None:
     assert log.report == (
         "9 scans; 9 stamps that are zero or equal, taken in the order of the file as 10 scans a second, lines 1 to 9"
     )
+
+
+# Runs
+
+
+def write_mcap(path: Path, messages: Sequence[RawMessage]) -> None:
+    writer = McapWriter(path, ENCODER, 10_000)
+    for message in sorted(messages, key=lambda message: message.time):
+        writer.write(message.topic, message.time, message.data)
+    writer.close()
+
+
+@pytest.fixture(scope="module")
+def varying(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """MCAP file of a lidar whose beams vary, clockwise, in the first half of a drive."""
+    path = tmp_path_factory.mktemp("varying") / "rplidar.mcap"
+    lidars = [Lidar(pi - 2.0 * pi / n, -2.0 * pi / n, n) for n in (100, 111, 119, 108)]
+    messages = [mount(), *scans(lambda index: lidars[index % 4]), *odometry()]
+    write_mcap(path, messages)
+    return path
+
+
+@pytest.fixture(scope="module")
+def varying_run(varying: Path) -> Path:
+    return replay_experiment(varying, load_scenario("replay")).run(varying.parent / "run", pictures=False).folder
+
+
+def test_a_run_of_varying_beams_stays_on_its_way(varying_run: Path) -> None:
+    traces = Traces.read(varying_run)
+    assert traces is not None
+    assert len(traces.estimate) == SCANS
+    np.testing.assert_allclose(traces.estimate[:, :2], TIDY.T_odom_base[:, :2], atol=0.02)
+
+
+def test_a_run_of_varying_beams_replays_to_the_bit(varying_run: Path, tmp_path: Path) -> None:
+    first, again = read_log(varying_run), tmp_path / "again.log"
+    write_carmen(RunRecord.open(varying_run), again)
+    for log in (first, read_log(again)):
+        assert [len(log.scan(index).ranges) for index in range(4)] == [100, 111, 119, 108]
+        assert_shows_the_room(log, within=0.02)
+    folder = replay_experiment(varying_run, load_scenario("replay")).run(tmp_path / "again", pictures=False).folder
+    assert (folder / "trajectory.tum").read_bytes() == (varying_run / "trajectory.tum").read_bytes()
+
+
+@pytest.mark.parametrize("command", ["replay", "lines"])
+def test_a_command_fails_on_a_log_that_is_mostly_lost(
+    tmp_path: Path, command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "broken.mcap"
+    write_mcap(path, [mount(), *broken(6), *odometry()])
+    words = {
+        "replay": ["replay", str(path), "--out", "run"],
+        "lines": ["lines", str(path)],
+    }[command]
+    codes = []
+    monkeypatch.chdir(tmp_path)
+    for lenient in ([], ["--lenient"]):
+        rmtree("run", ignore_errors=True)
+        monkeypatch.setattr("sys.argv", ["hopslam", *words, *lenient])
+        with pytest.raises(SystemExit) as left:
+            main()
+        codes.append(left.value.code)
+        assert "warning: 24 of 40 scans of the log, 60%, could not be used" in capsys.readouterr().err
+    assert codes == [4, 0]

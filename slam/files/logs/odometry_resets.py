@@ -18,7 +18,10 @@ _TURN: Final = 0.6
 _STALE: Final = 0.5
 """Seconds for which wheels may say the same before they catch up."""
 _USUAL: Final = 3.0
-"""A robot is no faster than so many times its usual speed, the median while it moves."""
+"""A robot is no faster than so many times its usual speed, the median while it moves ..."""
+_SPEED: Final = 1.0
+_TURNING: Final = 2.0
+"""... but these it may always be: m/s and rad/s."""
 _MOVES: Final = 0.05
 """m/s or rad/s from which it counts as moving."""
 
@@ -44,7 +47,7 @@ def join_resets(stamps: FloatArray, poses: FloatArray) -> Joined:
     lengths, turns = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
     stale = _stale(stamps[:-1], (lengths == 0.0) & (turns == 0.0))
     allowed = seconds + stale
-    jumps = _too_fast(lengths, seconds, allowed, _JUMP) | _too_fast(turns, seconds, allowed, _TURN)
+    jumps = _too_fast(lengths, seconds, allowed, _JUMP, _SPEED) | _too_fast(turns, seconds, allowed, _TURN, _TURNING)
     if not jumps.any():
         return Joined(poses, (), ())
     resets = (np.flatnonzero(jumps) + 1).tolist()
@@ -80,11 +83,13 @@ def _stale(stamps: FloatArray, same: NDArray[np.bool_]) -> FloatArray:
     return np.minimum(stamps - since, _STALE)
 
 
-def _too_fast(sizes: FloatArray, seconds: FloatArray, allowed: FloatArray, floor: float) -> NDArray[np.bool_]:
+def _too_fast(
+    sizes: FloatArray, seconds: FloatArray, allowed: FloatArray, floor: float, always: float
+) -> NDArray[np.bool_]:
     rates = sizes[seconds > 0.0] / seconds[seconds > 0.0]
     moving = rates[rates > _MOVES]
     usual = float(np.median(moving)) if len(moving) else 0.0
-    return np.asarray(sizes > floor + _USUAL * usual * allowed)
+    return np.asarray(sizes > floor + max(_USUAL * usual, always) * allowed)
 
 
 def _usual_motion(steps: FloatArray, seconds: FloatArray, jumps: NDArray[np.bool_], step: int) -> Pose2D:

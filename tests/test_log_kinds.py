@@ -1,5 +1,6 @@
 """Logs as people have them: whatever lidar, clock and odometry they come from, they read as their tidy twin."""
 
+import sqlite3
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import pi
@@ -9,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, Writer
 
 from slam.cli.main import main
 from slam.errors import LogError
@@ -453,6 +455,45 @@ def test_carmen_stamps_of_six_digits_keep_all_scans(tmp_path: Path) -> None:
     assert log.report == (
         "9 scans; 9 stamps that are zero or equal, taken in the order of the file as 10 scans a second, lines 1 to 9"
     )
+
+
+def write_bag(folder: Path, mode: CompressionMode = CompressionMode.NONE) -> Path:
+    """A ROS 2 bag of the tidy log, sqlite3."""
+    writer = Writer(folder, version=9)
+    writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer:
+        ids = {}
+        for message in [mount(), *scans(), *odometry()]:
+            key = message.topic, message.type
+            ids[key] = ids.get(key) or writer.add_connection(*key, typestore=ros2_types())
+            writer.write(ids[key], message.time, message.data)
+    return folder
+
+
+@pytest.mark.parametrize("mode", list(CompressionMode)[:3])
+def test_a_bag_without_metadata_is_read(tmp_path: Path, mode: CompressionMode) -> None:
+    folder = write_bag(tmp_path / "bag", mode)
+    assert_is_tidy(read_log(folder))
+    file = next(path for path in folder.iterdir() if ".db3" in path.name)
+    assert_is_tidy(read_log(file))
+    (folder / "metadata.yaml").unlink()
+    log = read_log(folder)
+    assert_is_tidy(log)
+    assert "it has no metadata.yaml" in log.report
+
+
+def test_a_bag_in_parts_is_one_log(tmp_path: Path) -> None:
+    whole = next(write_bag(tmp_path / "bag").glob("*.db3")).read_bytes()
+    for part in range(12):
+        path = tmp_path / f"split_{part}.db3"
+        path.write_bytes(whole)
+        with sqlite3.connect(path) as database:
+            database.execute("DELETE FROM messages WHERE id % 81 / 7 <> ?", (part,))
+        database.close()
+    rmtree(tmp_path / "bag")
+    log = read_log(tmp_path)
+    assert len(log) == SCANS
+    assert_shows_the_room(log)
 
 
 # Runs

@@ -35,7 +35,7 @@ def numbers(words: Sequence[bytes]) -> FloatArray:
         raise BadLine("not a number") from None
 
 
-def bounded(words: Sequence[bytes], names: str = "", largest: float = LARGEST) -> list[float]:
+def bounded(words: Sequence[bytes], largest: float = LARGEST, names: str = "") -> list[float]:
     """The words as numbers that are finite and of a believable size; ``names`` are those of the fields."""
     values = numbers(words)
     for index in np.flatnonzero(~(np.abs(values) <= largest)).tolist():
@@ -55,7 +55,7 @@ def distances(words: Sequence[bytes]) -> FloatArray:
 
 def stamp(word: bytes, unit: float = 1.0) -> float:
     """A time of that many seconds a unit, in seconds to the microsecond, as logs and TUM files print it."""
-    return round(bounded([word], "stamp", 1e18)[0] * unit, 6)
+    return round(bounded([word], 1e18, "stamp")[0] * unit, 6)
 
 
 def count(words: Sequence[bytes], index: int) -> int:
@@ -74,7 +74,7 @@ def count(words: Sequence[bytes], index: int) -> int:
 def table_row(words: Sequence[bytes], columns: str, where: str) -> list[float]:
     """The numbers of one line of a table with these columns; LogError, naming where, for another line."""
     try:
-        values = bounded(words, columns, 1e18)
+        values = bounded(words, 1e18, columns)
     except BadLine as fault:
         raise LogError(f"{where}: {fault}; need {columns}") from None
     if len(values) != len(columns.split()):

@@ -12,7 +12,14 @@ from slam.files.fields import BadLine
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.ros import decoder
 from slam.files.ros.messages import (
-    GROUND_TRUTH, LASER_SCAN, MULTI_ECHO, ODOMETRY, POSE, TF_STATIC, TRANSFORMS, RawMessage,
+    GROUND_TRUTH,
+    LASER_SCAN,
+    MULTI_ECHO,
+    ODOMETRY,
+    POSE,
+    TF_STATIC,
+    TRANSFORMS,
+    RawMessage,
 )  # fmt: skip
 from slam.files.unpacking import TruncatedFile
 

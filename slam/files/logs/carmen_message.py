@@ -11,6 +11,7 @@ from slam.files.fields import BadLine, bounded, count, distances, impossible, st
 from slam.lidars import Lidar, ordered_bearings, whole_steps
 from slam.pose import FloatArray, Pose2D
 
+_FAN_NAMES: Final = "start_angle field_of_view resolution maximum_range"
 _POSE_NAMES: Final = "laser_x laser_y laser_theta robot_x robot_y robot_theta"
 _CMU_WORDS: Final = 188
 PREFIX: Final = b"hopslam_"
@@ -47,7 +48,9 @@ def _robotlaser1(words: Sequence[bytes], line: int) -> Message:
     end = 9 + count(words, 8)
     tail = end + 1 + count(words, end)
     _check_length(words, tail + 14)
-    angle_min, _, angle_increment, range_max = bounded(words[2:6], "start_angle field_of_view resolution maximum_range")
+    angle_min, _, angle_increment, range_max = bounded(
+        words[2:6], names="start_angle field_of_view resolution maximum_range"
+    )
     first, step, turned = ordered_bearings(angle_min, angle_increment, end - 9, _bearings)
     fan = Lidar(first, step, end - 9, 0.0, range_max, 0.0)
     ranges = words[9:end][::-1] if turned else words[9:end]
@@ -66,7 +69,7 @@ def _cmu_laser(words: Sequence[bytes], line: int) -> Message:
     """
     if len(words) != _CMU_WORDS:
         raise BadLine("truncated" if len(words) < _CMU_WORDS else "too long")
-    x, y, theta, laser_x, laser_y, laser_theta = bounded(words[1:7], "x y theta laser_x laser_y laser_theta")
+    x, y, theta, laser_x, laser_y, laser_theta = bounded(words[1:7], names="x y theta laser_x laser_y laser_theta")
     laser = (laser_x / 100.0, laser_y / 100.0, laser_theta)
     base, ranges = (x / 100.0, y / 100.0, theta), distances(words[7:-1]) / 100.0
     return Message(line, _sick_fan(180), ranges, laser, base, stamp(words[-1]), None)
@@ -97,7 +100,7 @@ def _message(line: int, fan: Lidar, ranges: Sequence[bytes], poses: Sequence[byt
         raise impossible("maximum_range", fan.range_max)
     if fan.angle_increment <= 0.0 or turn > 2.0 * pi + 1e-6:
         raise impossible("resolution", fan.angle_increment)
-    laser_x, laser_y, laser_theta, x, y, theta = bounded(poses, _POSE_NAMES)
+    laser_x, laser_y, laser_theta, x, y, theta = bounded(poses, names=_POSE_NAMES)
     logged = _logged(times)
     return Message(
         line, fan, distances(ranges), (laser_x, laser_y, laser_theta), (x, y, theta), stamp(times[0]), logged

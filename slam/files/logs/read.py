@@ -16,6 +16,8 @@ from slam.files.unpacking import TruncatedFile
 
 RUN_LOG: Final = "log.mcap"
 """Name of the log in the folder of a run."""
+_SQLITE: Final = b"SQLite"
+_ZSTD: Final = b"\x28\xb5\x2f\xfd"
 _MCAP: Final = b"\x89MCAP0\r\n"
 _NEED: Final = (
     "CARMEN messages, CMU L lines, URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
@@ -64,7 +66,9 @@ def _bag_messages(path: Path) -> Iterable[RawMessage] | None:
         return None
     if head == rosbag1.MAGIC:
         return rosbag1.messages(path)
-    return _mcap(path) if head.startswith(_MCAP) else None
+    if head.startswith(_MCAP):
+        return _mcap(path)
+    return _rosbag2_file(path) if head.startswith((_SQLITE, _ZSTD)) else None
 
 
 def _folder_messages(path: Path) -> Iterable[RawMessage] | None:
@@ -80,6 +84,12 @@ def _mcap(path: Path) -> Iterator[RawMessage]:
     from slam.files.ros.mcap_files import mcap_messages
 
     return mcap_messages(path)
+
+
+def _rosbag2_file(path: Path) -> Iterator[RawMessage]:
+    from slam.files.logs import rosbag2
+
+    return rosbag2.file_messages(path)
 
 
 def _readable_lines(statistics: ReadStatistics) -> Generator[tuple[int, bytes], None, None]:

@@ -9,9 +9,10 @@ import re
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing
+from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 from urllib.parse import quote
 
 from slam.errors import LogError, ScenarioError
@@ -33,14 +34,6 @@ _TABLES: Final = """
     SELECT count(*) FROM sqlite_master WHERE type = 'table' AND rootpage > 0 AND name IN ('messages', 'topics')"""
 
 
-class _Contents(NamedTuple):
-    """Files of a bag in the order in which they were recorded."""
-
-    files: list[Path]
-    packed_messages: bool
-    """Each message is packed by itself."""
-
-
 def is_bag(folder: Path) -> bool:
     """True for the folder of a bag that has its metadata, or the files of one recording."""
     recordings = {re.sub(r"(_[0-9]+)?\..*", "", path.name) for path in _recorded(folder)}
@@ -50,26 +43,33 @@ def is_bag(folder: Path) -> bool:
 def messages(folder: Path) -> Iterator[RawMessage]:
     """The messages of all topics, file after file. LogError where there is no file of a bag; TruncatedFile after the
     last message where a file is damaged, cut, or unpacks to more than the limits allow."""
-    contents, notes = _contents(folder), list[str]()
-    for path in contents.files:
+    notes = [] if (folder / METADATA).is_file() else [f"it has no {METADATA}, as after a recorder that was killed"]
+    for path in _files(folder):
         try:
-            raws = _of_file(path)
-            yield from _unpacked_messages(raws, path) if contents.packed_messages else raws
+            yield from file_messages(path)
         except TruncatedFile as cut:
             notes.append(f"{path.name}: {cut.note}")
     if notes:
         raise TruncatedFile(folder, "; ".join(notes))
 
 
-def _contents(folder: Path) -> _Contents:
-    """The files that the metadata names, and those that are there where it does not."""
+def file_messages(path: Path) -> Iterator[RawMessage]:
+    """The messages of one file of a bag, whole or packed each by itself; raises TruncatedFile as ``messages`` does."""
+    raws = _of_file(path)
+    if (first := next(raws, None)) is not None:
+        whole = chain([first], raws)
+        yield from _unpacked_messages(whole, path) if first.data.startswith(_ZSTD) else whole
+
+
+def _files(folder: Path) -> list[Path]:
+    """The files that the metadata names, and those that are there where it does not, in the order of the recording."""
     said = _metadata(folder)
     names = said.get("relative_file_paths")
     named = [folder / Path(name).name for name in names if isinstance(name, str)] if isinstance(names, list) else []
     files = [path for path in named if path.is_file()] or _recorded(folder)
     if not files:
         raise LogError(f"{folder}: not a ROS 2 bag that can be read: it has no file {', '.join(_ENDINGS[:2])}")
-    return _Contents(files, str(said.get("compression_mode")).lower() == "message")
+    return files
 
 
 def _metadata(folder: Path) -> dict[str, Any]:

@@ -92,7 +92,7 @@ def _rows(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Ite
 def _parse(words: list[bytes], line: int) -> _Row:
     if len(words) not in _COLUMNS:
         raise BadLine("truncated" if len(words) < _END else "too long")
-    left, right = bounded(words[2:4], "left_count right_count", 1e10)
+    left, right = bounded(words[2:4], 1e10, "left_count right_count")
     return _Row(line, stamp(words[0], unit=1e-6), left, right, _ranges(distances(words[_FIRST_RANGE:_END])))
 
 

@@ -175,7 +175,7 @@ def test_an_impossible_value_is_named(tmp_path: Path, line: str, report: str) ->
 def test_a_garbled_stamp_costs_no_scan(tmp_path: Path) -> None:
     log = read(tmp_path, *GOOD[:2], robotlaser1([1.0, 2.0, 3.0], 1e9), *GOOD[2:])
     np.testing.assert_array_equal(log.stamps, [1, 2, 2.5, 3, 4, 5])
-    assert log.report == "6 scans; 1 stamps that do not increase, set between their neighbours, line 3"
+    assert log.report == "6 scans; stamps that do not increase, set between their neighbours (1: line 3)"
 
 
 def test_the_logger_may_have_left_out_its_own_time(tmp_path: Path) -> None:

@@ -54,7 +54,7 @@ class FanTable(NamedTuple):
 
     @property
     def note(self) -> str:
-        """What the report of the log says of them."""
+        """Remark for the report of the log."""
         return f"its lidar takes {self.beams.min()} to {self.beams.max()} beams a scan, and each scan keeps its own"
 
     def fan(self, index: int, lidar: Lidar) -> Lidar:

@@ -17,10 +17,19 @@ class Tally:
     detail: str
     """The first one more closely, such as a field and its value; may be empty."""
 
-    def text(self, kind: str, unit: str) -> str:
+    def skipped(self, kind: str, unit: str) -> str:
         """Count, kind, detail and interval, such as '1 impossible value: range_max nan, line 3'."""
-        place = f"{unit} {self.first}" if self.first == self.last else f"{unit}s {self.first} to {self.last}"
-        return f"{self.count} {kind}{': ' if self.detail else ''}{self.detail}, {place}"
+        return f"{self.count} {self._closely(kind)}, {self._place(unit)}"
+
+    def mended(self, kind: str, unit: str) -> str:
+        """The same of a kind in the plural, such as 'stamps that do not increase (2: lines 3 to 9)'."""
+        return f"{self._closely(kind)} ({self.count}: {self._place(unit)})"
+
+    def _closely(self, kind: str) -> str:
+        return f"{kind}: {self.detail}" if self.detail else kind
+
+    def _place(self, unit: str) -> str:
+        return f"{unit} {self.first}" if self.first == self.last else f"{unit}s {self.first} to {self.last}"
 
 
 @dataclass(slots=True)
@@ -55,7 +64,7 @@ class ReadStatistics:
 
     def report(self, scans: int) -> str:
         """One line, such as '4791 scans, 3 lines skipped (2 truncated, lines 17 to 40; 1 not a number, line 20)'."""
-        mended = [tally.text(kind, self.unit) for kind, tally in self._mended.items()]
+        mended = [tally.mended(kind, self.unit) for kind, tally in self._mended.items()]
         return "; ".join([", ".join([_number(scans, "scan"), *self._skipped()]), *mended, *self.notes])
 
     def no_scans(self, expected: str) -> LogError:
@@ -68,7 +77,7 @@ class ReadStatistics:
         if not self._skips:
             return []
         often = sorted(self._skips.items(), key=lambda item: -item[1].count)
-        kinds = "; ".join(tally.text(kind, self.unit) for kind, tally in often)
+        kinds = "; ".join(tally.skipped(kind, self.unit) for kind, tally in often)
         return [f"{_number(sum(tally.count for _, tally in often), self.unit)} skipped ({kinds})"]
 
 

@@ -119,7 +119,7 @@ def _mended_times(
     for index in mended.garbled:
         statistics.mend("stamps that do not increase, set between their neighbours", places[index])
     for step in mended.steps:
-        statistics.mend("steps back of the clock undone", places[step.after], f"{step.seconds:.3f} s")
+        statistics.mend("clock set back, undone", places[step.after], f"{step.seconds:.3f} s")
     if clock.trusted or received is None:
         return mended.stamps, clock
     return increasing(clock.times(stamps, received)[0]).stamps, clock

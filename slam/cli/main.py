@@ -35,6 +35,7 @@ COMMANDS: Final = {
         "calibrate": "slam.cli.calibrate:app",
     },
     "Measure": {"bench": "slam.cli.bench:app"},
+    "About": {"licences": "slam.cli.licences:licences"},
 }
 """Every command by the panel of ``hopslam --help`` that lists it: the place of its function, or of its app."""
 app = typer.Typer(

@@ -27,21 +27,19 @@ def report(
 
     hopslam report runs/latest --figures figures
     """
-    from slam.errors import InputError
+    from slam.files.atomic_files import require_writable
     from slam.run.report.page import write_report
     from slam.run.results.run_record import RunRecord
 
     records = [RunRecord.open(folder) for folder in runs]
     path = out or runs[0] / "report.html"
-    try:
+    with require_writable(None, "choose another place"):
         write_report(records, path)
         typer.echo(f"report in {path}")
         if figures is not None:
             from slam.run.report.figure_files import write_figures
 
             typer.echo(f"{write_figures(records, figures)} figures, each as PNG and PDF, in {figures}")
-    except OSError as error:
-        raise InputError(f"{error.filename}: cannot be written: {error.strerror}; choose another place") from error
 
 
 def animate(

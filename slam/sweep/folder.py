@@ -12,6 +12,7 @@ from typing import IO, Any, Final
 
 from slam.errors import InputError, StorageError
 from slam.files.atomic_files import write_atomic
+from slam.files.disk import disk
 from slam.named_code import import_optional
 
 _DRAFT: Final = ".draft-"
@@ -94,12 +95,12 @@ class Folder:
                 os.fsync(file.fileno())
         elif place.is_dir():
             shutil.rmtree(place)
-        draft.replace(place)
+        disk().rename(draft, place)
 
     def clear_drafts(self) -> None:
         """Remove the drafts that killed processes have left."""
         for left in self.path.glob(f"{_DRAFT}*") if self.path is not None else ():
-            shutil.rmtree(left, ignore_errors=True)
+            shutil.rmtree(left, ignore_errors=True) if left.is_dir() else left.unlink(missing_ok=True)
 
     def remove(self, name: str) -> None:
         """Remove a file, if it is there."""

@@ -25,7 +25,8 @@ def licences() -> None:
 def licence_of(package: Distribution) -> str:
     """Licence of a package by its own metadata: SPDX expression, short text or classifiers; else ``not stated``."""
     metadata = package.metadata
-    stated = (metadata.get("License-Expression") or metadata.get("License") or "").strip()
+    given = (metadata[key] for key in ("License-Expression", "License") if key in metadata)
+    stated = next(given, "").strip()
     if stated and stated != "UNKNOWN" and len(stated) <= _LONGEST and "\n" not in stated:
         return stated
     classes = [name for name in metadata.get_all("Classifier") or () if name.startswith(_CLASSIFIER)]

@@ -18,6 +18,7 @@ COMMANDS: Final = {
         "run": "slam.cli.run:run",
         "replay": "slam.cli.replay:replay",
         "localize": "slam.cli.localize:localize",
+        "repair": "slam.cli.repair:repair",
         "optimize": "slam.cli.optimize:optimize",
         "lines": "slam.cli.lines:lines",
         "sweep": "slam.cli.sweep:app",

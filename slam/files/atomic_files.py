@@ -38,10 +38,12 @@ def _draft_of(path: Path) -> Path:
 
 @contextmanager
 def atomic_file(path: Path) -> Iterator[Path]:
-    """A draft to write to, which takes the name ``path`` when the block is left without an error."""
+    """A draft to write to, which is put on the disk and takes the name ``path`` when the block is left without an
+    error."""
     draft = _draft_of(path)
     try:
         yield draft
+        WholeFile(draft, "rb+").close()
         disk().rename(draft, path)
     finally:
         draft.unlink(missing_ok=True)

@@ -59,8 +59,8 @@ def using_disk(other: Disk) -> Iterator[None]:
 class WholeFile:
     """A file to which pieces are written, each as a whole or not at all, as long as the system lets a file be cut."""
 
-    def __init__(self, path: Path) -> None:
-        self._file = disk().open(path)
+    def __init__(self, path: Path, mode: str = "wb+") -> None:
+        self._file = disk().open(path, mode)
 
     def write(self, piece: bytes, back: int = 0) -> int:
         """Write at the end, over the last ``back`` bytes; after an error the file is as it was. Returns the length."""

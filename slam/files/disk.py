@@ -95,6 +95,11 @@ class WholeFile:
             finally:
                 self._file.close()
 
+    def __del__(self) -> None:
+        """Close a file whose first piece failed, so that nobody has it."""
+        if hasattr(self, "_file"):
+            self._file.close()
+
     def _last(self, count: int) -> bytes:
         return os.pread(self._file.fileno(), count, self._file.tell()) if count else b""
 

@@ -16,6 +16,11 @@ settings.register_profile("hopslam", deadline=None, derandomize=True)  # time be
 settings.load_profile("hopslam")
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option of ``make test-all``."""
+    parser.addoption("--all-faults", action="store_true", help="Let every write fail, and not a sample of them.")
+
+
 @pytest.fixture
 def small_log(tmp_path: Path) -> Path:
     """A recorded run in CARMEN's format: 12 scans, 5 cm apart, in a passage 4 m wide that ends 3 m ahead."""

@@ -70,9 +70,7 @@ def cells_around(grid: Grid, pose: FloatArray, reach: float) -> tuple[int, int, 
 
 
 @compiled
-def _seen_through(
-    surfels: FloatArray, k: int, beams: FreeBeams, pose: FloatArray, reach: float, margin: float
-) -> bool:
+def _seen_through(surfels: FloatArray, k: int, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> bool:
     """True where the beam towards the surfel ``k`` and both its neighbours went farther."""
     ranges = beams.ranges
     dx, dy = surfels[k, X] - pose[0], surfels[k, Y] - pose[1]

@@ -37,9 +37,7 @@ def evidence_of_hits(surfels: FloatArray) -> NDArray[np.int8]:
 
 
 @compiled
-def weigh_walls(
-    grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], pose: FloatArray, reach: float, gate: float
-) -> None:
+def weigh_walls(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, gate: float) -> None:
     """Count echoes and passes of the beams from ``pose`` (3,) on the pieces of the surfels within ``reach``.
 
     An echo no farther than ``gate`` metres from a surfel's line, across it, comes from there.
@@ -49,7 +47,7 @@ def weigh_walls(
     for j in range(len(ways)):
         ways[j, 0] = c * beams.fan[COS, j] - s * beams.fan[SIN, j]
         ways[j, 1] = s * beams.fan[COS, j] + c * beams.fan[SIN, j]
-    _count_echoes(grid, beams, echoes, ways, pose, gate)
+    _count_echoes(grid, beams, ways, pose, gate)
     surfels, farthest = grid.surfels, beams.farthest
     x, y = pose[0], pose[1]
     low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
@@ -67,9 +65,7 @@ def weigh_walls(
 
 
 @compiled
-def _count_echoes(
-    grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], ways: FloatArray, pose: FloatArray, gate: float
-) -> None:
+def _count_echoes(grid: Grid, beams: FreeBeams, ways: FloatArray, pose: FloatArray, gate: float) -> None:
     """Count up the piece that each echo comes from: of the nearest surfel whose line has a piece there. Others that it
     could have come from, and are clearly farther, are counted down.
 
@@ -81,7 +77,7 @@ def _count_echoes(
     apart = 0.5 * grid.cell / PIECES_A_CELL
     for j in range(len(ways)):
         x, y = pose[0] + beams.ranges[j] * ways[j, 0], pose[1] + beams.ranges[j] * ways[j, 1]
-        if not echoes[j] or abs(x - last_x) + abs(y - last_y) < apart:
+        if not beams.echoes[j] or abs(x - last_x) + abs(y - last_y) < apart:
             continue
         last_x, last_y = x, y
         count = _surfels_beside(grid, x, y, ways[j, 0], ways[j, 1], gate, beside, offsets)

@@ -9,7 +9,20 @@ from slam.config import SurfelMapConfig
 from slam.graph.constellation import ALONG_X, ALONG_Y, CELL, CELLS, LENGTH, MIDDLE_X, MIDDLE_Y, Constellation
 from slam.graph.place_evidence import contradicted, metres_on, normal_equations, weigh_places
 from slam.graph.wall_places import propose_places
-from slam.graph.wall_votes import BLUR, REACH, fixedness, moved, places_voted_for, shift_votes, turn_votes
+from slam.graph.wall_votes import (
+    BLUR,
+    CHANCE,
+    REACH,
+    SHIFTS_APART,
+    XX,
+    XY,
+    YY,
+    fixedness,
+    moved,
+    places_voted_for,
+    shift_votes,
+    turn_votes,
+)
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.coarse_search import HEADING, PLACE_X, SCORE
 from slam.pose import FloatArray, Pose2D
@@ -233,6 +246,24 @@ def test_voted_places_hold_the_true_one_before_it_is_refined() -> None:
     places = places_voted_for(walls, moved(walls, T.x, T.y, T.theta))
     off = np.hypot(places[:, PLACE_X] - T.x, places[:, PLACE_X + 1] - T.y)
     assert off[np.abs(places[:, HEADING] - T.theta) < 0.05].min() < 2 * CELL
+
+
+@pytest.mark.parametrize("walls", [L_ROOM, HALL, offices(1)])
+def test_voted_places_are_those_of_a_search_of_all_shifts(walls: FloatArray) -> None:
+    own, others = _in_order(walls), moved(_in_order(walls), 1.3, -0.4, 0.6)
+    places = places_voted_for(own, others)
+    for theta in np.unique(places[:, HEADING]):
+        votes = shift_votes(moved(own, 0.0, 0.0, theta), others)
+        scores = np.sqrt((votes[..., XX] + CHANCE) * (votes[..., YY] + CHANCE) - votes[..., XY] ** 2) - CHANCE
+        for place in places[places[:, HEADING] == theta]:
+            row, column = np.unravel_index(np.argmax(scores), scores.shape)
+            assert place[SCORE] == pytest.approx(scores[row, column], rel=1e-9)
+            x, y = (column + 0.5 - REACH) * CELL, (row + 0.5 - REACH) * CELL
+            near = max(abs(place[PLACE_X] - x), abs(place[PLACE_X + 1] - y)) < 0.5 * CELL
+            assert near or scores.max() == pytest.approx(np.sort(scores, axis=None)[-2], rel=1e-9)  # of equals
+            row, column = (round(at / CELL - 0.5) + REACH for at in place[[PLACE_X + 1, PLACE_X]])
+            rows, columns = (slice(max(at - SHIFTS_APART, 0), at + SHIFTS_APART + 1) for at in (row, column))
+            scores[rows, columns] = 0.0
 
 
 def test_surfels_seen_once_make_walls_in_the_frame_of_the_robot() -> None:

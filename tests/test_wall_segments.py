@@ -201,6 +201,19 @@ def test_a_beam_is_found_in_the_fan_of_a_turning_sensor(heading: float, turning:
         assert beam_towards(beams, np.array([0.0, 0.0, heading]), 3.0 * cos(bearing), 3.0 * sin(bearing)) == j
 
 
+READINGS = st.sampled_from([np.inf, -np.inf, np.nan, 0.01, 0.02, 3.9, 5.6, 5.7]) | st.floats(0.0, 8.0)
+
+
+@given(st.lists(READINGS, min_size=1, max_size=80))
+def test_free_ranges_and_echoes_are_those_of_the_scan(readings: list[float]) -> None:
+    scan = replace(scan_of(ROOM, Pose2D()), range_min=0.02, range_max=5.6, ranges=np.array(readings))
+    beams = free_beams(scan, 4.0)
+    np.testing.assert_array_equal(beams.echoes, scan.echoes)
+    np.testing.assert_array_equal(beams.ranges[scan.echoes], scan.ranges[scan.echoes])
+    np.testing.assert_array_equal(beams.ranges[~scan.echoes], np.where(scan.ranges == np.inf, 4.0, 0.0)[~scan.echoes])
+    assert beams.farthest.max() == beams.ranges.max()
+
+
 def test_what_sticks_out_behind_a_better_wall_is_cut_off() -> None:
     askew = np.array([[[0.0, 0.65], [0.2, 1.35]]])
     through = np.array([[[0.0, 0.1], [0.2, 1.8]]])  # farther: another wall, which goes on there

@@ -4,6 +4,7 @@ import bz2
 import gzip
 import struct
 import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 import lz4.frame
@@ -16,15 +17,18 @@ from PIL import Image
 from slam.errors import InputError, LogError, ScenarioError
 from slam.files import unpacking
 from slam.files.json_files import read_json
-from slam.files.logs import read_log
+from slam.files.logs import read_log, read_statistics
 from slam.files.logs.outliers import outliers
+from slam.files.ros.encoder import Encoder
+from slam.files.ros.mcap_files import McapWriter
 from slam.files.unpacking import TooMuch, Unpacker
-from slam.limits import CHUNK, FROM_START, LIMITS, MAP_CELLS, PIXELS, YAML_DEPTH, YAML_NODES, Limit, table
+from slam.limits import BEAMS, CHUNK, FROM_START, LIMITS, MAP_CELLS, PIXELS, SCANS, YAML_DEPTH, YAML_NODES, Limit, table
 from slam.mapping.surfel_grid import empty_grid, with_room
+from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
 from slam.scenario.settings import parse_setting
 from slam.sweep.make_plan import make_plan
-from tests.fuzz_seeds import MAGIC, messages, record
+from tests.fuzz_seeds import MAGIC, READERS, messages, record
 
 PAGE = Path(__file__).parents[1] / "docs/limits.md"
 MANY = 66 << 20
@@ -194,6 +198,38 @@ def test_an_outlying_pose_of_a_log_is_skipped_and_named(small_log: Path) -> None
     assert "1 outlying pose" in log.report
     assert "10,000,000 metres from the start, over the limit of 100,000" in log.report
     assert np.abs(log.T_odom_base).max() < 1.0
+
+
+def test_a_text_scan_of_too_many_beams_is_skipped_and_named(small_log: Path) -> None:
+    beams = BEAMS.most + 1
+    with small_log.open("a") as file:
+        file.write(f"FLASER {beams} {'1 ' * beams}0 0 0 0 0 0 99.0 h 99.0\n")
+    log = read_log(small_log)
+    assert len(log) == 12
+    assert "1 too many beams: 50,001 beams a scan, over the limit of 50,000" in log.report
+
+
+def test_a_bag_scan_of_too_many_beams_is_skipped_and_named(tmp_path: Path) -> None:
+    encoder = Encoder()
+    writer = McapWriter(tmp_path / "wide.mcap", encoder, 1 << 20)
+    for stamp, beams in enumerate([10, BEAMS.most + 1, 10]):
+        scan = LaserScan(float(stamp), -1.0, 1e-5, 0.1, 10.0, np.full(beams, 2.0), 0.0, 0.1)
+        writer.write("/scan", 10**9 * stamp, encoder.scan(scan))
+    writer.close()
+    log = read_log(tmp_path / "wide.mcap")
+    assert (len(log), log.lost) == (2, 1)
+    assert "1 too many beams: 50,001 beams a scan, over the limit of 50,000" in log.report
+
+
+@pytest.mark.parametrize("source", ["carmen", "urg text", "mcap"])
+def test_a_log_of_too_many_scans_is_read_up_to_the_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str
+) -> None:
+    monkeypatch.setattr(read_statistics, "SCANS", replace(SCANS, most=1))
+    reader = READERS[source]
+    log = read_log(tmp_path / "seeds" / reader.files(reader.make(tmp_path / "seeds"))[0])
+    assert len(log) == 1
+    assert "it is read no further: 2 scans a log, over the limit of 1: " in log.report
 
 
 def test_messages_are_what_the_seeds_say() -> None:

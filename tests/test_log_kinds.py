@@ -117,7 +117,7 @@ def odometry(times: Sequence[float] = TIMES, pose: Callable[[float], Pose2D] = o
 def read(*parts: Sequence[RawMessage], topics: BagTopics | None = None) -> Log:
     """The log of these messages, in the order of their receipt."""
     messages = sorted((message for part in parts for message in part), key=lambda message: message.time)
-    return bag.read(Path("test.bag"), messages, topics or BagTopics())
+    return bag.read(Path("test.bag"), lambda _: iter(messages), topics or BagTopics())
 
 
 TIDY = read([mount()], scans(), odometry())

@@ -71,7 +71,7 @@ def run_log_both_ways(path: Path, config: SlamConfig, seed: int = 0) -> LogResul
     log, name = read_log(path), path.name.split(".")[0]
     if seed:
         noise = RANGE_NOISE * np.random.default_rng(seed).standard_normal(log.ranges.shape)
-        log = replace(log, ranges=log.ranges + noise)
+        log = replace(log, ranges=np.asarray(log.ranges) + noise)
     found = run_both_ways(log, config)
     reference = reference_at_scans(path, log, found)
     causal, live, final = (score_trajectory(path, log, poses) for poses in (found.causal, found.live, found.final))

@@ -37,7 +37,7 @@ def every(log: Log, n: float, _: Generator) -> Log:
 
 def beams(log: Log, n: float, _: Generator) -> Log:
     """Every n-th beam of every scan."""
-    ranges, lidar = log.ranges[:, :: int(n)], log.lidar
+    ranges, lidar = np.asarray(log.ranges)[:, :: int(n)], log.lidar
     lidar = replace(lidar, angle_increment=lidar.angle_increment * int(n), beams=ranges.shape[1])
     return replace(log, lidar=lidar, ranges=ranges, time_increment=log.time_increment * int(n))
 
@@ -87,26 +87,26 @@ def stale(log: Log, share: float, random: Generator) -> Log:
 
 def coarse(log: Log, step: float, _: Generator) -> Log:
     """Ranges in steps of so many metres."""
-    return replace(log, ranges=np.where(np.isfinite(log.ranges), np.round(log.ranges / step) * step, log.ranges))
+    ranges = np.asarray(log.ranges)
+    return replace(log, ranges=np.where(np.isfinite(ranges), np.round(ranges / step) * step, ranges))
 
 
 def noise(log: Log, sigma: float, random: Generator) -> Log:
     """White noise on the ranges, with this standard deviation in metres."""
-    noisy = np.maximum(log.ranges + random.normal(0.0, sigma, log.ranges.shape), MIN_RANGE)
-    return replace(log, ranges=np.where(np.isfinite(log.ranges), noisy, log.ranges))
+    ranges = np.asarray(log.ranges)
+    noisy = np.maximum(ranges + random.normal(0.0, sigma, ranges.shape), MIN_RANGE)
+    return replace(log, ranges=np.where(np.isfinite(ranges), noisy, ranges))
 
 
 def scatter(log: Log, share: float, random: Generator) -> Log:
     """Clutter in six stretches of the way: this share of the beams ends somewhere before the wall, as at chair legs."""
-    way = path_lengths(log.T_odom_base)
+    way, ranges = path_lengths(log.T_odom_base), np.asarray(log.ranges)
     begins = STRETCHES * way[-1]
     cluttered = ((way[:, None] >= begins) & (way[:, None] < begins + STRETCH)).any(axis=1)
     nearest, least = CLUTTER
-    hit = (
-        (random.random(log.ranges.shape) < share) & cluttered[:, None] & np.isfinite(log.ranges) & (log.ranges > least)
-    )
-    before = nearest + random.random(log.ranges.shape) * (np.where(hit, log.ranges, 1.0) - nearest - 0.1)
-    return replace(log, ranges=np.where(hit, before, log.ranges))
+    hit = (random.random(ranges.shape) < share) & cluttered[:, None] & np.isfinite(ranges) & (ranges > least)
+    before = nearest + random.random(ranges.shape) * (np.where(hit, ranges, 1.0) - nearest - 0.1)
+    return replace(log, ranges=np.where(hit, before, ranges))
 
 
 Variation = Callable[[Log, float, Generator], Log]
@@ -174,6 +174,6 @@ def _kept(log: Log, rows: IntArray) -> Log:
         return None if array is None else array[rows]
 
     return replace(
-        log, stamps=log.stamps[rows], ranges=log.ranges[rows], T_odom_base=log.T_odom_base[rows],
+        log, stamps=log.stamps[rows], ranges=np.asarray(log.ranges)[rows], T_odom_base=log.T_odom_base[rows],
         twists=some(log.twists), T_map_base=some(log.T_map_base),
     )  # fmt: skip

@@ -4,7 +4,7 @@ Odometry is that of ``nav_msgs/Odometry``, or else the transforms from ``odom`` 
 comes from the transforms. A log of this project says besides where in the map it began, and what was true.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -15,12 +15,13 @@ from slam.errors import LogError
 from slam.files.logs.bag_contents import BagContents
 from slam.files.logs.bag_odometry import BagOdometry
 from slam.files.logs.bag_poses import FrameTree, Mount, PoseSeries
-from slam.files.logs.bag_scans import BagScan, parse_scans
-from slam.files.logs.log import BagTopics, Log, lidar_of, scan_time, stacked
+from slam.files.logs.bag_scans import BagScan, ranges_of, scans_of_one_lidar
+from slam.files.logs.log import BagTopics, Log, lidar_of, scan_time
 from slam.files.logs.outliers import drop_outliers
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import drop_repeats, scan_times
-from slam.files.ros.decoder import StampedOdometry, Transform, decode_odometry, decode_pose
+from slam.files.logs.streamed_ranges import StreamedRanges
+from slam.files.ros.decoder import StampedOdometry, Transform
 from slam.files.ros.messages import LASER_SCAN, MULTI_ECHO, ODOMETRY, POSE, RawMessage
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D, relative_poses
@@ -28,21 +29,39 @@ from slam.pose import FloatArray, Pose2D, relative_poses
 _BASES: Final = ("base_link", "base_footprint")
 
 
-def read(path: Path, messages: Iterable[RawMessage], topics: BagTopics) -> Log:
-    """The log in these messages; LogError when it holds no scan, or not the topic that is asked for."""
-    statistics = ReadStatistics(path, "message")
+Reader = Callable[[Path], Iterator[RawMessage]]
+
+
+def read(path: Path, messages: Reader, topics: BagTopics) -> Log:
+    """The log in the messages at a path; LogError when it holds no scan, or not the topic that is asked for.
+
+    They are read twice: now all but the ranges, and these later, as they are asked for.
+    """
+    statistics, place = ReadStatistics(path, "message"), path.resolve()
     try:
-        contents = BagContents.read(messages, statistics)
+        contents = BagContents.read(messages(path), statistics)
     except OSError as error:
         raise LogError(f"{path}: cannot be read: {error.strerror or error}") from error
-    raws = contents.messages_of(topics.scan, "--scan-topic", LASER_SCAN, MULTI_ECHO)
-    scans = drop_repeats(parse_scans(raws, statistics), statistics)
+    scans = drop_repeats(_scans(contents, topics.scan), statistics)
     if not scans:
         raise statistics.no_scans("sensor_msgs/LaserScan messages")
-    return _log(contents, scans, topics.odometry)
+    return _log(contents, scans, topics.odometry, lambda: enumerate(messages(place), 1))
 
 
-def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None) -> Log:
+def _scans(contents: BagContents, topic: str | None) -> list[BagScan]:
+    """The scans of one topic, and of one lidar on it."""
+    found = contents.messages_of(topic, "--scan-topic", LASER_SCAN, MULTI_ECHO)
+    scans = scans_of_one_lidar(list(contents.values(found, scans=True)), contents.statistics)
+    if any(found is messages for messages in contents.by_type.get(MULTI_ECHO, {}).values()):
+        contents.statistics.notes.append("of each beam of its MultiEchoLaserScan messages, the first echo is read")
+    return scans
+
+
+def _log(
+    contents: BagContents, scans: list[BagScan], odometry_topic: str | None,
+    again: Callable[[], Iterator[tuple[int, RawMessage]]],
+) -> Log:  # fmt: skip
+    """The log of these scans, whose ranges are read in the numbered messages of another pass."""
     statistics = contents.statistics
     static, moving = contents.transforms(static=True), contents.transforms(static=False)
     odometry = _odometry(contents, odometry_topic, moving)
@@ -56,6 +75,7 @@ def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None
     track = odometry.track(clock, stamps, statistics)
     T_odom_base = np.zeros((len(scans), 3)) if track is None else track.poses_at(stamps)
     between = [scan.time_increment for scan in scans]
+    places, turned = np.array([scan.line for scan in scans]), np.array([scan.turned for scan in scans])
     lidar, table = lidar_of(fans, between)
     if table is not None:
         statistics.notes.append(table.note)
@@ -63,7 +83,9 @@ def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None
         lidar=replace(lidar, scan_time=scan_time(stamps)),
         T_base_laser=mount.T_base_laser,
         stamps=stamps,
-        ranges=stacked([scan.ranges for scan in scans]),
+        ranges=StreamedRanges(
+            statistics.path, lambda: ranges_of(again(), places, turned), [scan.beams for scan in scans]
+        ),
         T_odom_base=relative_poses(T_odom_base[0], T_odom_base),
         time_increment=float(np.median(between)),
         skipped=statistics.skipped,
@@ -80,8 +102,8 @@ def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None
 
 def _odometry(contents: BagContents, topic: str | None, moving: list[Transform]) -> BagOdometry:
     """Motion of the base in the frame of its odometry: its messages, or else its transforms, or none at all."""
-    raws = contents.messages_of(topic, "--odom-topic", ODOMETRY)
-    if messages := _without_outliers(contents.decoded(raws, decode_odometry), contents.statistics):
+    found = contents.messages_of(topic, "--odom-topic", ODOMETRY)
+    if messages := _without_outliers(contents.values(found), contents.statistics):
         return BagOdometry.of(messages, messages[0].child or _BASES[0])
     links = [t for t in moving if "odom" in t.frame.rpartition("/")[2] and t.child.rpartition("/")[2] in _BASES]
     base = links[0].child if links else _BASES[0]
@@ -127,7 +149,7 @@ def _start(moving: list[Transform], first: Pose2D) -> Pose2D:
 
 def _truth(contents: BagContents, stamps: FloatArray) -> FloatArray | None:
     """``T_map_base`` as it was, (N, 3), where the bag has it."""
-    messages = contents.decoded(contents.messages_of(None, "topic", POSE), decode_pose)
+    messages = contents.values(contents.messages_of(None, "topic", POSE))
     poses = [(message.stamp, message.pose) for message in messages if message.frame == "map"]
     if not poses or not (track := PoseSeries.of_poses(poses)).covers(stamps):
         return None

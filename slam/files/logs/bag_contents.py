@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections import ChainMap
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Final, TypeVar
+from typing import Any, Final, NamedTuple
 
 from slam.errors import LogError
 from slam.files.fields import BadLine
+from slam.files.logs.bag_scans import parse_laser_scan
 from slam.files.logs.read_statistics import ReadStatistics
-from slam.files.ros import decoder
+from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_transforms
 from slam.files.ros.messages import (
     GROUND_TRUTH,
     LASER_SCAN,
@@ -23,28 +24,54 @@ from slam.files.ros.messages import (
 )  # fmt: skip
 from slam.files.unpacking import TruncatedFile
 
-_WANTED: Final = (LASER_SCAN, MULTI_ECHO, ODOMETRY, TRANSFORMS)
-Value = TypeVar("Value")
-Numbered = tuple[int, RawMessage]
+_SCANS: Final = (LASER_SCAN, MULTI_ECHO)
+_DECODERS: Final[dict[str, Callable[[RawMessage, int], Any]]] = {
+    LASER_SCAN: parse_laser_scan,
+    MULTI_ECHO: parse_laser_scan,
+    ODOMETRY: lambda raw, _: decode_odometry(raw),
+    TRANSFORMS: lambda raw, _: decode_transforms(raw),
+    POSE: lambda raw, _: decode_pose(raw),
+}
+"""Decoder of a message and its number, by type."""
+
+
+class Fault(NamedTuple):
+    """What is wrong with a message."""
+
+    kind: str
+    detail: str
+
+
+class Numbered(NamedTuple):
+    """A message by its number from 1, and what it says."""
+
+    number: int
+    value: Any
 
 
 @dataclass(slots=True)
 class BagContents:
-    """The messages of scans, odometry, transforms and truth, each with its number from 1, by type and topic."""
+    """The messages of scans, odometry, transforms and truth, decoded as they come, by type and topic. Of a scan all but
+    its ranges is kept; in the place of a garbled message is its fault."""
 
     statistics: ReadStatistics
     by_type: dict[str, dict[str, list[Numbered]]] = field(default_factory=dict)
 
     @classmethod
     def read(cls, messages: Iterable[RawMessage], statistics: ReadStatistics) -> BagContents:
-        """Sort these messages, up to where they are damaged; those that do not matter are counted by type."""
-        contents = cls(statistics)
+        """Sort these messages, up to where they are damaged or too many; those that do not matter are counted by
+        type."""
+        contents, scans = cls(statistics), 0
         try:
             for number, raw in enumerate(messages, 1):
-                if raw.type in _WANTED or (raw.type == POSE and raw.topic == GROUND_TRUTH):
-                    contents.by_type.setdefault(raw.type, {}).setdefault(raw.topic, []).append((number, raw))
-                else:
+                if raw.type not in _DECODERS or (raw.type == POSE and raw.topic != GROUND_TRUTH):
                     statistics.ignored[raw.type or "unknown"] += 1
+                    continue
+                scans += raw.type in _SCANS
+                if statistics.is_full(scans):
+                    break
+                topics = contents.by_type.setdefault(raw.type, {})
+                topics.setdefault(raw.topic, []).append(Numbered(number, _decoded(raw, number)))
         except TruncatedFile as cut:
             statistics.notes.append(cut.note)
         return contents
@@ -72,16 +99,23 @@ class BagContents:
             )
         return topics[often[0]] if often else []
 
-    def transforms(self, static: bool) -> list[decoder.Transform]:
+    def transforms(self, static: bool) -> list[Transform]:
         """The transforms of ``/tf_static``, or those of all other topics."""
         topics = self.by_type.get(TRANSFORMS, {})
-        raws = [raw for topic, raws in topics.items() if (topic == TF_STATIC) == static for raw in raws]
-        return [one for many in self.decoded(raws, decoder.decode_transforms) for one in many]
+        found = [one for topic, many in topics.items() if (topic == TF_STATIC) == static for one in many]
+        return [transform for transforms in self.values(found) for transform in transforms]
 
-    def decoded(self, raws: Iterable[Numbered], decode: Callable[[RawMessage], Value]) -> Iterator[Value]:
-        """The values of the messages; those that are garbled are skipped."""
-        for number, raw in raws:
-            try:
-                yield decode(raw)
-            except BadLine as fault:
-                self.statistics.skip(str(fault), number, fault.detail, scan=False)
+    def values(self, messages: Iterable[Numbered], scans: bool = False) -> Iterator[Any]:
+        """What the messages say, which are scans or not; those that are garbled are skipped."""
+        for number, value in messages:
+            if isinstance(value, Fault):
+                self.statistics.skip(value.kind, number, value.detail, scan=scans)
+            else:
+                yield value
+
+
+def _decoded(raw: RawMessage, number: int) -> Any:
+    try:
+        return _DECODERS[raw.type](raw, number)
+    except BadLine as fault:
+        return Fault(str(fault), fault.detail)

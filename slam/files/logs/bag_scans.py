@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.files.fields import BadLine, impossible
-from slam.files.logs.bag_contents import Numbered
 from slam.files.logs.read_statistics import ReadStatistics
+from slam.files.logs.streamed_ranges import at_places
 from slam.files.ros import decoder
 from slam.files.ros.messages import MULTI_ECHO, RawMessage
 from slam.lidars import Lidar, ordered_bearings
+from slam.limits import BEAMS
 from slam.pose import FloatArray
 
 _LARGEST_BEARING: Final = 7.0
@@ -24,10 +26,10 @@ _WHOLE_TURN: Final = 2.0 * np.pi + 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BagScan:
-    """One scan as its lidar gave it; ``line`` is the number of its message. Metres, radians, seconds.
+    """One scan as its lidar gave it, less its ranges; ``line`` is the number of its message. Metres, radians, seconds.
 
     Beam j points at ``angle_min + j * angle_increment`` in the frame of the lidar, where the increment may be negative,
-    and was taken ``j * time_increment`` after the stamp. Ranges are as REP-117 has them.
+    and was taken ``j * time_increment`` after the stamp.
     """
 
     line: int
@@ -38,8 +40,12 @@ class BagScan:
     angle_increment: float
     range_min: float
     range_max: float
-    ranges: FloatArray
+    beams: int
+    fingerprint: int
+    """Hash of its ranges."""
     time_increment: float
+    turned: bool = False
+    """Its beams are in the other order than in the message."""
 
     def upright(self, inverted: bool) -> tuple[BagScan, Lidar]:
         """The scan with its beams counter-clockwise from above, of a lidar that hangs upside down or not, and its fan.
@@ -47,7 +53,7 @@ class BagScan:
         Upside down, bearings change their sign. Where the order of the beams turns round, so does that of time: the
         stamp is that of the beam which comes first now. The fan's ``scan_time`` is that of the whole log, and 0 here.
         """
-        sign, beams = -1.0 if inverted else 1.0, len(self.ranges)
+        sign, beams = -1.0 if inverted else 1.0, self.beams
         first, step, turned = ordered_bearings(
             sign * self.angle_min, sign * self.angle_increment, beams, decoder.exact_bearings
         )
@@ -55,20 +61,11 @@ class BagScan:
         if not turned:
             return self, fan
         last = self.stamp + (beams - 1) * self.time_increment
-        return replace(self, stamp=last, ranges=self.ranges[::-1], time_increment=-self.time_increment), fan
+        return replace(self, stamp=last, time_increment=-self.time_increment, turned=True), fan
 
 
-def parse_scans(raws: Iterable[Numbered], statistics: ReadStatistics) -> list[BagScan]:
-    """The scans of one lidar in these messages: that of the most frequent frame. Others, and messages that are cut or
-    say what cannot be, are skipped."""
-    scans = []
-    for number, raw in raws:
-        try:
-            scans.append(parse_laser_scan(raw, number))
-        except BadLine as fault:
-            statistics.skip(str(fault), number, fault.detail)
-    if any(raw.type == MULTI_ECHO for _, raw in raws):
-        statistics.notes.append("of each beam of its MultiEchoLaserScan messages, the first echo is read")
+def scans_of_one_lidar(scans: Sequence[BagScan], statistics: ReadStatistics) -> list[BagScan]:
+    """The scans of the most frequent frame; others are skipped."""
     often = Counter(scan.frame for scan in scans).most_common(1)
     for scan in scans:
         if scan.frame != often[0][0]:
@@ -79,13 +76,7 @@ def parse_scans(raws: Iterable[Numbered], statistics: ReadStatistics) -> list[Ba
 def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
     """The scan in a message; BadLine when it is cut or says what cannot be."""
     scan = decoder.decode(raw)
-    readings = _first_echoes(scan) if raw.type == MULTI_ECHO else scan.ranges
-    _check(scan, len(readings))
-    ranges = decoder.decimal_ranges(readings)
-    finite = np.isfinite(ranges)
-    ranges[finite & (readings > scan.range_max)] = np.inf  # REP 117: no echo ...
-    ranges[finite & (readings < scan.range_min)] = -np.inf  # ... and too close, which says nothing of free space
-    ranges[ranges == 0.0] = np.nan  # what many drivers say where they measured nothing
+    _check(scan, len(scan.ranges))
     return BagScan(
         line=number,
         stamp=decoder.seconds(scan.header),
@@ -95,13 +86,38 @@ def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
         angle_increment=float(scan.angle_increment),
         range_min=decoder.decimal(scan.range_min),
         range_max=decoder.decimal(scan.range_max),
-        ranges=ranges,
+        beams=len(scan.ranges),
+        fingerprint=hash(_readings(raw, scan).tobytes()),
         time_increment=decoder.decimal(scan.time_increment),
     )
 
 
-def _first_echoes(scan: Any) -> Any:
-    """The nearest echo of each beam; nan where it has none."""
+def ranges_of(
+    raws: Iterable[tuple[int, RawMessage]], places: Iterable[int], turned: Iterable[bool]
+) -> Iterator[FloatArray]:
+    """The ranges of the scans in the numbered messages at these places, metres, as REP-117 has them, their beams turned
+    round or not."""
+    for raw, is_turned in zip(at_places(raws, places), turned, strict=False):
+        ranges = _ranges(raw)
+        yield ranges[::-1] if is_turned else ranges
+
+
+def _ranges(raw: RawMessage) -> FloatArray:
+    scan = decoder.decode(raw)
+    readings = _readings(raw, scan)
+    ranges = decoder.decimal_ranges(readings)
+    finite = np.isfinite(ranges)
+    ranges[finite & (readings > scan.range_max)] = np.inf  # REP 117: no echo ...
+    ranges[finite & (readings < scan.range_min)] = -np.inf  # ... and too close, which says nothing of free space
+    ranges[ranges == 0.0] = np.nan  # what many drivers say where they measured nothing
+    return ranges
+
+
+def _readings(raw: RawMessage, scan: Any) -> NDArray[np.float32]:
+    """The ranges as the message has them: of a lidar with several echoes the nearest ones, nan where it has none."""
+    if raw.type != MULTI_ECHO:
+        readings: NDArray[np.float32] = scan.ranges
+        return readings
     return np.array([beam.echoes[0] if len(beam.echoes) else np.nan for beam in scan.ranges], np.float32)
 
 
@@ -109,6 +125,8 @@ def _check(scan: Any, beams: int) -> None:
     """BadLine, naming field and value, for a scan that no lidar gives."""
     if beams < 1:
         raise impossible("number of ranges", beams)
+    if excess := BEAMS.excess(beams):
+        raise BadLine("too many beams", excess)
     step = float(scan.angle_increment)
     for name, fits in {
         "angle_min": abs(scan.angle_min) < _LARGEST_BEARING,

@@ -3,19 +3,22 @@
 The messages are those of http://carmen.sourceforge.net/logger_playback.html and of CARMEN's own reader, readlog.c.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from slam.files.fields import BadLine
 from slam.files.logs.carmen_message import PARSERS, Message, params_of, parse_param, twists
-from slam.files.logs.log import Log, lidar_of, scan_time, stacked
+from slam.files.logs.log import Log, lidar_of, scan_time
 from slam.files.logs.odometry_resets import join_resets, note_resets
 from slam.files.logs.outliers import drop_outliers
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import drop_repeats, scan_times
+from slam.files.logs.streamed_ranges import StreamedRanges, at_places
+from slam.files.text_lines import read_lines
 from slam.lidars import Lidar
 from slam.pose import FloatArray, Pose2D, relative_poses, wrap_angle
 
@@ -27,6 +30,8 @@ _OLD_RANGE_MAX: Final = 80.0
 """Metres: what readlog.c takes for the reach of an old message."""
 _SICK_CODES: Final = ((81.83, 81.92), (8.183, 8.192))
 """A SICK's readings are 13 bits of centimetres or millimetres, those from 8183 on error codes."""
+_SINGLE_READINGS: Final = 100_000
+"""So many readings that came once, the largest, are kept to see whether they come again."""
 _RIGID: Final = (0.02, 0.02, 0.01)
 """A mount does not move by more than this: x and y in metres, theta in radians."""
 
@@ -51,12 +56,10 @@ def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
     params = params_of(values)
     between = params.time_increment if params else 0.0
     lidar, table = lidar_of([message.fan for message in messages], [between] * len(messages))
-    ranges = stacked([message.ranges for message in messages])
+    path, places = statistics.path.resolve(), np.array([message.line for message in messages])
     robot = np.array([message.T_odom_base for message in messages])
     laser = np.array([message.T_odom_laser for message in messages])
-    range_max = _reach(lidar, ranges)
-    ranges[ranges == 0.0] = np.inf if params is None else np.nan
-    ranges[ranges >= range_max] = np.inf
+    range_max, at_zero = _reach(lidar, lambda: _readings(path, places)), np.inf if params is None else np.nan
     mount, joined = _mount(robot, laser, statistics), join_resets(stamps, robot)
     if joined.resets:
         note_resets(joined, (stamps - stamps[0]).tolist(), statistics)
@@ -68,7 +71,11 @@ def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
         ),
         T_base_laser=mount,
         stamps=stamps,
-        ranges=ranges,
+        ranges=StreamedRanges(
+            statistics.path,
+            lambda: (_ranges(row, at_zero, range_max) for row in _readings(path, places)),
+            [message.fan.beams for message in messages],
+        ),
         T_odom_base=relative_poses(joined.poses[0], joined.poses),
         time_increment=between,
         skipped=statistics.skipped,
@@ -93,13 +100,17 @@ def _messages(
     lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics, values: dict[str, float]
 ) -> Iterator[Message]:
     """The laser messages; this project's parameters go to ``values``; others are counted, garbled lines skipped."""
+    scans = 0
     for number, line in lines:
         words = line.split()
         if not words or words[0].startswith(b"#"):
             continue
         if words[0] in PARSERS:
+            scans += 1
+            if statistics.is_full(scans):
+                return
             try:
-                yield PARSERS[words[0]](words, number)
+                yield PARSERS[words[0]](words, number)[0]
             except BadLine as fault:
                 statistics.skip(str(fault), number, fault.detail)
         elif words[0] == b"PARAM" and (named := parse_param(words)):
@@ -117,16 +128,36 @@ def _pass_by(name: bytes, line: int, statistics: ReadStatistics) -> None:
         statistics.skip("not a message", line, scan=False)
 
 
-def _reach(fan: Lidar, ranges: FloatArray) -> float:
+def _readings(path: Path, places: Iterable[int]) -> Iterator[FloatArray]:
+    """The readings of the laser messages in the lines of these numbers, metres."""
+    for line in at_places(read_lines(path), places):
+        words = line.split()
+        yield PARSERS[words[0]](words, 0)[1]
+
+
+def _ranges(readings: FloatArray, at_zero: float, range_max: float) -> FloatArray:
+    return np.where(readings == 0.0, at_zero, np.where(readings >= range_max, np.inf, readings))
+
+
+def _reach(fan: Lidar, readings: Callable[[], Iterable[FloatArray]]) -> float:
     """The range, metres, from which a reading means that nothing came back.
 
     An old message does not say. Then it is the largest reading that the log holds twice, and 80 m at the most.
     """
     reach = fan.range_max
     if not np.isfinite(reach):
-        readings, counts = np.unique(ranges, return_counts=True)
-        reach = min(_OLD_RANGE_MAX, float(np.max(readings[counts > 1], initial=0.0)) or _OLD_RANGE_MAX)
+        reach = min(_OLD_RANGE_MAX, _largest_twice(readings()) or _OLD_RANGE_MAX)
     return next((first for first, end in _SICK_CODES if first <= reach < end), reach)
+
+
+def _largest_twice(rows: Iterable[FloatArray]) -> float:
+    """The largest of the values that come more than once; 0 where none does."""
+    largest, once = 0.0, np.array([])
+    for row in rows:
+        values, counts = np.unique(np.concatenate([once, row[row > largest]]), return_counts=True)
+        largest = float(np.max(values[counts > 1], initial=largest))
+        once = values[values > largest][-_SINGLE_READINGS:]
+    return largest
 
 
 def _mount(robot: FloatArray, laser: FloatArray, statistics: ReadStatistics) -> Pose2D:

@@ -9,6 +9,7 @@ import numpy as np
 
 from slam.files.fields import BadLine, bounded, count, distances, impossible, stamp
 from slam.lidars import Lidar, ordered_bearings, whole_steps
+from slam.limits import BEAMS
 from slam.pose import FloatArray, Pose2D
 
 _FAN_NAMES: Final = "start_angle field_of_view resolution maximum_range"
@@ -20,12 +21,13 @@ PREFIX: Final = b"hopslam_"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Message:
-    """One scan. Poses are x, y, theta in metres and radians, in the frame of the odometry."""
+    """One scan, less its ranges. Poses are x, y, theta in metres and radians, in the frame of the odometry."""
 
     line: int
     fan: Lidar
     """``range_max`` is inf when the message does not say; ``range_min`` and ``scan_time`` are 0, as it never says."""
-    ranges: FloatArray
+    fingerprint: int
+    """Hash of its ranges."""
     T_odom_laser: tuple[float, float, float]
     T_odom_base: tuple[float, float, float]
     stamp: float
@@ -35,14 +37,18 @@ class Message:
     """Two words: linear and angular velocity, m/s and rad/s, as the message has them; none in an old one."""
 
 
-def _flaser(words: Sequence[bytes], line: int) -> Message:
+Parsed = tuple[Message, FloatArray]
+"""A message, and its ranges in metres."""
+
+
+def _flaser(words: Sequence[bytes], line: int) -> Parsed:
     """``FLASER n ranges[n] laser x y theta, robot x y theta, ipc_timestamp host logger_timestamp``."""
     end = 2 + count(words, 1)
     _check_length(words, end + 9)
     return _message(line, _sick_fan(end - 2), words[2:end], words[end : end + 6], words[end + 6 :])
 
 
-def _robotlaser1(words: Sequence[bytes], line: int) -> Message:
+def _robotlaser1(words: Sequence[bytes], line: int) -> Parsed:
     """``ROBOTLASER1 type start fov resolution max_range accuracy remission_mode n ranges[n] m remissions[m]``, then
     laser pose, robot pose, tv, rv, forward_safety, side_safety, turn_axis, ipc_timestamp, host, logger_timestamp."""
     end = 9 + count(words, 8)
@@ -53,16 +59,16 @@ def _robotlaser1(words: Sequence[bytes], line: int) -> Message:
     )
     first, step, turned = ordered_bearings(angle_min, angle_increment, end - 9, _bearings)
     fan = Lidar(first, step, end - 9, 0.0, range_max, 0.0)
-    ranges = words[9:end][::-1] if turned else words[9:end]
-    scan = _message(line, fan, ranges, words[tail : tail + 6], words[tail + 11 :])
-    return replace(scan, twist=words[tail + 6 : tail + 8])
+    readings = words[9:end][::-1] if turned else words[9:end]
+    message, ranges = _message(line, fan, readings, words[tail : tail + 6], words[tail + 11 :])
+    return replace(message, twist=words[tail + 6 : tail + 8]), ranges
 
 
 def _bearings(angle_min: float, angle_increment: float) -> tuple[float, float]:
     return whole_steps(angle_min, angle_increment) or (angle_min, angle_increment)
 
 
-def _cmu_laser(words: Sequence[bytes], line: int) -> Message:
+def _cmu_laser(words: Sequence[bytes], line: int) -> Parsed:
     """``L x y theta, laser x y theta, ranges[180], time``: centimetres, radians and seconds, beams from right to left.
 
     So are the logs of CMU's course on probabilistic robotics.
@@ -72,10 +78,10 @@ def _cmu_laser(words: Sequence[bytes], line: int) -> Message:
     x, y, theta, laser_x, laser_y, laser_theta = bounded(words[1:7], names="x y theta laser_x laser_y laser_theta")
     laser = (laser_x / 100.0, laser_y / 100.0, laser_theta)
     base, ranges = (x / 100.0, y / 100.0, theta), distances(words[7:-1]) / 100.0
-    return Message(line, _sick_fan(180), ranges, laser, base, stamp(words[-1]), None)
+    return Message(line, _sick_fan(180), hash(ranges.tobytes()), laser, base, stamp(words[-1]), None), ranges
 
 
-PARSERS: Final[dict[bytes, Callable[[Sequence[bytes], int], Message]]] = {
+PARSERS: Final[dict[bytes, Callable[[Sequence[bytes], int], Parsed]]] = {
     b"FLASER": _flaser,
     b"ROBOTLASER1": _robotlaser1,
     b"L": _cmu_laser,
@@ -91,20 +97,22 @@ def _check_length(words: Sequence[bytes], length: int) -> None:
         raise BadLine("too long")
 
 
-def _message(line: int, fan: Lidar, ranges: Sequence[bytes], poses: Sequence[bytes], times: Sequence[bytes]) -> Message:
+def _message(
+    line: int, fan: Lidar, readings: Sequence[bytes], poses: Sequence[bytes], times: Sequence[bytes]
+) -> Parsed:
     """The message of these words; ``times`` are ipc_timestamp, host, logger_timestamp."""
     turn = (fan.beams - 1) * fan.angle_increment
     if fan.beams < 1:
         raise impossible("number of beams", fan.beams)
+    if excess := BEAMS.excess(fan.beams):
+        raise BadLine("too many beams", excess)
     if fan.range_max <= 0.0:
         raise impossible("maximum_range", fan.range_max)
     if fan.angle_increment <= 0.0 or turn > 2.0 * pi + 1e-6:
         raise impossible("resolution", fan.angle_increment)
     laser_x, laser_y, laser_theta, x, y, theta = bounded(poses, names=_POSE_NAMES)
-    logged = _logged(times)
-    return Message(
-        line, fan, distances(ranges), (laser_x, laser_y, laser_theta), (x, y, theta), stamp(times[0]), logged
-    )
+    ranges, laser, base = distances(readings), (laser_x, laser_y, laser_theta), (x, y, theta)
+    return Message(line, fan, hash(ranges.tobytes()), laser, base, stamp(times[0]), _logged(times)), ranges
 
 
 def _logged(times: Sequence[bytes]) -> float | None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.errors import ScansLost
+from slam.files.logs.streamed_ranges import StreamedRanges
 from slam.lidars import Lidar
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
@@ -79,14 +80,6 @@ def lidar_of(fans: Sequence[Lidar], time_increments: Sequence[float]) -> tuple[L
     return replace(most, range_min=near, range_max=far), None if same else table
 
 
-def stacked(ranges: Sequence[FloatArray]) -> FloatArray:
-    """Ranges of scans as one array (N, beams), shorter ones filled up with nan."""
-    beams = max(len(row) for row in ranges)
-    if all(len(row) == beams for row in ranges):
-        return np.stack(ranges)
-    return np.stack([np.pad(row, (0, beams - len(row)), constant_values=np.nan) for row in ranges])
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Log:
     """N scans of one lidar, in the order of their stamps; structure of arrays, read-only."""
@@ -97,9 +90,9 @@ class Log:
     T_base_laser: Pose2D
     stamps: FloatArray
     """Seconds on the log's own clock, strictly increasing, shape (N,)."""
-    ranges: FloatArray
-    """Metres; +inf is no echo and nan an erroneous reading, as REP-117 has it; shape (N, beams), rows of fewer beams
-    filled up with nan."""
+    ranges: FloatArray | StreamedRanges
+    """Metres; +inf is no echo and nan an erroneous reading, as REP-117 has it; shape (N, beams). Those of a file are
+    read again as they are asked for, one row at a time; those in memory have rows of fewer beams filled up with nan."""
     T_odom_base: FloatArray
     """Raw wheel odometry as rows x, y, theta, relative to the first scan; metres and radians, shape (N, 3)."""
     time_increment: float
@@ -125,7 +118,7 @@ class Log:
 
     def __post_init__(self) -> None:
         for array in (self.stamps, self.ranges, self.T_odom_base, self.twists, self.T_map_base, *(self.fans or ())):
-            if array is not None:
+            if isinstance(array, np.ndarray):
                 array.flags.writeable = False
 
     def __len__(self) -> int:
@@ -148,7 +141,7 @@ class Log:
             angle_increment=fan.angle_increment,
             range_min=fan.range_min,
             range_max=fan.range_max,
-            ranges=self.ranges[index, : fan.beams],
+            ranges=self.ranges[index][: fan.beams],
             time_increment=between,
             scan_time=fan.scan_time,
         )

@@ -1,6 +1,6 @@
 """Reading a recorded log whose format is known by its content; what only bags need is imported when there is one."""
 
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import closing
 from itertools import chain, islice
 from pathlib import Path
@@ -37,10 +37,10 @@ def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
     cannot be read, is no such log, holds no scan, or has more topics than one and ``topics`` chooses none.
     """
     path = Path(path)
-    if (messages := _bag_messages(path)) is not None:
+    if (reader := _bag_reader(path)) is not None:
         from slam.files.logs import bag
 
-        return bag.read(path, messages, topics or BagTopics())
+        return bag.read(path, reader, topics or BagTopics())
     if topics is not None and any(topics):
         raise LogError(f"{path}: has no topics, as it is no bag; leave out --scan-topic and --odom-topic")
     statistics = ReadStatistics(path)
@@ -55,29 +55,29 @@ def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
     raise LogError("; ".join([f"{path}: not a log that hopslam can read: {found}", *statistics.notes, f"need {_NEED}"]))
 
 
-def _bag_messages(path: Path) -> Iterable[RawMessage] | None:
-    """The messages of the bag at a path, read as they are asked for; None where there is no bag."""
+def _bag_reader(path: Path) -> Callable[[Path], Iterator[RawMessage]] | None:
+    """Reader of the messages of the bag at a path; None where there is no bag."""
     if path.is_dir():
-        return _folder_messages(path)
+        return _folder_reader(path)
     try:
         with path.open("rb") as file:
             head = file.read(len(rosbag1.MAGIC))
     except OSError:
         return None
     if head == rosbag1.MAGIC:
-        return rosbag1.messages(path)
+        return rosbag1.messages
     if head.startswith(_MCAP):
-        return _mcap(path)
-    return _rosbag2_file(path) if head.startswith((_SQLITE, _ZSTD)) else None
+        return _mcap
+    return _rosbag2_file if head.startswith((_SQLITE, _ZSTD)) else None
 
 
-def _folder_messages(path: Path) -> Iterable[RawMessage] | None:
-    """Messages of a run's log in its folder, or of a ROS 2 bag."""
+def _folder_reader(path: Path) -> Callable[[Path], Iterator[RawMessage]] | None:
+    """Reader of a run's log in its folder, or of a ROS 2 bag."""
     from slam.files.logs import rosbag2
 
     if (path / RUN_LOG).is_file() and not (path / rosbag2.METADATA).is_file():
-        return _mcap(path / RUN_LOG)
-    return rosbag2.messages(path) if rosbag2.is_bag(path) else None
+        return lambda folder: _mcap(folder / RUN_LOG)
+    return rosbag2.messages if rosbag2.is_bag(path) else None
 
 
 def _mcap(path: Path) -> Iterator[RawMessage]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from slam.errors import LogError
+from slam.limits import SCANS
 
 
 @dataclass(slots=True)
@@ -57,6 +58,13 @@ class ReadStatistics:
         """Count an unusable line or message, which was a scan or not."""
         self.lost += scan
         _count(self._skips, kind, place, detail)
+
+    def is_full(self, scans: int) -> bool:
+        """True, which a note says, where these are more scans than are read of a log."""
+        excess = SCANS.excess(scans)
+        if excess:
+            self.notes.append(f"it is read no further: {excess}")
+        return excess is not None
 
     def mend(self, kind: str, place: int, detail: str = "") -> None:
         """Count one that is used although something was wrong with it; ``kind`` says what, in the plural."""

@@ -5,7 +5,7 @@ Column 0 is the time in microseconds, 2 and 3 the left and right encoder counts,
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from itertools import accumulate, pairwise
+from itertools import accumulate, pairwise, repeat
 from math import pi
 from operator import matmul
 from typing import Final
@@ -17,6 +17,8 @@ from slam.files.logs.log import Log, scan_time
 from slam.files.logs.odometry_resets import join_resets, note_resets
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.logs.stamps import drop_repeats, scan_times
+from slam.files.logs.streamed_ranges import StreamedRanges, at_places
+from slam.files.text_lines import read_lines
 from slam.lidars import URG04LX
 from slam.odometry import wheel_motion
 from slam.pose import FloatArray, Pose2D, stack_poses
@@ -42,7 +44,7 @@ class _Row:
     stamp: float
     left: float
     right: float
-    ranges: FloatArray
+    fingerprint: int
 
 
 def recognises(line: bytes) -> bool:
@@ -56,11 +58,11 @@ def recognises(line: bytes) -> bool:
 
 def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
     """The log in these numbered lines; LogError when there is not one scan."""
-    rows = drop_repeats(list(_rows(lines, statistics)), statistics)
+    path, rows = statistics.path.resolve(), drop_repeats(list(_rows(lines, statistics)), statistics)
     if not rows:
         raise statistics.no_scans(f"lines of {_COLUMNS[-1]} columns")
-    own, places = np.array([row.stamp for row in rows]), [row.line for row in rows]
-    stamps, _ = scan_times(own, None, places, statistics)
+    own, places = np.array([row.stamp for row in rows]), np.array([row.line for row in rows])
+    stamps, _ = scan_times(own, None, places.tolist(), statistics)
     joined = join_resets(stamps, _dead_reckoning(rows))
     if joined.resets:
         note_resets(joined, (stamps - stamps[0]).tolist(), statistics)
@@ -68,7 +70,11 @@ def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
         lidar=replace(_FAN, scan_time=scan_time(stamps)),
         T_base_laser=_T_BASE_LASER,
         stamps=stamps,
-        ranges=np.stack([row.ranges for row in rows]),
+        ranges=StreamedRanges(
+            statistics.path,
+            lambda: (_parse(line.split(), 0)[1] for line in at_places(read_lines(path), places)),
+            repeat(_FAN.beams, len(rows)),
+        ),
         T_odom_base=joined.poses,
         time_increment=_TIME_INCREMENT,
         skipped=statistics.skipped,
@@ -79,21 +85,26 @@ def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
 
 
 def _rows(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Iterator[_Row]:
+    scans = 0
     for number, line in lines:
         words = line.split()
         if not words or words[0].startswith(b"#"):
             continue
+        scans += 1
+        if statistics.is_full(scans):
+            return
         try:
-            yield _parse(words, number)
+            yield _parse(words, number)[0]
         except BadLine as fault:
             statistics.skip(str(fault), number, fault.detail)
 
 
-def _parse(words: list[bytes], line: int) -> _Row:
+def _parse(words: list[bytes], line: int) -> tuple[_Row, FloatArray]:
     if len(words) not in _COLUMNS:
         raise BadLine("truncated" if len(words) < _END else "too long")
     left, right = bounded(words[2:4], 1e10, "left_count right_count")
-    return _Row(line, stamp(words[0], unit=1e-6), left, right, _ranges(distances(words[_FIRST_RANGE:_END])))
+    ranges = _ranges(distances(words[_FIRST_RANGE:_END]))
+    return _Row(line, stamp(words[0], unit=1e-6), left, right, hash(ranges.tobytes())), ranges
 
 
 def _ranges(readings: FloatArray) -> FloatArray:

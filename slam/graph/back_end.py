@@ -13,6 +13,7 @@ from slam.graph.consistency import WaitingLoops, renumbered
 from slam.graph.graph_size import GraphSize
 from slam.graph.joint_refinement import refine
 from slam.graph.key_scan import KeyScan
+from slam.graph.known_graph import KnownGraph
 from slam.graph.loop import Loop, loop_keys
 from slam.graph.loop_check import distances_to
 from slam.graph.loop_search import MOST_WINDOW, LoopSearch
@@ -64,8 +65,8 @@ NEW_SHARE: Final = 0.03
 class BackEnd:
     """Finds loops between submaps."""
 
-    def __init__(self, matching: LeastSquaresConfig, config: SurfelMapConfig) -> None:
-        self.graph = SubmapGraph()
+    def __init__(self, matching: LeastSquaresConfig, config: SurfelMapConfig, known: KnownGraph | None = None) -> None:
+        self.graph = SubmapGraph(known)
         self.condensed = CondensedGraph(self.graph, KERNEL)
         self._pruning = Pruning(self.graph, self.condensed)
         self._config, self._search = config, LoopSearch(self.graph, matching, config)
@@ -76,10 +77,12 @@ class BackEnd:
         self._finished: list[Submap] = []
         self._walls, self._waiting = WallCandidates(), WaitingLoops(self.graph)
         self.tried, self.seconds = 0, 0.0
+        if known is not None:
+            self._begin_in_known_graph()
 
     def finishes(self, key: KeyScan) -> bool:
         """True for the first key scan that is matched to the next submap."""
-        return bool(self.graph.keys) and key.submaps[0] != self.graph.keys[-1].submaps[0]
+        return not self.graph.begins_with(key) and key.submaps[0] != self.graph.keys[-1].submaps[0]
 
     @property
     def size(self) -> GraphSize:
@@ -168,14 +171,26 @@ class BackEnd:
             or new > len(self._shown)
         )
 
-    def _finish(self, number: int) -> bool:
-        submap = self.graph.submaps[number]
-        if len(submap.keys) < 2:
-            return False
+    def _begin_in_known_graph(self) -> None:
+        """The submaps of an earlier run are finished, and its map is the one that the front end has."""
+        self._shown, self._rebuilt, self._told = list(self._key_poses()), self.graph.taken, len(self.graph.loops)
+        for submap in self.graph.submaps.values():
+            if len(submap.keys) >= 2:
+                self._add_finished(submap)
+        self.condensed.solve()
+
+    def _add_finished(self, submap: Submap) -> None:
+        """From now on it can be found, and others in it."""
         submap.finish(self.graph.keys)
         self._finished.append(submap)
         surfels = SurfelMap(self._config, self._search.map_of(submap).grid).surfels
         self._walls.add(submap, surfels, self._config.cell)
+
+    def _finish(self, number: int) -> bool:
+        submap = self.graph.submaps[number]
+        if len(submap.keys) < 2:
+            return False
+        self._add_finished(submap)
         found = self._find_loops(submap)
         if found:
             self.condensed.solve()

@@ -20,7 +20,7 @@ from slam.graph.loop_search import MOST_WINDOW, LoopSearch
 from slam.graph.marginals import pose_covariances
 from slam.graph.open_loops import settled
 from slam.graph.pose_graph import Edges, solve_graph
-from slam.graph.pruning import Pruning
+from slam.graph.pruning import DELAY, Pruning
 from slam.graph.refined_walls import wall_covariances
 from slam.graph.single_poses import between, composed
 from slam.graph.submap import Submap
@@ -178,6 +178,9 @@ class BackEnd:
             if len(submap.keys) >= 2:
                 self._add_finished(submap)
         self.condensed.solve()
+        last = max(self.graph.submaps)
+        for number in range(last - 1, last + DELAY + 1):  # those that were too new to be judged when the run ended
+            self._prune(number)
 
     def _add_finished(self, submap: Submap) -> None:
         """From now on it can be found, and others in it."""

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-
 from slam.config import SlamConfig
 from slam.errors import InputError
 from slam.files.graphs.file import read_graph, write_graph

@@ -4,6 +4,7 @@ HopslamError
 ├── InputError          the user's input cannot be used            (exit code 2)
 │   ├── ScenarioError   a scenario, a setting or a ``--set``
 │   └── LogError        a recorded log
+│       └── ScansLost   most of its scans could not be used    (exit code 4)
 ├── RobotError          a device or back end failed                (exit code 3)
 │   ├── RobotTimeout    no data within the time asked for
 │   └── OutputLost      nobody watches a real robot any more   (exit code 141)
@@ -33,6 +34,12 @@ class ScenarioError(InputError):
 
 class LogError(InputError):
     """A recorded log cannot be read."""
+
+
+class ScansLost(LogError):
+    """Most scans of a recorded log could not be used; what was made of the others is there."""
+
+    exit_code = 4
 
 
 class RobotError(HopslamError):

@@ -1,5 +1,6 @@
 """Planar lidars: their beams and reach; those that hopslam knows by name, with the errors their makers admit."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
 from typing import Final, Literal
@@ -48,6 +49,20 @@ def whole_steps(angle_min: float, angle_increment: float) -> tuple[float, float]
         angle_min
     )
     return (first, step) if fits else None
+
+
+def ordered_bearings(
+    angle_min: float, angle_increment: float, beams: int, exact: Callable[[float, float], tuple[float, float]]
+) -> tuple[float, float, bool]:
+    """First bearing and step of these beams in counter-clockwise order, and True where that order is turned round.
+
+    ``exact`` makes a first bearing and a positive step, as read, what they stand for; of a clockwise fan, it sees the
+    mirror image.
+    """
+    if angle_increment < 0.0:
+        last, step = exact(-angle_min, -angle_increment)
+        return -(last + (beams - 1) * step), step, True
+    return *exact(angle_min, angle_increment), False
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,7 @@ class Estimate:
     total_time: float = 0.0
     """... and for all of the update."""
     T_map_local: Pose2D = _ORIGIN
-    """Pose of the frame in which odometry and matching put the robot; it jumps where a loop is closed."""
+    """Pose of the frame in which odometry and matching put the robot; it drifts, and jumps where a loop is closed."""
     closure: Closure | None = None
     """The closure that was taken over at this scan: pose and map have changed as a whole."""
 
@@ -95,12 +95,12 @@ class LineSlam:
 
     @property
     def T_map_base(self) -> Pose2D:
-        """The estimate: the frame ``local`` of odometry and matching lies where the last closed loop put it."""
+        """The estimate: the frame ``local`` of odometry and matching lies where the map has it."""
         return self.T_map_local @ self.T_local_base if self.loops else self.T_local_base
 
     @property
     def T_map_local(self) -> Pose2D:
-        """Where the last closed loop put the frame in which odometry and matching go on."""
+        """Where the map has the frame in which odometry and matching go on."""
         return self.loops.T_map_local if self.loops else _ORIGIN
 
     @property

@@ -13,7 +13,7 @@ BEARING, COS, SIN = range(3)
 """Rows of a fan (3, N): the bearing of each beam, its cosine and its sine."""
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=64)
 def even_fan(angle_min: float, angle_increment: float, beams: int) -> FloatArray:
     """Return the fan (3, N) of evenly spaced beams; not to be written to."""
     angles = angle_min + angle_increment * np.arange(beams, dtype=np.float64)

@@ -199,6 +199,7 @@ def test_the_command_drives_both_ways(tmp_path: Path) -> None:
     text = out.read_text()
     assert "| office_loop, 10 | duration over |" in text
     assert "| campus_loop | 1 | 0 | never |" in text
+    assert "| 0, 0 |" in text
 
 
 def test_what_is_not_there_is_skipped_and_an_unknown_part_is_named(tmp_path: Path) -> None:

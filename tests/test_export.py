@@ -13,7 +13,7 @@ from PIL import Image
 from rosbags.highlevel import AnyReader
 from shapely.geometry import shape
 
-from slam.errors import InputError, StorageError
+from slam.errors import InputError
 from slam.files.logs import read_log
 from slam.files.tum import read_tum
 from slam.pose import FloatArray, relative_poses
@@ -223,5 +223,5 @@ def test_what_cannot_be_exported(record: RunRecord, tmp_path: Path) -> None:
     (tmp_path / "there").write_text("")
     with pytest.raises(InputError, match="no such format; there are tum, csv, ros"):
         export(record, "pdf", tmp_path / "new")
-    with pytest.raises(StorageError, match="cannot be written: File exists"):
+    with pytest.raises(InputError, match="cannot be written: File exists"):
         export(record, "tum", tmp_path / "there" / "a.tum")

@@ -85,8 +85,10 @@ def test_the_map_jumps_against_odometry_and_odometry_never(lap_run: Path) -> Non
     assert steps.max() < 0.13
     assert record.traces.local is not None
     local = [Pose2D.from_array(pose) for pose in record.traces.local]
-    T_map_local = [
-        map_base @ base.inverse() for map_base, base in zip(map(Pose2D.from_array, in_map), local, strict=True)
-    ]
-    jumped = [a.distance(b) > 1e-4 for a, b in pairwise(T_map_local)]
-    assert np.flatnonzero(jumped).tolist() == [k - 1 for k in np.flatnonzero(record.traces.steps["closure"] >= 0)]
+    T_map_local = [a @ b.inverse() for a, b in zip(map(Pose2D.from_array, in_map), local, strict=True)]
+    moved = np.array(
+        [(a @ here).distance(b @ here) for (a, b), here in zip(pairwise(T_map_local), local[1:], strict=True)]
+    )
+    closed = record.traces.steps["closure"][1:] >= 0
+    assert moved[~closed].max() < 0.1  # what a match may tell
+    assert (moved[closed] > 1e-4).all()

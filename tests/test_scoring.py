@@ -13,6 +13,7 @@ from slam.cli.main import app
 from slam.errors import InputError, LogError
 from slam.files.tum import format_tum
 from slam.pose import FloatArray, Pose2D
+from slam.run.results.recorder import STEP_COLUMNS
 from slam.run.scoring.evaluate import Delta, against_reference, against_relations, statistics
 from slam.run.scoring.pose_errors import Trajectory, absolute_errors, errors_by_frames, read_relations
 
@@ -118,11 +119,12 @@ def test_a_file_is_scored(tmp_path: Path) -> None:
 
 
 def test_runs_are_compared(tmp_path: Path) -> None:
+    row = ",".join("0" * len(STEP_COLUMNS)) + "\n"
     for name, error in (("a", 0.5), ("b", 0.25)):
         folder = tmp_path / name
         folder.mkdir()
         (folder / "config.yaml").write_text("name: a\n")
-        (folder / "steps.csv").write_text("stamp,mapped\n" + "0,0\n" * 80)
+        (folder / "steps.csv").write_text(",".join(STEP_COLUMNS) + "\n" + 80 * row)
         for file in ("trajectory", "odometry"):
             write_tum(folder / f"{file}.tum", TRUTH)
         (folder / "metrics.json").write_text(json.dumps({"ate_rmse_m": error, "ending": "arrived"}))

@@ -103,6 +103,14 @@ def test_a_map_beside_the_walls_is_scored_by_how_far_it_is_off() -> None:
     assert far.recall < 0.6
 
 
+def test_a_map_one_percent_too_large_has_walls_one_percent_too_long() -> None:
+    walls = true_walls([BOX])
+    middle = BOX.mean(axis=0)
+    found = score(walls, middle + 1.01 * (walls.faces - middle))
+    assert found.whole_lengths.sum() == pytest.approx(6.0)
+    assert found.length_error_share == pytest.approx(0.01)
+
+
 def test_the_score_is_the_same_in_every_frame() -> None:
     random = np.random.default_rng(3)
     T = Pose2D(3.0, -2.0, 0.7)

@@ -68,7 +68,7 @@ def shape_table(found: Sequence[tuple[str, LogRun]]) -> ResultTable:
 
 def faults_of(run: LogRun) -> WallFaults:
     """Faults of the line map of a run beside the echoes of all its scans, each as its pose was then."""
-    deskew = run.log.time_increment > 0.0
+    deskew = run.log.time_increment != 0.0
     echoes = [end_points(run.log, k, pose, 0, np.inf, deskew) for k, pose in enumerate(run.poses)]
     lasers = [(Pose2D(*pose.tolist()) @ run.log.T_base_laser).translation for pose in run.poses]
     origins = np.repeat(np.array(lasers), [len(points) for points in echoes], axis=0)
@@ -174,7 +174,7 @@ def _loop(run: LogRun) -> tuple[str, ...]:
 
 
 def _seen(log: Log, poses: FloatArray, scans: Sequence[int]) -> FloatArray:
-    deskew = log.time_increment > 0.0
+    deskew = log.time_increment != 0.0
     return np.concatenate([end_points(log, k, poses[k], 0, LOOP_REACH, deskew) for k in scans])
 
 

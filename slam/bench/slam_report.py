@@ -87,7 +87,7 @@ def _error_row(name: str, run: LogRun, folder: Path) -> tuple[str, ...]:
     cells["end"] = f"{np.hypot(*end[:2]):.3f}, {abs(np.degrees(wrap_angle(float(end[2])))):.2f}"
     crisp = {
         crispness(run.log, run.poses, *crispness_beams(run.log), deskew)
-        for deskew in {run.log.time_increment > 0.0, False}
+        for deskew in {run.log.time_increment != 0.0, False}
     }
     return (name, *cells.values(), " / ".join(f"{value:.1f}" for value in sorted(crisp)))
 

@@ -86,6 +86,7 @@ def total_score(scores: Sequence[WallScore]) -> WallScore:
         float(seen),
         float(found),
         np.concatenate([score.length_errors for score in scores]),
+        np.concatenate([score.whole_lengths for score in scores]),
         np.concatenate([score.end_errors for score in scores]),
         sum(score.doubled for score in scores),
         sum(score.free_air for score in scores),

@@ -32,10 +32,12 @@ def export(
 
     hopslam export runs/latest --to carmen --out run.log --force
     """
+    from slam.cli.inputs import warn_of_damage
     from slam.run.export.formats import export as write
     from slam.run.results.run_record import RunRecord
 
-    console = Terminal()
+    console, record = Terminal(), RunRecord.open(run)
     with console.waiting(f"writing {out}"):
-        write(RunRecord.open(run), to, out, force)
+        write(record, to, out, force)
     console.print(f"{out} written")
+    warn_of_damage([record])

@@ -12,6 +12,7 @@ from slam.console.terminal import Terminal
 if TYPE_CHECKING:
     from slam.files.logs import BagTopics
     from slam.run.experiment import Experiment
+    from slam.run.results.run_record import RunRecord
     from slam.scenario.schema import Scenario
     from slam.scenario.template import ScenarioTemplate
 
@@ -49,3 +50,10 @@ def recorded_experiment(
     experiment = replay_experiment(log, load_scenario(source, settings, allow_modules), topics)
     console.print(experiment.notes["log_report"])
     return experiment
+
+
+def warn_of_damage(records: Sequence[RunRecord]) -> None:
+    """Name the damaged files of the runs on standard error, a line each."""
+    for record in records:
+        for damage in record.damage:
+            print(f"hopslam: warning: {damage}; what comes after that is left out", file=sys.stderr)

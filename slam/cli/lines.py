@@ -1,10 +1,12 @@
 """``hopslam lines``."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from slam.console.options import Lenient
 from slam.console.terminal import Terminal
 
 
@@ -18,6 +20,7 @@ def lines(
     sensor: Annotated[
         str | None, typer.Option(metavar="NAME", help="Whose noise to expect at first; it is learnt from scan to scan.")
     ] = None,
+    lenient: Lenient = False,
 ) -> None:
     """The line segments of the scans of a recorded log.
 
@@ -45,3 +48,6 @@ def lines(
     with console.progress(transient=True) as bar:
         count = write_lines(recorded, scans, config, outputs, lambda all_: bar.track(all_, description="extracting"))
     console.print(f"{count} segments in {len(scans)} scan{'s' * (len(scans) != 1)}")
+    if recorded.loss.warning:
+        print(f"hopslam: warning: {recorded.loss.warning}", file=sys.stderr)
+    recorded.loss.require_most(lenient)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from slam.console.options import AllowModules, OdomTopic, Out, Rerun, ScanTopic, Settings, complete_scenario
+from slam.console.options import AllowModules, Lenient, OdomTopic, Out, Rerun, ScanTopic, Settings, complete_scenario
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 
@@ -37,6 +37,7 @@ def localize(
     rerun: Rerun = None,
     scan_topic: ScanTopic = None,
     odom_topic: OdomTopic = None,
+    lenient: Lenient = False,
 ) -> None:
     """Find the robot in a saved map, from nothing, and track it. The map stays as it is.
 
@@ -65,7 +66,7 @@ def localize(
     else:
         _refuse("a scenario, and no log", source, scenario=scenario, scan_topic=scan_topic, odom_topic=odom_topic)
         experiment = scenario_experiment(load_scenario(source, with_seed(settings, seed), allowed))
-    run_and_report(localize_in_map(experiment, saved_map), out, rerun, console)
+    run_and_report(localize_in_map(experiment, saved_map), out, rerun, console, lenient)
 
 
 def _is_recorded(source: str) -> bool:

@@ -89,8 +89,8 @@ def _exit_code() -> int:
 def main() -> None:
     """Run the command line.
 
-    Exit codes: 2 bad input, 3 a device or back end, 1 or 141 output that cannot be written, 130 Ctrl-C, and 128 + N for
-    the signal N.
+    Exit codes: 2 bad input, 3 a device or back end, 4 a log most of which could not be used, 1 or 141 output that
+    cannot be written, 130 Ctrl-C, and 128 + N for the signal N.
     """
     output = RobustOutput()
     count_suspensions()  # also those before there is a robot

@@ -30,6 +30,8 @@ def optimize(
 
     hopslam compare runs/latest /tmp/wider
     """
+    from slam.cli.inputs import warn_of_damage
+    from slam.files.atomic_files import require_writable
     from slam.run.optimize import Optimization
     from slam.run.results.run_record import RunRecord
     from slam.run.run_and_report import summary_tables
@@ -37,6 +39,8 @@ def optimize(
 
     console, record = Terminal(), RunRecord.open(run)
     scenario = load_scenario(record.folder / "config.yaml", settings or [], allow_modules or [])
-    folder, metrics = Optimization(record, scenario, settings or []).run(out, console)
+    with require_writable(None, "give --out DIR elsewhere"):
+        folder, metrics = Optimization(record, scenario, settings or []).run(out, console)
     console.print(*summary_tables(metrics))
     console.print(f"loops closed; results in {folder}")
+    warn_of_damage([record])

@@ -5,7 +5,17 @@ from typing import Annotated, Literal
 
 import typer
 
-from slam.console.options import AllowModules, OdomTopic, Out, Rerun, SavedMap, ScanTopic, Settings, complete_scenario
+from slam.console.options import (
+    AllowModules,
+    Lenient,
+    OdomTopic,
+    Out,
+    Rerun,
+    SavedMap,
+    ScanTopic,
+    Settings,
+    complete_scenario,
+)
 from slam.console.terminal import Terminal
 
 RecordedLog = Annotated[
@@ -38,6 +48,7 @@ def replay(
     start: Start = "search",
     scan_topic: ScanTopic = None,
     odom_topic: OdomTopic = None,
+    lenient: Lenient = False,
 ) -> None:
     """Map a recorded log of a robot, or a run once more.
 
@@ -62,4 +73,4 @@ def replay(
     experiment = recorded_experiment(log, scenario, settings or [], allow_modules or [], topics, console)
     if saved_map is not None:
         experiment = continue_mapping(experiment, saved_map, start)
-    run_and_report(experiment, out, rerun, console)
+    run_and_report(experiment, out, rerun, console, lenient)

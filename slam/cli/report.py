@@ -27,21 +27,21 @@ def report(
 
     hopslam report runs/latest --figures figures
     """
-    from slam.errors import InputError
+    from slam.cli.inputs import warn_of_damage
+    from slam.files.atomic_files import require_writable
     from slam.run.report.page import write_report
     from slam.run.results.run_record import RunRecord
 
     records = [RunRecord.open(folder) for folder in runs]
     path = out or runs[0] / "report.html"
-    try:
+    with require_writable(None, "choose another place"):
         write_report(records, path)
         typer.echo(f"report in {path}")
         if figures is not None:
             from slam.run.report.figure_files import write_figures
 
             typer.echo(f"{write_figures(records, figures)} figures, each as PNG and PDF, in {figures}")
-    except OSError as error:
-        raise InputError(f"{error.filename}: cannot be written: {error.strerror}; choose another place") from error
+    warn_of_damage(records)
 
 
 def animate(
@@ -60,9 +60,11 @@ def animate(
 
     hopslam animate runs/latest --out corridor.gif --seconds 12 --width 640
     """
+    from slam.cli.inputs import warn_of_damage
     from slam.run.report.animation import write_animation
     from slam.run.results.run_record import RunRecord
 
-    path = out or run / "map.webp"
-    write_animation(RunRecord.open(run), path, seconds, width)
+    path, record = out or run / "map.webp", RunRecord.open(run)
+    write_animation(record, path, seconds, width)
     typer.echo(f"animation in {path}")
+    warn_of_damage([record])

@@ -146,6 +146,8 @@ def report(
         console.print(table.for_terminal())
     for run in [*made.worst[:3], *made.failed[:3]]:
         console.print(f"{run.case}: {run.reason} ({run.id})\n  {run.command}")
+    for damage in made.damage:
+        console.print(f"warning: {damage}; the same hopslam sweep runs its runs again")
     console.print(f"report in {made.page}")
 
 

@@ -55,3 +55,4 @@ OdomTopic = Annotated[str | None, typer.Option(metavar="NAME", help="Of a bag: t
 SavedMap = Annotated[
     Path | None, typer.Option("--map", metavar="FILE", help="Go on mapping in this map.json of another run.")
 ]
+Lenient = Annotated[bool, typer.Option("--lenient", help="Exit code 0 although most scans of a log are lost.")]

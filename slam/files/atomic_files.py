@@ -1,15 +1,18 @@
 """Files that survive a crash: whole ones appear at once or not at all, growing ones can be read at every moment."""
 
+import errno
 import json
 import os
 import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, Final
 
 from slam.closing import Closing
-from slam.errors import InputError
+from slam.errors import InputError, StorageError
+
+_FAILING_DISK: Final = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG}
 
 
 def write_atomic(path: Path, text: str) -> None:
@@ -22,11 +25,14 @@ def write_atomic(path: Path, text: str) -> None:
 
 @contextmanager
 def require_writable(path: Path | None, remedy: str) -> Iterator[None]:
-    """Raise InputError, which ends with the remedy, where the path (None: any file) cannot be written in the block."""
+    """Raise an error that ends with the remedy where the path (None: any file) cannot be written in the block:
+    StorageError where the disk is full or fails, else InputError."""
     try:
         yield
     except OSError as error:
-        raise InputError(f"{path or error.filename}: cannot be written: {error.strerror}; {remedy}") from error
+        kind = StorageError if error.errno in _FAILING_DISK else InputError
+        reason = error.strerror or error
+        raise kind(f"{path or error.filename}: cannot be written: {reason}; {remedy}") from error
 
 
 @contextmanager

@@ -15,6 +15,17 @@ LARGEST: Final = 1e7
 class BadLine(Exception):
     """A line that cannot be used; its message is the kind of fault, as the report counts it. The readers catch it."""
 
+    def __init__(self, kind: str, detail: str = "") -> None:
+        super().__init__(kind)
+        self.detail = detail
+        """The field that is wrong and its value, where one is."""
+
+
+def impossible(field: str, value: object) -> BadLine:
+    """The fault of a field whose value cannot be."""
+    shown = f"{value:.9g}" if isinstance(value, float) else str(value)
+    return BadLine("impossible value", f"{field} {shown}")
+
 
 def numbers(words: Sequence[bytes]) -> FloatArray:
     """The words as numbers, which may be inf or nan."""
@@ -24,11 +35,12 @@ def numbers(words: Sequence[bytes]) -> FloatArray:
         raise BadLine("not a number") from None
 
 
-def bounded(words: Sequence[bytes], largest: float = LARGEST) -> list[float]:
-    """The words as numbers that are finite and of a believable size."""
+def bounded(words: Sequence[bytes], largest: float = LARGEST, names: str = "") -> list[float]:
+    """The words as numbers that are finite and of a believable size; ``names`` are those of the fields."""
     values = numbers(words)
-    if not (np.abs(values) <= largest).all():
-        raise BadLine("impossible value")
+    for index in np.flatnonzero(~(np.abs(values) <= largest)).tolist():
+        named = names.split()
+        raise impossible(named[index] if index < len(named) else f"number {index + 1}", float(values[index]))
     believable: list[float] = values.tolist()
     return believable
 
@@ -36,14 +48,14 @@ def bounded(words: Sequence[bytes], largest: float = LARGEST) -> list[float]:
 def distances(words: Sequence[bytes]) -> FloatArray:
     """The words as numbers from 0 to inf."""
     values = numbers(words)
-    if not (values >= 0.0).all():
-        raise BadLine("impossible value")
+    for index in np.flatnonzero(~(values >= 0.0)).tolist():
+        raise impossible(f"range {index + 1} of {len(values)}", float(values[index]))
     return values
 
 
 def stamp(word: bytes, unit: float = 1.0) -> float:
     """A time of that many seconds a unit, in seconds to the microsecond, as logs and TUM files print it."""
-    return round(bounded([word], largest=1e18)[0] * unit, 6)
+    return round(bounded([word], 1e18, "stamp")[0] * unit, 6)
 
 
 def count(words: Sequence[bytes], index: int) -> int:
@@ -55,14 +67,14 @@ def count(words: Sequence[bytes], index: int) -> int:
     except ValueError:
         raise BadLine("not a number") from None
     if value < 0:
-        raise BadLine("impossible value")
+        raise impossible("number of beams", value)
     return value
 
 
 def table_row(words: Sequence[bytes], columns: str, where: str) -> list[float]:
     """The numbers of one line of a table with these columns; LogError, naming where, for another line."""
     try:
-        values = bounded(words, largest=1e18)
+        values = bounded(words, 1e18, columns)
     except BadLine as fault:
         raise LogError(f"{where}: {fault}; need {columns}") from None
     if len(values) != len(columns.split()):

@@ -1,28 +1,23 @@
 """The lines of a text file, plain or gzip, of any size."""
 
-import gzip
-import zlib
 from collections.abc import Generator, Iterable, Iterator
 from io import BufferedReader
 from pathlib import Path
 from typing import Final
 
 from slam.errors import LogError
+from slam.files.unpacking import DamagedChunk, TooMuch, TruncatedFile, Unpacker
+from slam.limits import LINE
 
-LONGEST_LINE: Final = 1 << 18
-"""Bytes; the rest of a longer line is dropped. A scan of 682 beams takes 4096."""
 _BLOCK: Final = 1 << 16
 _GZIP_MAGIC: Final = b"\x1f\x8b"
-
-
-class TruncatedFile(LogError):
-    """The file ends early or is damaged; what came before has been read."""
 
 
 def read_lines(path: Path) -> Generator[tuple[int, bytes], None, None]:
     """The lines of a file, without their ends, numbered from 1; gzip is known by its first bytes.
 
-    Raises LogError when the file cannot be read, and TruncatedFile after the last whole line of a damaged gzip file.
+    Raises LogError when the file cannot be read, and TruncatedFile after the last whole line of a gzip file that is
+    damaged, or unpacks to more than the limits allow.
     """
     try:
         if not path.is_file():
@@ -34,13 +29,17 @@ def read_lines(path: Path) -> Generator[tuple[int, bytes], None, None]:
 
 
 def _blocks(file: BufferedReader, path: Path) -> Iterator[bytes]:
-    gzipped = file.peek(len(_GZIP_MAGIC)).startswith(_GZIP_MAGIC)
-    stream = gzip.GzipFile(fileobj=file) if gzipped else file
-    try:
-        while block := stream.read1(_BLOCK):
+    if not file.peek(len(_GZIP_MAGIC)).startswith(_GZIP_MAGIC):
+        while block := file.read1(_BLOCK):
             yield block
-    except (EOFError, zlib.error, gzip.BadGzipFile) as error:
-        raise TruncatedFile(f"{path}: the gzip data are damaged or end early") from error
+        return
+    try:
+        yield from Unpacker().blocks("gzip", file)
+    except DamagedChunk as error:
+        note = "the gzip data are damaged or end early, and what comes after that is lost"
+        raise TruncatedFile(path, note) from error
+    except TooMuch as excess:
+        raise TruncatedFile(path, f"the gzip data are read no further: {excess}") from None
 
 
 def _split(blocks: Iterable[bytes]) -> Iterator[bytes]:
@@ -48,6 +47,6 @@ def _split(blocks: Iterable[bytes]) -> Iterator[bytes]:
     for block in blocks:
         *whole, tail = (tail + block).split(b"\n")
         yield from whole
-        tail = tail[:LONGEST_LINE]
+        tail = tail[: LINE.most]
     if tail:
         yield tail

@@ -33,20 +33,32 @@ def read_tum(path: str | Path) -> tuple[FloatArray, FloatArray]:
     What leaves the plane (z, roll, pitch) is dropped; lines that begin with # are comments. Raises LogError, naming the
     line, when a line is no pose or the stamps do not increase, and when there is not one pose.
     """
-    with closing(read_lines(Path(path))) as lines:
-        rows = [
-            _parse(words, f"{path}: line {number}")
-            for number, line in lines
-            if (words := line.split()) and not words[0].startswith(b"#")
-        ]
-    if not rows:
+    stamps, poses, fault = read_tum_so_far(path)
+    if fault is not None:
+        raise fault
+    if not len(stamps):
         raise LogError(f"{path}: no pose in this file; need lines of {_COLUMNS}")
-    table = np.array(rows)
-    if (np.diff(table[:, 0]) <= 0.0).any():
-        raise LogError(f"{path}: the stamps do not increase; sort the poses by stamp, one for each")
+    return stamps, poses
+
+
+def read_tum_so_far(path: str | Path) -> tuple[FloatArray, FloatArray, LogError | None]:
+    """Stamps and poses up to the first line that is no pose or comes too early, and the error that names that line, if
+    there is one. LogError where the file cannot be read."""
+    rows, fault = list[list[float]](), None
+    with closing(read_lines(Path(path))) as lines:
+        try:
+            for number, line in lines:
+                if (words := line.split()) and not words[0].startswith(b"#"):
+                    row = _parse(words, f"{path}: line {number}")
+                    if rows and row[0] <= rows[-1][0]:
+                        raise LogError(f"{path}: the stamps do not increase; sort the poses by stamp, one for each")
+                    rows.append(row)
+        except LogError as error:
+            fault = error
+    table = np.array(rows).reshape(-1, 8)
     qx, qy, qz, qw = table[:, 4:].T
     headings = np.arctan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
-    return table[:, 0], np.column_stack([table[:, 1:3], headings])
+    return table[:, 0], np.column_stack([table[:, 1:3], headings]), fault
 
 
 def _parse(words: list[bytes], where: str) -> list[float]:

@@ -16,7 +16,7 @@ from slam.graph.main_edges import find_main_edges, no_main_edges
 from slam.graph.pose_graph import Edges, factorize, linear_system
 from slam.graph.refined_walls import RefinedWalls, refined_walls
 from slam.graph.wall_equations import WallEquations, fit_lines, wall_equations
-from slam.graph.wall_landmarks import LINE_NX, LINE_NY, FoundWalls, Sights, find_walls, wall_spans
+from slam.graph.wall_landmarks import LINE_NX, LINE_NY, LINE_X, LINE_Y, FoundWalls, Sights, find_walls, wall_spans
 from slam.lines.facets import NX, NY, VARIANCE, X, Y
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
@@ -135,7 +135,8 @@ def _equations(
     if settings.directions:
         spans = wall_spans(sights.points, walls.lines, walls.sights, walls.begins)
         theta = np.arctan2(walls.lines[:, LINE_NY], walls.lines[:, LINE_NX])
-        main = find_main_edges(theta, spans[:, 1] - spans[:, 0])
+        places = walls.lines[:, LINE_X : LINE_Y + 1]
+        main = find_main_edges(theta, spans[:, 1] - spans[:, 0], places)
     return walls, wall_equations(sights, nodes, walls, main, kernel, count)
 
 

@@ -14,6 +14,7 @@ from slam.graph.closure import ClosedRun, Closure
 from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
 from slam.graph.known_graph import KnownGraph
+from slam.graph.map_tracking import MapTracking
 from slam.graph.single_poses import composed
 from slam.graph.submap_mapper import SubmapMapper
 from slam.mapping.surfel_map import SurfelMap
@@ -50,6 +51,7 @@ class LoopClosing:
         self.T_map_local = Pose2D()
         self._mapper, self._timing, self._graph = mapper, timing, known
         self._closed = ClosedMap(SurfelMap(mapper.map.config) if known is None else deepcopy(mapper.map))
+        self._tracking = MapTracking(mapper.config)
         self._process: BackEndProcess | None = None
         self._early: list[KeyScan] = []  # those that no process knows yet
         self._since: deque[KeyScan] = deque()  # those that the next closure may not know
@@ -150,4 +152,7 @@ class LoopClosing:
             self._add(key)
 
     def _add(self, key: KeyScan) -> None:
-        self._closed.add(key, composed(self.T_map_local.as_array(), key.T_local_laser))
+        """Find a key scan in the map, and put it there."""
+        T_map_local = self._tracking.T_map_local(key, self.T_map_local.as_array(), self.map.grid)
+        self.T_map_local = Pose2D.from_array(T_map_local)
+        self._closed.add(key, composed(T_map_local, key.T_local_laser))

@@ -1,4 +1,9 @@
-"""Soft edges between the walls of a building and its main directions, which walls have up to quarter turns."""
+"""Soft edges between the walls of a building and its main directions, which walls have up to quarter turns.
+
+Walls that stand near each other are off alike: a wing may be built askew, and a street of blocks bends. How much they
+are off together and how much each by itself is estimated from them, by a one-way analysis of variance over the parts
+of the building. Where the parts are off and not the walls, a hundred walls of one say no more than a single one.
+"""
 
 from typing import Final, NamedTuple
 
@@ -7,7 +12,7 @@ from numpy.typing import NDArray
 
 from slam.compiled import compiled
 from slam.lines.segments import IntArray
-from slam.mapping.directions import THETA, VARIANCE, Directions, quarter_turn_difference
+from slam.mapping.directions import MIN_SPREAD, THETA, VARIANCE, Directions, quarter_turn_difference
 from slam.pose import FloatArray
 
 MIN_LENGTH: Final = 1.0
@@ -16,8 +21,8 @@ WITHIN: Final = np.radians(2.0)
 """A wall lies in a main direction when it is nearer to it than this."""
 KERNEL_SIGMAS: Final = 3.0
 """Standard deviations of a main direction, far above which a wall is not held to it."""
-CORRELATION: Final = 2.0
-"""Walls of one part of a building are off alike: what each tells is divided by this."""
+PART: Final = 20.0
+"""Metres that a part of the building is long and wide, whose walls may be off alike."""
 
 
 class MainEdges(NamedTuple):
@@ -36,10 +41,10 @@ def no_main_edges(count: int) -> MainEdges:
     return MainEdges(np.full(count, -1, np.int64), np.zeros(count), np.zeros(count))
 
 
-def find_main_edges(theta: FloatArray, lengths: FloatArray) -> MainEdges:
+def find_main_edges(theta: FloatArray, lengths: FloatArray, places: FloatArray) -> MainEdges:
     """Soft edges of those walls that lie in a main direction of all of them.
 
-    ``theta`` (M,) are the directions of their normals, radians, and ``lengths`` (M,) are in metres.
+    ``theta`` (M,) are the directions of their normals, radians, ``lengths`` (M,) and ``places`` (M, 2) are in metres.
     """
     long = lengths >= MIN_LENGTH
     directions = Directions()
@@ -48,11 +53,37 @@ def find_main_edges(theta: FloatArray, lengths: FloatArray) -> MainEdges:
     information = np.zeros(len(theta))
     for k, variance in enumerate(directions.main[:, VARIANCE]):
         members = direction == k
-        if members.any():
-            off = error[members]
-            information[members] = 1.0 / (CORRELATION * variance * (1.0 + off**2 / (KERNEL_SIGMAS**2 * variance)) ** 2)
+        off = error[members]
+        known = _information(off, places[members], variance)
+        if known.any():
+            information[members] = known / (1.0 + off**2 / (KERNEL_SIGMAS**2 * variance)) ** 2
             error[members] -= np.average(off, weights=information[members])
-    return MainEdges(direction, error, information)
+    direction[information == 0.0] = -1
+    return MainEdges(direction, np.where(direction < 0, 0.0, error), information)
+
+
+def _information(off: FloatArray, places: FloatArray, variance: float) -> FloatArray:
+    """What each wall (W,) says of its main direction, rad^-2, so that the walls of a part together say what it does;
+    nothing where the parts are off more than the walls of one, and have directions of their own.
+
+    ``off`` (W,) are the deviations, of this ``variance``."""
+    _, part, counts = np.unique(np.floor(places / PART), axis=0, return_inverse=True, return_counts=True)
+    if len(counts) < 2:
+        return 1.0 / (variance * (1.0 + np.full(len(off), len(off))))
+    within, between = variance_components(off, part, counts)
+    within = max(within, MIN_SPREAD**2)
+    return np.where(between > within, 0.0, 1.0 / (within + counts[part] * between))
+
+
+def variance_components(values: FloatArray, part: IntArray, counts: IntArray) -> tuple[float, float]:
+    """The variances within and between the parts, of which ``part`` (W,) numbers that of each value (W,) and
+    ``counts`` (P,) the values of each; two parts at least. From the mean squares, as in Searle (1971), chapter 11."""
+    means = np.bincount(part, values) / counts
+    size, parts = len(values), len(counts)
+    within = float(np.sum((values - means[part]) ** 2)) / max(size - parts, 1)
+    among = float(np.sum(counts * (means - values.mean()) ** 2)) / (parts - 1)
+    size_of_part = (size - float(np.sum(counts**2)) / size) / (parts - 1)
+    return within, max((among - within) / size_of_part, 0.0)
 
 
 @compiled

@@ -46,7 +46,8 @@ class Pictures(NamedTuple):
     drawn: NDArray[np.uint8]
     """(9, rows, columns), see coarse_search.py."""
     pooled: NDArray[np.uint8]
-    """The greatest value of the block that begins at each pixel."""
+    """(9, BLOCK, rows, columns / BLOCK): the greatest value of the block that begins at each pixel, columns sorted by
+    their remainder, so that the blocks of a window lie side by side."""
     x0: float
     """Lower left corner, metres, in the frame of the submap's map."""
     y0: float
@@ -66,7 +67,7 @@ def find_places(facets: FloatArray, window: Window, pictures: Pictures, least: f
     lies on walls. SCORE is that share less the cost of the prior."""
     blocks = (2 * window.places + BLOCK) // BLOCK
     shifts = _shifts(facets, window, pictures.x0, pictures.y0)
-    bounds = _bounds(shifts, pictures.pooled, blocks)
+    bounds = _bounds(shifts, pictures, blocks)
     chosen = _highest(bounds, window, len(facets), least)
     places, shares = np.empty((len(chosen), 4)), np.empty(len(chosen))
     for b in range(len(chosen)):
@@ -74,25 +75,18 @@ def find_places(facets: FloatArray, window: Window, pictures: Pictures, least: f
     return _distinct(places, shares, least, most)
 
 
-@compiled
 def _pooled(pictures: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The greatest value of the block that begins at each pixel, (P, rows, columns)."""
-    out = pictures.copy()
+    """The greatest value of the block that begins at each pixel, see Pictures; less at the far borders."""
     layers, rows, columns = pictures.shape
-    for p in range(layers):
-        for i in range(rows):
-            for j in range(columns - BLOCK + 1):
-                value = out[p, i, j]
-                for d in range(1, BLOCK):
-                    value = max(value, pictures[p, i, j + d])
-                out[p, i, j] = value
-        for i in range(rows - BLOCK + 1):
-            for j in range(columns):
-                value = out[p, i, j]
-                for d in range(1, BLOCK):
-                    value = max(value, out[p, i + d, j])
-                out[p, i, j] = value
-    return out
+    wide, high = columns - BLOCK + 1, rows - BLOCK + 1
+    along = pictures.copy()
+    for d in range(1, BLOCK):
+        np.maximum(along[:, :, :wide], pictures[:, :, d : d + wide], out=along[:, :, :wide])
+    pooled = np.zeros((layers, rows, columns + -columns % BLOCK), np.uint8)
+    pooled[:, :, :columns] = along
+    for d in range(1, BLOCK):
+        np.maximum(pooled[:, :high, :columns], along[:, d : d + high], out=pooled[:, :high, :columns])
+    return np.ascontiguousarray(pooled.reshape(layers, rows, -1, BLOCK).transpose(0, 3, 1, 2))
 
 
 @compiled
@@ -113,20 +107,26 @@ def _shifts(facets: FloatArray, window: Window, x0: float, y0: float) -> IntArra
 
 
 @compiled
-def _bounds(shifts: IntArray, maxima: NDArray[np.uint8], blocks: int) -> NDArray[np.uint16]:
+def _bounds(shifts: IntArray, pictures: Pictures, blocks: int) -> NDArray[np.uint16]:
     """Upper bound of the grey values for every heading and block of places, (A, blocks, blocks)."""
     bounds = np.zeros((len(shifts), blocks, blocks), np.uint16)
-    _, rows, columns = maxima.shape
+    _, rows, columns = pictures.drawn.shape
     for a in range(len(shifts)):
         for f in range(shifts.shape[1]):
             side, row, column = shifts[a, f]
             low_i, high_i = _inside(row, rows, blocks)
             low_j, high_j = _inside(column, columns, blocks)
+            first = column // BLOCK + low_j
             for i in range(low_i, high_i):
-                line = maxima[side, row + i * BLOCK]
-                for j in range(low_j, high_j):
-                    bounds[a, i, j] += line[column + j * BLOCK]
+                line = pictures.pooled[side, column % BLOCK, row + i * BLOCK, first:]
+                _add_to(bounds[a, i, low_j:high_j], line)
     return bounds
+
+
+@compiled
+def _add_to(sums: NDArray[np.uint16], line: NDArray[np.uint8]) -> None:
+    for k in range(len(sums)):
+        sums[k] += line[k]
 
 
 @compiled

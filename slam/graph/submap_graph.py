@@ -67,6 +67,10 @@ class SubmapGraph:
         """The number of the key scan of a node."""
         return self._number_of[node]
 
+    def key_poses(self) -> FloatArray:
+        """The poses of all key scans (K, 3)."""
+        return np.array([self.poses[node] for node in self.key_nodes]).reshape(-1, 3)
+
     def add(self, key: KeyScan) -> None:
         """Add a key scan, and the submap that begins with it."""
         number, T_map_local, anew = len(self.keys), self._T_map_local(key), self.begins_with(key)

@@ -1,15 +1,9 @@
 """The uncertainty of the open submaps: a pose inherits that of the submap that it was matched to."""
 
-from typing import Final
-
 import numpy as np
 
 from slam.motion_model import propagate
 from slam.pose import FloatArray, Pose2D
-
-NEW_SHARE: Final = 0.3
-"""Of the variance of one match, what a submap has more than the one before: it is made by many scans, whose errors
-average."""
 
 
 class SubmapUncertainty:
@@ -21,16 +15,16 @@ class SubmapUncertainty:
 
     def pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
         """Covariance (3, 3) of a pose, for that against the submap."""
-        self._last = pose, match_covariance
         began, covariance = self._open[0]
-        return propagate(covariance, began, pose) + match_covariance
+        self._last = pose, propagate(covariance, began, pose) + match_covariance
+        return self._last[1]
 
     def open_next(self, most: int) -> None:
-        """Another submap begins at the last pose; so many stay open."""
-        pose, match_covariance = self._last
-        began, covariance = self._open[0]
-        following = pose, propagate(covariance, began, pose) + NEW_SHARE * match_covariance
-        self._open = [*self._open, following][-most:]
+        """Another submap begins at the last pose, and is known as well as that; so many stay open.
+
+        Its many scans do not make it surer: their errors are alike, those of the walls that all of them saw.
+        """
+        self._open = [*self._open, self._last][-most:]
 
     def know(self, pose: Pose2D, covariance: FloatArray) -> None:
         """The pose (local) of the submap that scans are matched to is known with this covariance (3, 3) since a loop

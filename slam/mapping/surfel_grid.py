@@ -6,6 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.compiled import compiled
+from slam.errors import InputError
+from slam.limits import MAP_CELLS
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
@@ -59,11 +61,15 @@ def empty_grid(cell: float) -> Grid:
 
 
 def with_room(grid: Grid, low: IntArray, high: IntArray, more: int) -> Grid:
-    """The grid, enlarged if need be for ``more`` surfels in the cells ``low`` to ``high``, row and column (2,)."""
+    """The grid, enlarged if need be for ``more`` surfels in the cells ``low`` to ``high``, row and column (2,).
+    InputError where it would have more cells than the limit allows."""
     shape = np.array(grid.head.shape)
     if (low < grid.corner).any() or (high >= grid.corner + shape).any():
         corner = np.minimum(grid.corner, low - MARGIN)
-        head = np.full(np.maximum(grid.corner + shape, high + MARGIN) - corner, -1, np.int32)
+        rows, columns = np.maximum(grid.corner + shape, high + MARGIN) - corner
+        if excess := MAP_CELLS.excess(float(rows) * float(columns), f"of {grid.cell:g} m in the map"):
+            raise InputError(f"the map would have {excess}")
+        head = np.full((rows, columns), -1, np.int32)
         row, column = grid.corner - corner
         head[row : row + shape[0], column : column + shape[1]] = grid.head
         grid = grid._replace(head=head, corner=corner)

@@ -15,6 +15,7 @@ from typing import Any
 from slam.console.terminal import Terminal
 from slam.errors import HopslamError, InputError, RobotError, StorageError
 from slam.files.atomic_files import write_atomic
+from slam.files.logs import Loss
 from slam.files.maps.file import write_map
 from slam.line_slam import LineSlam
 from slam.lines.learnt_noise import named_noise
@@ -66,6 +67,8 @@ class Experiment:
     """Outlines of the world that the lidar could see, for the picture."""
     notes: dict[str, Any] = field(default_factory=dict)
     """Additional entries of ``metrics.json``."""
+    loss: Loss | None = None
+    """Scans of the recorded log that could not be used."""
     T_map_odom: Pose2D | None = None
     """Start of dead reckoning; None: the robot's first estimate."""
     duration: float = inf

@@ -70,7 +70,8 @@ def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None =
         slam=make_estimator(scenario.slam, log.T_base_laser, log.start, scenario.seed, _timing_of(path, scenario.slam)),
         pilot=ReplayPilot(len(log)),
         seed=scenario.seed,
-        notes={"log": str(path), "log_report": log.report},
+        notes={"log": str(path), "log_report": log.report, "log_lost_scans": log.lost},
+        loss=log.loss,
     )
 
 

@@ -22,9 +22,10 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
     """A robot behind ``reset`` and ``step``; one step is one scan.
 
     Observations are ``scan`` (beams,), metres, where no echo reads ``range_max`` and too close reads 0, and
-    ``odometry`` (5,): x, y, theta, linear and angular velocity. The action is (v, omega) in m/s and rad/s; its space
-    ends at 1 of each, which learners like, and faster commands are obeyed up to the limits of the robot. ``info`` has
-    the whole ``Observation`` under ``observation`` and, after a step, the velocity really ``applied``. The reward is 0.
+    ``odometry`` (5,): x, y, theta, linear and angular velocity. A scan of fewer beams than the lidar's others is filled
+    up with ``range_max``. The action is (v, omega) in m/s and rad/s; its space ends at 1 of each, which learners like,
+    and faster commands are obeyed up to the limits of the robot. ``info`` has the whole ``Observation`` under
+    ``observation`` and, after a step, the velocity really ``applied``. The reward is 0.
     """
 
     def __init__(self, open_robot: Callable[[int], Robot], lidar: Lidar, limits: Twist2D) -> None:
@@ -81,5 +82,7 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
             robot.__exit__(None, None, None)
 
     def _as_dict(self, observation: Observation) -> ObservationDict:
-        self._last = {"scan": scan_array(observation.scan), "odometry": odometry_array(observation.odometry)}
+        scan = scan_array(observation.scan)
+        scan = np.pad(scan, (0, self._lidar.beams - len(scan)), constant_values=np.float32(self._lidar.range_max))
+        self._last = {"scan": scan, "odometry": odometry_array(observation.odometry)}
         return dict(self._last)

@@ -1,5 +1,6 @@
 """A run as the commands make it: with viewers, a summary and an exit code."""
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -35,20 +36,27 @@ _FACTS: Final = (
 )
 
 
-def run_and_report(experiment: Experiment, out: Path | None, rerun: list[str] | None, console: Terminal) -> None:
+def run_and_report(
+    experiment: Experiment, out: Path | None, rerun: list[str] | None, console: Terminal, lenient: bool = False
+) -> None:
     """Run the experiment, print its summary, and keep the web viewer open until Ctrl-C where there is one.
 
-    Raises the error of a run that failed. Leaves with exit code 130 after Ctrl-C, 128 + N after the signal N.
+    Raises the error of a run that failed, and ScansLost where most of its log could not be used, unless that is taken
+    leniently. Leaves with exit code 130 after Ctrl-C, 128 + N after the signal N.
     """
     with Viewers(rerun or (), console) as viewers:
         outcome = experiment.run(out, viewers, console)
         console.print(*summary_tables(outcome.metrics))
+        if experiment.loss is not None and experiment.loss.warning:
+            print(f"hopslam: warning: {experiment.loss.warning}: {experiment.loss.report}", file=sys.stderr)
         console.print(f"{outcome.ending}; results in {outcome.folder}")
         if outcome.error is not None:
             raise outcome.error
         if outcome.ending == "interrupted":
             raise typer.Exit(128 + outcome.signal)
         viewers.serve_until_interrupted()
+        if experiment.loss is not None:
+            experiment.loss.require_most(lenient)
 
 
 def summary_tables(metrics: dict[str, Any]) -> Iterator[TerminalTable]:

@@ -1,25 +1,31 @@
 """A ROS map, ``map.yaml`` and its image, as solids."""
 
+import struct
+import warnings
 from functools import lru_cache
 from pathlib import Path
 from typing import Final, Literal, Self
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, ValidationInfo, field_validator, model_validator
 
 from slam.compiled import compiled
 from slam.config import Section
+from slam.limits import PIXELS, SOLIDS
 from slam.pose import FloatArray, Pose2D
 from slam.scenario.solids import Prism
 from slam.scenario.validation_message import validation_message
 from slam.scenario.values import Positive
-from slam.scenario.yaml_file import YAML_ERRORS, explain_yaml_error
+from slam.scenario.yaml_file import YAML_ERRORS, explain_yaml_error, load_yaml
 
 _IMAGES: Final = ("PPM", "PNG", "BMP")
 """Pillow's names of the formats that are read; PPM includes PGM, binary (P5) and plain (P2)."""
+_NO_IMAGE: Final = (
+    UnidentifiedImageError, Image.DecompressionBombError, ValueError, struct.error, SyntaxError, EOFError
+)  # fmt: skip
+"""Exceptions of Pillow for damaged files, beside OSError."""
 
 
 class MapHeader(BaseModel):
@@ -73,7 +79,9 @@ class RosMap(Section):
 def _footprints(path: Path, changed: int) -> FloatArray:
     """Corners (N, 4, 2) of rectangles over the occupied cells, map frame; ValueError and OSError name the file."""
     header = _read_header(path)
-    cells = merge_cells(_occupied(path.parent / header.image, header))
+    cells = merge_cells(_occupied(path.parent / header.image, header), SOLIDS.most + 1)
+    if excess := SOLIDS.excess(len(cells)):
+        raise ValueError(f"{path.parent / header.image}: {excess}")
     row, column, rows, columns = cells.T[:, :, np.newaxis].astype(np.float64)
     x = np.concatenate([column, column + columns, column + columns, column], axis=1)
     y = np.concatenate([row, row, row + rows, row + rows], axis=1)
@@ -83,7 +91,7 @@ def _footprints(path: Path, changed: int) -> FloatArray:
 
 def _read_header(path: Path) -> MapHeader:
     try:
-        return MapHeader.model_validate(yaml.safe_load(path.read_text(encoding="utf-8")))
+        return MapHeader.model_validate(load_yaml(path.read_text(encoding="utf-8")))
     except ValidationError as errors:
         key_path, reason = validation_message(errors, MapHeader)
         key = ".".join(map(str, key_path)) or "the header of a ROS map"
@@ -96,15 +104,21 @@ def _read_header(path: Path) -> MapHeader:
 def _occupied(path: Path, header: MapHeader) -> NDArray[np.bool_]:
     """Read the occupied cells, (rows, columns), the lowest row first."""
     try:
-        with Image.open(path, formats=_IMAGES) as image:
-            deep = image.mode.startswith("I")  # 16 bit
-            grey = (
-                np.asarray(image, np.float64) / 65535.0 if deep else np.asarray(image.convert("L"), np.float64) / 255.0
-            )
-    except (UnidentifiedImageError, Image.DecompressionBombError, ValueError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # the limit below is lower
+            image = Image.open(path, formats=_IMAGES)
+        with image:
+            levels, excess = np.zeros((0, 0), np.uint8), PIXELS.excess(image.width * image.height)
+            if excess is None:
+                levels = np.asarray(image if image.mode.startswith("I") else image.convert("L"))  # I: of 16 bits
+    except _NO_IMAGE as error:
         raise ValueError(f"{path}: not an image in a format that maps come in (PGM, PNG, BMP)") from error
-    darkness = grey if header.negate else 1.0 - grey
-    return (darkness > header.occupied_thresh)[::-1].copy()
+    if excess is not None:
+        raise ValueError(f"{path}: {excess}")
+    most = 255 if levels.dtype == np.uint8 else 65535
+    grey = np.arange(most + 1) / most
+    occupied = (grey if header.negate else 1.0 - grey) > header.occupied_thresh
+    return np.ascontiguousarray(occupied[levels.clip(0, most)][::-1])
 
 
 @compiled
@@ -118,19 +132,20 @@ def _rows_occupied(occupied: NDArray[np.bool_], row: int, column: int, columns: 
 
 
 @compiled
-def merge_cells(occupied: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Rectangles (N, 4) of row, column, rows, columns that cover the occupied cells, each cell at least once.
+def merge_cells(occupied: NDArray[np.bool_], most: int = SOLIDS.most) -> NDArray[np.int64]:
+    """Rectangles (N, 4) of row, column, rows, columns that cover the occupied cells, each cell at least once; no more
+    than ``most``.
 
     Greedy: from each cell that is not yet covered, in reading order, the larger of the two rectangles that grow as far
     as they can along the row first, or along the column first.
     """
     height, width = occupied.shape
     covered = np.zeros_like(occupied)
-    found = np.empty((occupied.sum(), 4), np.int64)
+    found = np.empty((min(occupied.sum(), most), 4), np.int64)
     count = 0
     for row in range(height):
         for column in range(width):
-            if not occupied[row, column] or covered[row, column]:
+            if not occupied[row, column] or covered[row, column] or count == len(found):
                 continue
             wide = _rows_occupied(occupied.T, column, row, 1, width - column)
             wide_rows = _rows_occupied(occupied, row, column, wide, height - row)

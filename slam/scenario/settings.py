@@ -3,11 +3,9 @@
 from collections.abc import Iterable, Iterator
 from typing import Any, Final
 
-import yaml
-
 from slam.errors import ScenarioError
 from slam.scenario.random_value import is_random
-from slam.scenario.yaml_file import YAML_ERRORS, KeyPath, explain_yaml_error
+from slam.scenario.yaml_file import YAML_ERRORS, KeyPath, explain_yaml_error, load_yaml
 
 _CODE_KEYS: Final[tuple[KeyPath, ...]] = (("slam", "lines", "method"), ("slam", "matching", "method"))
 """The keys whose value may be code of the user's own."""
@@ -24,7 +22,7 @@ def parse_setting(text: str) -> tuple[KeyPath, Any]:
     if not equals or not all(key.strip().split(".")):
         raise ScenarioError(f"--set {text}: expected key=value, for example --set duration=60")
     try:
-        parsed = yaml.safe_load(value)
+        parsed = load_yaml(value)
     except YAML_ERRORS as error:
         _, fault = explain_yaml_error(error)
         raise ScenarioError(f"--set {text}: the value is not valid YAML: {fault}; quote it if it is text") from error

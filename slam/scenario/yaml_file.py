@@ -7,11 +7,13 @@ from typing import Any, Final
 import yaml
 
 from slam.errors import ScenarioError
+from slam.limits import YAML_DEPTH, YAML_DIGITS, YAML_NODES, YAML_SIZE
 
 KeyPath = tuple[str | int, ...]
 """The steps from the top of a scenario to a key: names of keys, and indices of list items."""
 YAML_ERRORS: Final = (yaml.YAMLError, ValueError, KeyError, AttributeError, RecursionError)
 """Exceptions of PyYAML for text that it cannot read; the builtin ones are of values such as 2024-13-45."""
+_TEXT: Final = "tag:yaml.org,2002:str"
 _WORDS: Final = (
     (r"'\\t' that cannot start", "a tab; YAML is indented with spaces only"),
     (r"character ('.+') that cannot start", "text that begins with {0} must be in quotes"),
@@ -38,6 +40,47 @@ _WORDS: Final = (
 )  # fmt: skip
 _FOUND_AT_THE_END: Final = re.compile(r"expected ',' or|the node content|unexpected end|could not find expected")
 """Faults for which the line where the value begins says more than the line where PyYAML found them."""
+
+
+class YamlExcess(ValueError):
+    """More than a limit allows."""
+
+
+def load_yaml(text: str) -> Any:
+    """The plain data of a YAML text, within the limits; one of YAML_ERRORS for another text."""
+    return read_yaml(text)[1]
+
+
+def read_yaml(text: str) -> tuple[yaml.Node | None, Any]:
+    """The tree of nodes and the plain data of a YAML text, within the limits; one of YAML_ERRORS for another text."""
+    if excess := YAML_SIZE.excess(len(text)):
+        raise YamlExcess(excess)
+    loader = yaml.SafeLoader(text)
+    try:
+        root = loader.get_single_node()
+        if root is None:
+            return None, None
+        if excess := YAML_NODES.excess(_count_nodes(root, {}, 1)):
+            raise YamlExcess(excess)
+        return root, loader.construct_document(root)
+    finally:
+        loader.dispose()
+
+
+def _count_nodes(node: yaml.Node, known: dict[int, int], depth: int) -> int:
+    """The number of nodes below and including this one, each alias counted with all that it stands for."""
+    if id(node) in known:
+        return known[id(node)]
+    if excess := YAML_DEPTH.excess(depth):
+        raise YamlExcess(excess)
+    if isinstance(node, yaml.ScalarNode):
+        if node.tag != _TEXT and (excess := YAML_DIGITS.excess(len(node.value))):
+            raise YamlExcess(excess)
+        return 1
+    known[id(node)] = YAML_NODES.most + 1  # what holds itself has no end
+    parts = [part for pair in node.value for part in (pair if isinstance(pair, tuple) else (pair,))]
+    known[id(node)] = 1 + sum(_count_nodes(part, known, depth + 1) for part in parts)
+    return known[id(node)]
 
 
 class YamlFile:
@@ -76,8 +119,9 @@ class YamlFile:
     def _parse(self) -> tuple[yaml.Node | None, Any]:
         """Read the tree of nodes, which know their lines, and the plain data."""
         try:
-            text = self.path.read_text(encoding="utf-8")
-            root, data = yaml.compose(text, Loader=yaml.SafeLoader), yaml.safe_load(text)
+            if excess := YAML_SIZE.excess(self.path.stat().st_size):
+                raise ScenarioError(f"{self.path}: {excess}")
+            root, data = read_yaml(self.path.read_text(encoding="utf-8"))
             self._refuse_doubles(root)
             return root, data
         except OSError as error:
@@ -114,8 +158,10 @@ def explain_yaml_error(error: Exception) -> tuple[int | None, str]:
         return mark.line + 1 if mark else None, _in_plain_words(problem)
     if isinstance(error, yaml.YAMLError | UnicodeError):
         return None, f"not a text file: {str(error).splitlines()[0]}"
+    if isinstance(error, YamlExcess):
+        return None, str(error)
     if isinstance(error, RecursionError):
-        return None, "lists or mappings inside each other, too many to be read"
+        return None, f"lists or mappings inside each other, over the limit of {YAML_DEPTH.most} levels"
     return None, f"a value cannot be read: {error}; put it in quotes if it is text"
 
 

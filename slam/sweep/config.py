@@ -1,10 +1,13 @@
 """Configuration of a sweep: schema of its YAML file, and of the options of ``hopslam sweep``."""
 
+from collections import Counter
+from math import prod
 from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 
 from slam.config import Section
+from slam.limits import CASES, RUNS
 from slam.modes import ModeName
 from slam.scenario.random_value import KINDS, is_random
 from slam.scenario.validation_message import error_message
@@ -18,9 +21,12 @@ def _parse_range(given: Any) -> Any:
         return given
     first, _, end = given.partition(":")
     try:
-        return [int(first)] if not end else list(range(int(first), int(end)))
+        seeds = range(int(first), int(end) if end else int(first) + 1)
     except ValueError:
         raise ValueError("expected first:end, for example 0:100, which ends with 99, or a list of numbers") from None
+    if excess := RUNS.excess(seeds.stop - seeds.start):
+        raise ValueError(excess)
+    return list(seeds)
 
 
 def _check_distribution(given: Any) -> Any:
@@ -35,16 +41,25 @@ def _check_distribution(given: Any) -> Any:
 
 
 def _check_unique(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    if excess := CASES.excess(len(values)):
+        raise ValueError(excess)
     doubles = [value for index, value in enumerate(values) if value in values[:index]]
     if doubles:
         raise ValueError(f"{doubles[0]} stands here twice")
     return values
 
 
+def _check_seeds(seeds: tuple[int, ...]) -> tuple[int, ...]:
+    counts = Counter(seeds)
+    if len(counts) < len(seeds):
+        raise ValueError(f"{counts.most_common(1)[0][0]} stands here twice")
+    return seeds
+
+
 Seeds = Annotated[
     tuple[Annotated[int, Field(ge=0)], ...],
     BeforeValidator(_parse_range),
-    AfterValidator(_check_unique),
+    AfterValidator(_check_seeds),
     Field(min_length=1),
 ]
 Values = Annotated[tuple[Any, ...], AfterValidator(_check_unique), Field(min_length=1)]
@@ -79,6 +94,14 @@ class SweepConfig(Section):
     def _something_to_run(self) -> Self:
         if not self.scenarios and not self.logs:
             raise ValueError("nothing to run; name at least one scenario or log")
+        return self
+
+    @model_validator(mode="after")
+    def _not_too_many(self) -> Self:
+        inputs, modes = len(self.scenarios) + len(self.logs), max(len(self.modes), 1)
+        cases = inputs * modes * prod(map(len, self.grid.values()))
+        if excess := CASES.excess(cases) or RUNS.excess(cases * len(self.seeds)):
+            raise ValueError(excess)
         return self
 
     @model_validator(mode="after")

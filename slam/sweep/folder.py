@@ -15,6 +15,8 @@ from slam.files.atomic_files import write_atomic
 from slam.named_code import import_optional
 
 _DRAFT: Final = ".draft-"
+_ASIDE: Final = ".damaged-"
+"""Begins the names of files that were set aside."""
 
 
 class Folder:
@@ -92,6 +94,8 @@ class Folder:
         if draft.is_file():
             with draft.open("rb") as file:
                 os.fsync(file.fileno())
+        elif place.is_symlink():
+            place.unlink()
         elif place.is_dir():
             shutil.rmtree(place)
         draft.replace(place)
@@ -100,6 +104,15 @@ class Folder:
         """Remove the drafts that killed processes have left."""
         for left in self.path.glob(f"{_DRAFT}*") if self.path is not None else ():
             shutil.rmtree(left, ignore_errors=True)
+
+    def set_aside(self, name: str) -> str:
+        """Move a damaged file out of the way, in this folder; its new address."""
+        aside = f"{_ASIDE}{name}"
+        if self.path is not None:
+            (self.path / name).replace(self.path / aside)
+        else:
+            self._fs.mv(self._place(name), self._place(aside))
+        return f"{self.address}/{aside}"
 
     def remove(self, name: str) -> None:
         """Remove a file, if it is there."""

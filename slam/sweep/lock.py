@@ -5,7 +5,7 @@ import json
 import os
 import platform
 from contextlib import suppress
-from typing import IO, Final, Self
+from typing import IO, Any, Final, Self
 
 from slam.errors import InputError
 from slam.sweep.folder import Folder
@@ -41,7 +41,7 @@ class SweepLock:
     def _lock_file(self) -> None:
         assert self._folder.path is not None
         self._folder.path.mkdir(parents=True, exist_ok=True)
-        self._file = (self._folder.path / _NAME).open("a+", encoding="utf-8")
+        self._file = (self._folder.path / _NAME).open("a+", encoding="utf-8", errors="replace")
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
@@ -59,19 +59,28 @@ class SweepLock:
         self._folder.write(_NAME, self._me)
 
     def _refusal(self, other: str) -> InputError:
-        who = json.loads(other) if other else {}
+        who = _claim(other)
         return InputError(
             f"{self._folder.address}: process {who.get('pid')} on {who.get('host')} runs a sweep there; wait for it, "
             f"or choose another --out (if it is gone, remove {_NAME})"
         )
 
 
+def _claim(text: str) -> dict[str, Any]:
+    """Host and process that a lock names; empty where it cannot be read."""
+    try:
+        claim = json.loads(text)
+    except ValueError:
+        return {}
+    return claim if isinstance(claim, dict) else {}
+
+
 def _may_run(other: str) -> bool:
     """True where that process may still be at work: one of another host is believed to be."""
-    who = json.loads(other)
-    if who["host"] != platform.node():
+    who = _claim(other)
+    if who.get("host") != platform.node() or not isinstance(who.get("pid"), int):
         return True
-    with suppress(PermissionError):
+    with suppress(PermissionError, OverflowError):
         try:
             os.kill(who["pid"], 0)
         except ProcessLookupError:

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
-import yaml
 from pydantic import ValidationError
 
 from slam.errors import InputError, ScenarioError, did_you_mean
@@ -14,7 +13,7 @@ from slam.scenario.random_value import KINDS
 from slam.scenario.settings import named_code, one_or_several
 from slam.scenario.shipped import SHIPPED
 from slam.scenario.validation_message import validation_message
-from slam.scenario.yaml_file import YAML_ERRORS, KeyPath, YamlFile, explain_yaml_error
+from slam.scenario.yaml_file import YAML_ERRORS, KeyPath, YamlFile, explain_yaml_error, load_yaml
 from slam.sweep.config import SweepConfig
 from slam.sweep.plan import Plan
 
@@ -66,7 +65,7 @@ def _split(option: str, text: str, example: str) -> tuple[str, str]:
 
 def _yaml(option: str, text: str, value: str) -> list[Any]:
     try:
-        return list(yaml.safe_load(value))
+        return list(load_yaml(value))
     except YAML_ERRORS as error:
         fault = f"the values are not valid YAML: {explain_yaml_error(error)[1]}; quote those that are text"
         raise ScenarioError(f"{option} {text}: {fault}") from error

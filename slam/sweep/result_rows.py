@@ -10,7 +10,9 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Final, TypeAlias
 
+from slam.modes import MODES
 from slam.named_code import import_optional
+from slam.run.results.metric_table import METRICS
 from slam.sweep.job import Job, format_setting
 
 if TYPE_CHECKING:
@@ -28,6 +30,12 @@ WALL_TIMES: Final = frozenset(
 """Metrics that are wall times, others in every run; all others are the same bits when a run is repeated."""
 _OTHER_COLUMNS: Final = frozenset({"seed", "version", "ending"})
 """Metrics that a row has in other columns."""
+_KINDS: Final = {
+    "id": str, "name": str, "source": str, "kind": str, "mode": str, "seed": int, "status": str, "command": str,
+}  # fmt: skip
+"""Columns that every row has."""
+_LISTS: Final = frozenset({"settings", "error_m"})
+_LARGEST: Final = 2.0**63
 BATCH: Final = 200
 """Rows in memory, and in a row group of the file, at most."""
 
@@ -82,9 +90,56 @@ def write_table(path: Path, old: IO[bytes] | None, ids: set[str], batches: Calla
 
 
 def read_rows(file: IO[bytes], columns: list[str] | None = None) -> Iterator[Row]:
-    """The rows of a results file, one after another, with all columns or these."""
-    for batch in _open(file).iter_batches(batch_size=BATCH, columns=columns):
-        yield from batch.to_pylist()
+    """The rows of a results file, one after another, with all columns or these; ValueError where it is damaged."""
+    arrow_error = import_optional("pyarrow", "sweep").ArrowException
+    try:
+        for batch in _open(file).iter_batches(batch_size=BATCH, columns=columns):
+            yield from batch.to_pylist()
+    except (arrow_error, OSError, ValueError, LookupError) as error:
+        raise ValueError(f"{error}") from error
+
+
+def whole_rows(file: IO[bytes]) -> tuple[list[Row], bool]:
+    """Rows of the row groups of a results file that can be read and are rows; True where they are all that it holds."""
+    arrow_error = import_optional("pyarrow", "sweep").ArrowException
+    damage = (arrow_error, OSError, ValueError, LookupError)
+    rows, whole = list[Row](), True
+    try:
+        table = _open(file)
+        groups = range(table.num_row_groups)
+    except damage:
+        return [], False
+    for group in groups:
+        try:
+            found = table.read_row_group(group).to_pylist()
+        except damage:
+            whole = False
+            continue
+        good = [row for row in found if row_fault(row) is None]
+        rows, whole = rows + good, whole and len(good) == len(found)
+    return rows, whole
+
+
+def row_fault(row: Any) -> str | None:
+    """Say what is wrong with a row; None where nothing is."""
+    if not isinstance(row, dict):
+        return "is no object"
+    for name, kind in _KINDS.items():
+        if not isinstance(row.get(name), kind) or isinstance(row.get(name), bool):
+            return f"{name} is {str(row.get(name))[:20]!r}"
+    if row["status"] not in ("done", "failed") or row["mode"] not in MODES:
+        return f"status is {row['status'][:20]!r}, mode {row['mode'][:20]!r}"
+    return next((f"{name} is of no plain kind" for name, value in row.items() if not _is_plain(name, value)), None)
+
+
+def _is_plain(name: str, value: Any) -> bool:
+    """True for the value of a column: text, a number in reach, or a list of such."""
+    if name in METRICS and not (value is None or isinstance(value, int | float)):
+        return False
+    if name in _LISTS:
+        kind = str if name == "settings" else int | float
+        return value is None or (isinstance(value, list) and all(isinstance(item, kind) for item in value))
+    return value is None or isinstance(value, str) or (isinstance(value, int | float) and abs(value) < _LARGEST)
 
 
 def _plain(value: Any) -> Any:

@@ -7,8 +7,9 @@ from time import monotonic
 from typing import Final
 
 from slam.errors import InputError
+from slam.files.json_files import parse_json
 from slam.sweep.folder import Folder
-from slam.sweep.result_rows import BATCH, Row, read_rows, write_table
+from slam.sweep.result_rows import BATCH, Row, read_rows, row_fault, whole_rows, write_table
 
 RESULTS: Final = "results.parquet"
 _JOURNAL: Final = "rows"
@@ -37,6 +38,26 @@ class ResultStore:
         if self._waiting >= BATCH or monotonic() - self._compacted > _COMPACTION_PERIOD:
             self.compact()
 
+    def set_damaged_aside(self) -> list[str]:
+        """Move what cannot be read out of the way, so that its runs are run again; a sentence for each such file.
+
+        Of a damaged ``results.parquet`` the rows that can be read come back, by way of the journal.
+        """
+        faults = {name: fault for name in self._journal.names() if (fault := self._journal_fault(name)) is not None}
+        said = [
+            f"{self._journal.address}/{name}: {fault}; it is now {self._journal.set_aside(name)}"
+            for name, fault in faults.items()
+        ]
+        if RESULTS in self.folder.names():
+            with self.folder.open(RESULTS) as file:
+                rows, whole = whole_rows(file)
+            if not whole:
+                for row in rows:
+                    self._journal.write(f"{row['id']}.json", json.dumps(row))
+                aside = self.folder.set_aside(RESULTS)
+                said.append(f"{self.folder.address}/{RESULTS}: damaged, {len(rows)} rows are whole; it is now {aside}")
+        return said
+
     def compact(self) -> None:
         """Take the journal into ``results.parquet``. InputError where that file was made by something else."""
         names = self._journal.names()
@@ -49,12 +70,15 @@ class ResultStore:
         self._waiting, self._compacted = 0, monotonic()
 
     def rows(self, columns: list[str] | None = None) -> Iterator[Row]:
-        """Rows of ``results.parquet``, one after another: all but those added since it was last compacted."""
+        """Rows of ``results.parquet``, one after another: all but those added since it was last compacted. InputError
+        where the file is damaged."""
+        if RESULTS not in self.folder.names():
+            return
         try:
             with self.folder.open(RESULTS) as file:
                 yield from read_rows(file, columns)
-        except FileNotFoundError:
-            return
+        except (OSError, ValueError) as error:
+            raise self._damaged(error) from error
 
     def done(self) -> set[str]:
         """Ids of the jobs that need not be run again: those in the file that did not fail."""
@@ -62,16 +86,30 @@ class ResultStore:
 
     def _write(self, path: Path, names: list[str]) -> None:
         ids = {name.removesuffix(".json") for name in names}
+        old = self.folder.open(RESULTS) if RESULTS in self.folder.names() else None
         try:
-            old = self.folder.open(RESULTS)
-        except FileNotFoundError:
-            write_table(path, None, ids, lambda: self._batches(names))
-            return
-        with old:
-            try:
-                write_table(path, old, ids, lambda: self._batches(names))
-            except (KeyError, ValueError) as error:
-                raise InputError(f"{self.folder.address}/{RESULTS}: not the results of a sweep: {error}") from error
+            write_table(path, old, ids, lambda: self._batches(names))
+        except (LookupError, ValueError) as error:
+            raise self._damaged(error) from error
+        finally:
+            if old is not None:
+                old.close()
+
+    def _damaged(self, error: Exception) -> InputError:
+        place = f"{self.folder.address}/{RESULTS}"
+        return InputError(f"{place}: damaged, or not the results of a sweep: {error}; run the sweep again to mend it")
+
+    def _journal_fault(self, name: str) -> str | None:
+        """Say what is wrong with a row of the journal; None where nothing is."""
+        try:
+            with self._journal.open(name) as file:
+                row = parse_json(file.read())
+        except (OSError, ValueError) as error:
+            return f"no row of a sweep: {error}"
+        fault = row_fault(row)
+        if fault is None and f"{row['id']}.json" != name:
+            fault = f"id is {row['id'][:20]!r}"
+        return fault and f"no row of a sweep: {fault}"
 
     def _batches(self, names: list[str]) -> Iterator[list[Row]]:
         for first in range(0, len(names), BATCH):

@@ -35,7 +35,7 @@ def run_job(job: Job, runs: str, pictures: bool, allowed: Sequence[str] = ()) ->
         row = _run(job, runs, pictures, allowed)
     except HopslamError as error:
         row = failed_row(job, str(error))
-    except Exception as error:  # whatever it is, the other runs go on
+    except Exception as error:  # noqa: BLE001  # whatever it is, the other runs go on
         row = failed_row(job, f"{type(error).__name__}: {error}")
     if row is None:
         return None
@@ -48,7 +48,10 @@ def make_experiment(job: Job, allowed: Sequence[str] = ()) -> Experiment:
     """Experiment that ``job.command`` runs, with the code that the user allows."""
     settings, source = [*job.settings, f"seed={job.seed}"], bundled_path(job.source)
     if job.kind == "log":
-        return replay_experiment(Path(source), checked_template("replay", settings, allowed).draw())
+        experiment = replay_experiment(Path(source), checked_template("replay", settings, allowed).draw())
+        if experiment.loss is not None:
+            experiment.loss.require_most(lenient=False)
+        return experiment
     return scenario_experiment(checked_template(source, settings, allowed).draw())
 
 

@@ -69,6 +69,8 @@ def run_sweep(plan: Plan, out: str, options: ExecutionOptions, console: Terminal
 def _run_in(folder: Folder, plan: Plan, options: ExecutionOptions, console: Terminal) -> SweepOutcome:
     with SweepLock(folder):
         store = ResultStore(folder)
+        for damage in store.set_damaged_aside():
+            console.print(f"warning: {damage}")
         store.compact()
         folder.clear_drafts()
         (folder / RUNS).clear_drafts()

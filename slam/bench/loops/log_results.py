@@ -112,7 +112,7 @@ def score_trajectory(path: Path, log: Log, poses: FloatArray) -> TrajectoryScore
         times, truth = read_tum(reference)
         at = poses_at(times, log.stamps, poses)
         ate = absolute_error(at.poses[at.known], truth[at.known])
-    crisp = crispness(log, poses, *crispness_beams(log), log.time_increment > 0.0)
+    crisp = crispness(log, poses, *crispness_beams(log), log.time_increment != 0.0)
     return TrajectoryScore(relations, centre, ate, gap_of_loop(path.name.split(".")[0], log, poses), crisp)
 
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from slam.bench.loops.both_ways import local_poses
+from slam.bench.loops.loop_errors import LoopCounts, count_loops
 from slam.bench.sim_runs import CASTER, HOUR
 from slam.console.terminal import Terminal
 from slam.graph.graph_size import GraphSize
@@ -16,7 +17,7 @@ from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.run.experiment_setup import scenario_experiment
 from slam.run.loop import Ending, run_loop
-from slam.run.scoring.pose_errors import rmse
+from slam.run.scoring.pose_errors import InterpolatedPoses, rmse
 from slam.run.scoring.seen_walls import SeenWalls
 from slam.run.scoring.wall_score import WallScore, score_walls
 from slam.run.step import Step
@@ -48,8 +49,8 @@ class Drive(NamedTuple):
     """Wall time from the last scan to the closed map, seconds."""
     sizes: tuple[GraphSize, ...]
     """At every scan; none where no loop is closed."""
-    loops: int
-    """Loops that were found in all."""
+    loops: LoopCounts | None
+    """None where no loop is closed."""
 
 
 class _MeasuredSlam(LineSlam):
@@ -110,8 +111,12 @@ def drive(name: str, seed: int, settings: tuple[str, ...], hour: bool = False) -
     return Drive(
         ending, len(live), rmse(wheels_off), rmse(off), rmse(final_off), float(off.max()), float(final_off.max()),
         score_walls(seen.walls, seen.seen, lines), np.array(slam.times), finish_time, tuple(slam.sizes),
-        0 if closed is None else len(closed.loops),
+        None if closed is None else count_loops(closed, _at_every_scan(recorder.truth)),
     )  # fmt: skip
+
+
+def _at_every_scan(poses: list[Pose2D]) -> InterpolatedPoses:
+    return InterpolatedPoses(stack_poses(poses), np.ones(len(poses), np.bool_))
 
 
 def _distances(poses: FloatArray, truth: FloatArray) -> FloatArray:

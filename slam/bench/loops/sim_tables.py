@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from slam.bench.loops.loop_errors import WRONG_METRES, WRONG_RADIANS
 from slam.bench.loops.sim_drives import Drive, drive
 from slam.bench.stopwatch import milliseconds
 from slam.bench.wall_map_runs import total_score
@@ -63,7 +64,7 @@ def hour_table(run: Drive) -> ResultTable:
 def _run_table(found: dict[tuple[str, int, str], Drive]) -> ResultTable:
     columns = (
         "scenario, seed", "ending", "odometry\nATE, cm", "never\nATE, cm", "live\nATE, cm", "final\nATE, cm",
-        "never\nmost, cm", "final\nmost, cm", "loops", "after the\nend, s",
+        "never\nmost, cm", "final\nmost, cm", "loops", "believed,\nwrong", "after the\nend, s",
     )  # fmt: skip
     rows = []
     for name, seed in dict.fromkeys((name, seed) for name, seed, _ in found):
@@ -71,27 +72,45 @@ def _run_table(found: dict[tuple[str, int, str], Drive]) -> ResultTable:
         metres = never.odometry_ate, never.ate, auto.ate, auto.final_ate, never.worst, auto.final_worst
         endings = never.ending if never.ending == auto.ending else f"{never.ending}, {auto.ending}"
         cells = [f"{100 * value:.1f}" for value in metres]
-        rows.append((f"{name}, {seed}", endings, *cells, str(auto.loops), f"{auto.finish_time:.2f}"))
-    notes = "Against the truth, without alignment. Each way drives by its own poses: no two drives are the same."
+        assert auto.loops is not None
+        loops = str(auto.loops.accepted), f"{auto.loops.believed}, {auto.loops.believed_wrong}"
+        rows.append((f"{name}, {seed}", endings, *cells, *loops, f"{auto.finish_time:.2f}"))
+    notes = (
+        "Against the truth, without alignment. Each way drives by its own poses: no two drives are the same. "
+        f"Wrong is a loop that is more than {WRONG_METRES} m or {np.degrees(WRONG_RADIANS):.0f} deg off."
+    )
     return ResultTable("Loops driven in the simulator", columns, rows, notes)
 
 
 def _mean_table(found: dict[tuple[str, int, str], Drive]) -> ResultTable:
     columns = (
         "scenario", "runs", "arrived", "loops", "mean ATE\nthen, cm", "final, cm", "worst ATE\nfinal, cm",
-        "wall lengths\nmedian, cm", "wall ends\nmedian, cm", "doubled\nm a run",
+        "wall lengths\nmedian, cm", "in all, %", "wall ends\nmedian, cm", "doubled\nm a run", "loops believed,\nwrong",
     )  # fmt: skip
     rows = []
     for name, way in dict.fromkeys((name, way) for name, _, way in found):
         runs = [run for (other, _, how), run in found.items() if (other, how) == (name, way)]
         then, final = (np.array([getattr(run, kind) for run in runs]) for kind in ("ate", "final_ate"))
         walls = total_score([run.walls for run in runs])
-        metres = then.mean(), final.mean(), final.max(), _median(np.abs(walls.length_errors)), _median(walls.end_errors)
+        metres = then.mean(), final.mean(), final.max(), _median(np.abs(walls.length_errors))
         arrived = sum(run.ending == "arrived" for run in runs)
-        cells = [f"{100 * value:.1f}" for value in metres]
-        rows.append((name, str(len(runs)), str(arrived), way, *cells, f"{walls.doubled / len(runs):.2f}"))
-    notes = "Walls: of those seen whole, in the map at the end; in the closed map where loops are closed."
+        rows.append(
+            (
+                name, str(len(runs)), str(arrived), way, *(f"{100 * value:.1f}" for value in metres),
+                f"{100 * walls.length_error_share:.2f}", f"{100 * _median(walls.end_errors):.1f}",
+                f"{walls.doubled / len(runs):.2f}", _believed(runs),
+            )
+        )  # fmt: skip
+    notes = (
+        "Walls: of those seen whole, in the map at the end; in the closed map where loops are closed. In all: the sum "
+        "of what they are too long or too short, as a share of their length."
+    )
     return ResultTable("All seeds together", columns, rows, notes)
+
+
+def _believed(runs: list[Drive]) -> str:
+    counts = [run.loops for run in runs if run.loops is not None]
+    return f"{sum(one.believed for one in counts)}, {sum(one.believed_wrong for one in counts)}" if counts else "-"
 
 
 def _median(errors: np.ndarray) -> float:

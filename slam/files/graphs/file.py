@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from slam.errors import InputError
 from slam.files.atomic_files import write_atomic
 from slam.files.graphs.schema import VERSION, GraphDocument
+from slam.files.json_files import read_bounded
 from slam.graph.loop import Loop
 from slam.graph.pose_graph import NO_LOOP, Edge, Edges
 from slam.graph.run_graph import RunGraph
@@ -97,11 +98,11 @@ def _lines(items: Iterable[Any]) -> str:
 
 def _parse(path: Path) -> GraphDocument:
     try:
-        return GraphDocument.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}; give the graph.json of a run folder") from error
+        return GraphDocument.model_validate_json(read_bounded(path))
     except ValidationError as errors:
         raise InputError(f"{path}: {_validation_message(errors)}") from errors
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {error}; give the graph.json of a run folder") from error
 
 
 def _validation_message(errors: ValidationError) -> str:

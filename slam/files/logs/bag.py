@@ -12,63 +12,60 @@ from typing import Final
 import numpy as np
 
 from slam.errors import LogError
-from slam.files.fields import BadLine
-from slam.files.logs.bag_contents import BagContents, BagScan, parse_laser_scan
-from slam.files.logs.bag_poses import FrameTree, PoseSeries
-from slam.files.logs.log import BagTopics, Log, scan_time
-from slam.files.logs.read_statistics import ReadStatistics, drop_out_of_order
-from slam.files.ros.decoder import Transform, decode_odometry, decode_pose
-from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE, RawMessage
+from slam.files.logs.bag_contents import BagContents
+from slam.files.logs.bag_odometry import BagOdometry
+from slam.files.logs.bag_poses import FrameTree, Mount, PoseSeries
+from slam.files.logs.bag_scans import BagScan, parse_scans
+from slam.files.logs.log import BagTopics, Log, lidar_of, scan_time, stacked
+from slam.files.logs.outliers import drop_outliers
+from slam.files.logs.read_statistics import ReadStatistics
+from slam.files.logs.stamps import drop_repeats, scan_times
+from slam.files.ros.decoder import StampedOdometry, Transform, decode_odometry, decode_pose
+from slam.files.ros.messages import LASER_SCAN, MULTI_ECHO, ODOMETRY, POSE, RawMessage
+from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D, relative_poses
 
 _BASES: Final = ("base_link", "base_footprint")
 
 
 def read(path: Path, messages: Iterable[RawMessage], topics: BagTopics) -> Log:
-    """The log in these messages; LogError when it holds no scan, or more topics than one and none is chosen."""
-    statistics = ReadStatistics(path)
+    """The log in these messages; LogError when it holds no scan, or not the topic that is asked for."""
+    statistics = ReadStatistics(path, "message")
     try:
         contents = BagContents.read(messages, statistics)
     except OSError as error:
         raise LogError(f"{path}: cannot be read: {error.strerror or error}") from error
-    scans = _scans(contents, topics.scan)
+    raws = contents.messages_of(topics.scan, "--scan-topic", LASER_SCAN, MULTI_ECHO)
+    scans = drop_repeats(parse_scans(raws, statistics), statistics)
     if not scans:
         raise statistics.no_scans("sensor_msgs/LaserScan messages")
     return _log(contents, scans, topics.odometry)
 
 
-def _scans(contents: BagContents, topic: str | None) -> list[BagScan]:
-    """The scans with the fan of the first, in order; the others are skipped."""
-    statistics, scans = contents.statistics, []
-    for number, raw in contents.messages_of(LASER_SCAN, topic, "--scan-topic"):
-        try:
-            scans.append(parse_laser_scan(raw, number))
-        except BadLine as fault:
-            statistics.skip(str(fault), number)
-    scans = drop_out_of_order(scans, statistics)
-    for scan in scans:
-        if scan.fan != scans[0].fan:
-            statistics.skip("changed fan", scan.line)
-    return [scan for scan in scans if scan.fan == scans[0].fan]
-
-
 def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None) -> Log:
     statistics = contents.statistics
-    stamps = np.array([scan.stamp for scan in scans])
     static, moving = contents.transforms(static=True), contents.transforms(static=False)
-    track, base = _odometry(contents, odometry_topic, moving)
+    odometry = _odometry(contents, odometry_topic, moving)
+    mount = _mount(FrameTree([*static, *moving]), odometry.base, scans[0].frame, statistics, bool(odometry.messages))
+    upright = [scan.upright(mount.inverted) for scan in scans]
+    scans, fans = [scan for scan, _ in upright], [fan for _, fan in upright]
+    stamps, clock = scan_times(
+        np.array([scan.stamp for scan in scans]), np.array([scan.received for scan in scans]),
+        [scan.line for scan in scans], statistics,
+    )  # fmt: skip
+    track = odometry.track(clock, stamps, statistics)
     T_odom_base = np.zeros((len(scans), 3)) if track is None else track.poses_at(stamps)
-    if track is None:
-        statistics.notes.append("no odometry in it")
-    elif not track.covers(stamps):
-        statistics.notes.append("its odometry does not cover the time of its scans")
+    between = [scan.time_increment for scan in scans]
+    lidar, table = lidar_of(fans, between)
+    if table is not None:
+        statistics.notes.append(table.note)
     return Log(
-        lidar=replace(scans[0].fan, scan_time=scan_time(stamps)),
-        T_base_laser=_mount(FrameTree([*static, *moving]), base, scans[0].frame, statistics, track is not None),
+        lidar=replace(lidar, scan_time=scan_time(stamps)),
+        T_base_laser=mount.T_base_laser,
         stamps=stamps,
-        ranges=np.stack([scan.ranges for scan in scans]),
+        ranges=stacked([scan.ranges for scan in scans]),
         T_odom_base=relative_poses(T_odom_base[0], T_odom_base),
-        time_increment=float(np.median([scan.time_increment for scan in scans])),
+        time_increment=float(np.median(between)),
         skipped=statistics.skipped,
         ignored=statistics.ignored,
         report=statistics.report(len(scans)),
@@ -76,30 +73,50 @@ def _log(contents: BagContents, scans: list[BagScan], odometry_topic: str | None
         twists=None if track is None else track.twists_at(stamps),
         start=_start(moving, Pose2D.from_array(T_odom_base[0])),
         T_map_base=_truth(contents, stamps),
+        fans=table,
+        lost=statistics.lost,
     )
 
 
-def _odometry(contents: BagContents, topic: str | None, moving: list[Transform]) -> tuple[PoseSeries | None, str]:
-    """Motion of the base in the frame of its odometry, None where that is not known; and the name of the base."""
-    messages = list(contents.decoded(contents.messages_of(ODOMETRY, topic, "--odom-topic"), decode_odometry))
-    if messages:
-        return PoseSeries.of_odometry([message.odometry for message in messages]), messages[0].child or _BASES[0]
-    links = [t for t in moving if t.frame.rpartition("/")[2] == "odom" and t.child.rpartition("/")[2] in _BASES]
-    if links:
-        base = links[0].child
-        return PoseSeries.of_poses([(t.stamp, t.pose) for t in links if t.child == base]), base
-    return None, _BASES[0]
+def _odometry(contents: BagContents, topic: str | None, moving: list[Transform]) -> BagOdometry:
+    """Motion of the base in the frame of its odometry: its messages, or else its transforms, or none at all."""
+    raws = contents.messages_of(topic, "--odom-topic", ODOMETRY)
+    if messages := _without_outliers(contents.decoded(raws, decode_odometry), contents.statistics):
+        return BagOdometry.of(messages, messages[0].child or _BASES[0])
+    links = [t for t in moving if "odom" in t.frame.rpartition("/")[2] and t.child.rpartition("/")[2] in _BASES]
+    base = links[0].child if links else _BASES[0]
+    poses = (StampedOdometry(Odometry(t.stamp, t.pose), base, t.received) for t in links if t.child == base)
+    return BagOdometry.of(_without_outliers(poses, contents.statistics), base)
 
 
-def _mount(tree: FrameTree, base: str, laser: str, statistics: ReadStatistics, moves: bool) -> Pose2D:
-    """``T_base_laser``; where nothing tells it, the laser is taken to sit on the centre."""
+def _without_outliers(messages: Iterable[StampedOdometry], statistics: ReadStatistics) -> list[StampedOdometry]:
+    """The messages without those whose pose is an outlier, which are counted by their number on the topic."""
+
+    def skip(one: tuple[int, StampedOdometry]) -> None:
+        statistics.skip("outlying pose", one[0], scan=False)
+
+    numbered = list(enumerate(messages, 1))
+    return [message for _, message in drop_outliers(numbered, lambda one: _position(one[1]), skip, statistics.notes)]
+
+
+def _position(message: StampedOdometry) -> tuple[float, float, float]:
+    odometry = message.odometry
+    return odometry.stamp, odometry.T_odom_base.x, odometry.T_odom_base.y
+
+
+def _mount(tree: FrameTree, base: str, laser: str, statistics: ReadStatistics, moves: bool) -> Mount:
+    """The lidar's place on the base of the odometry, or on another base of the robot that is known; where nothing tells
+    it, the laser is taken to sit on the centre."""
     try:
-        mount = tree.mount(base, laser)
+        mounts = (tree.mount(known, laser) for known in (base, *_BASES))
+        mount = next((mount for mount in mounts if mount is not None), None)
     except LogError as error:
         raise LogError(f"{statistics.path}: {error}") from None
     if mount is None and moves:
         statistics.notes.append(f"no transform from {base} to {laser}, so the laser is taken to sit on its centre")
-    return mount or Pose2D()
+    if mount is not None and mount.inverted:
+        statistics.notes.append(f"{laser} hangs upside down, so its beams are mirrored")
+    return mount or Mount(Pose2D())
 
 
 def _start(moving: list[Transform], first: Pose2D) -> Pose2D:
@@ -110,7 +127,7 @@ def _start(moving: list[Transform], first: Pose2D) -> Pose2D:
 
 def _truth(contents: BagContents, stamps: FloatArray) -> FloatArray | None:
     """``T_map_base`` as it was, (N, 3), where the bag has it."""
-    messages = contents.decoded(contents.messages_of(POSE, None, "topic"), decode_pose)
+    messages = contents.decoded(contents.messages_of(None, "topic", POSE), decode_pose)
     poses = [(message.stamp, message.pose) for message in messages if message.frame == "map"]
     if not poses or not (track := PoseSeries.of_poses(poses)).covers(stamps):
         return None

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import reduce
+from math import atan2
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from slam.errors import LogError
+from slam.files.logs.odometry_resets import Joined, join_resets
 from slam.files.ros.decoder import Transform
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
+
+_LEVEL: Final = 0.98
+"""Cosine of the tilt up to which a frame counts as level."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,6 +46,11 @@ class PoseSeries:
         twists = table[:, 4:] if table[:, 4:].any() else None
         return cls(table[:, 0], table[:, 1:4], twists)
 
+    def joined(self) -> tuple[PoseSeries, Joined]:
+        """The track with its resets joined, and these."""
+        joined = join_resets(self.stamps, self.poses)
+        return replace(self, poses=joined.poses), joined
+
     def poses_at(self, stamps: FloatArray) -> FloatArray:
         """Poses (N, 3) at these stamps, in proportion to the time between two; before the first and after the last it
         stands."""
@@ -47,6 +59,15 @@ class PoseSeries:
     def twists_at(self, stamps: FloatArray) -> FloatArray | None:
         """Velocities (N, 2) at these stamps, likewise."""
         return None if self.twists is None else _interpolated(stamps, self.stamps, self.twists)
+
+    def holes(self, stamps: FloatArray, longest: float = 1.0) -> list[tuple[float, float]]:
+        """Begin and end of the times between the first and the last of these stamps in which no pose came for longer
+        than so many seconds, and than usual."""
+        inside = self.stamps[(self.stamps > stamps[0]) & (self.stamps < stamps[-1])]
+        ends = np.array([stamps[0], *inside, stamps[-1]])
+        usual = float(np.median(np.diff(self.stamps))) if len(self.stamps) > 1 else 0.0
+        late = np.flatnonzero(np.diff(ends) > max(longest, 3.0 * usual))
+        return [(float(ends[index]), float(ends[index + 1])) for index in late]
 
     def covers(self, stamps: FloatArray, margin: float = 0.5) -> bool:
         """True where no stamp lies farther than ``margin`` seconds outside."""
@@ -57,6 +78,14 @@ def _interpolated(at: FloatArray, stamps: FloatArray, rows: FloatArray) -> Float
     return np.column_stack([np.interp(at, stamps, column) for column in rows.T])
 
 
+class Mount(NamedTuple):
+    """Place of a lidar on its robot, seen from above."""
+
+    T_base_laser: Pose2D
+    inverted: bool = False
+    """It hangs upside down, so that its bearings grow clockwise."""
+
+
 class FrameTree:
     """The first transform to each frame."""
 
@@ -65,21 +94,51 @@ class FrameTree:
         for transform in transforms:
             self._links.setdefault(transform.child, transform)
 
-    def mount(self, base: str, sensor: str) -> Pose2D | None:
-        """``T_base_sensor``; None where nothing joins them. LogError where the sensor does not lie level."""
+    def mount(self, base: str, sensor: str) -> Mount | None:
+        """Place of the sensor on the base; None where nothing joins them. LogError where the sensor is tilted."""
         below_base = self._above(base)
-        for frame, T_frame_sensor, level in self._above(sensor):
-            for other, T_other_base, level_base in below_base:
+        for frame, sensor_links in self._above(sensor):
+            for other, base_links in below_base:
                 if other == frame:
-                    if not (level and level_base):
-                        raise LogError(f"the transforms from {base} to {sensor} tilt the lidar; need it level")
-                    return T_other_base.inverse() @ T_frame_sensor
+                    if all(link.T_frame_child is None for link in (*base_links, *sensor_links)):
+                        return Mount(_pose(base_links).inverse() @ _pose(sensor_links))
+                    return _seen_from_above(_in_space(base_links), _in_space(sensor_links), f"{base} to {sensor}")
         return None
 
-    def _above(self, frame: str) -> list[tuple[str, Pose2D, bool]]:
-        """The frame and all above it, with the pose of the frame in each, and whether it lies level there."""
-        pose, level, above = Pose2D(), True, [(frame, Pose2D(), True)]
+    def _above(self, frame: str) -> list[tuple[str, list[Transform]]]:
+        """The frame and all above it, with the transforms that lead there, the lowest first."""
+        links: list[Transform] = []
+        above = [(frame, list(links))]
         while (link := self._links.get(frame)) is not None and len(above) <= len(self._links):
-            frame, pose, level = link.frame, link.pose @ pose, level and link.level
-            above.append((frame, pose, level))
+            links.append(link)
+            frame = link.frame
+            above.append((frame, list(links)))
         return above
+
+
+def _pose(links: Sequence[Transform]) -> Pose2D:
+    """The pose of the lowest frame in the highest."""
+    return reduce(lambda pose, link: link.pose @ pose, links, Pose2D())
+
+
+def _in_space(links: Sequence[Transform]) -> FloatArray:
+    """The same in space, (4, 4)."""
+    return reduce(lambda T, link: _matrix(link) @ T, links, np.eye(4))
+
+
+def _matrix(link: Transform) -> FloatArray:
+    if link.T_frame_child is not None:
+        return link.T_frame_child
+    c, s, pose = np.cos(link.pose.theta), np.sin(link.pose.theta), link.pose
+    return np.array([[c, -s, 0.0, pose.x], [s, c, 0.0, pose.y], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+
+
+def _seen_from_above(T_top_base: FloatArray, T_top_sensor: FloatArray, names: str) -> Mount:
+    """The mount between two frames in space; LogError where their z axes are not parallel."""
+    T = np.linalg.solve(T_top_base, T_top_sensor)
+    if not abs(T[2, 2]) > _LEVEL:
+        tilt = np.degrees(np.arccos(np.clip(T[2, 2], -1.0, 1.0)))
+        raise LogError(
+            f"the transforms from {names} tilt the lidar by {tilt:.0f} degrees; need it level or upside down"
+        )
+    return Mount(Pose2D(float(T[0, 3]), float(T[1, 3]), atan2(T[1, 0], T[0, 0])), bool(T[2, 2] < 0.0))

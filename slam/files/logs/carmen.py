@@ -3,7 +3,6 @@
 The messages are those of http://carmen.sourceforge.net/logger_playback.html and of CARMEN's own reader, readlog.c.
 """
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Final
@@ -12,14 +11,17 @@ import numpy as np
 
 from slam.files.fields import BadLine
 from slam.files.logs.carmen_message import PARSERS, Message, params_of, parse_param, twists
-from slam.files.logs.log import Log, scan_time
-from slam.files.logs.read_statistics import ReadStatistics, drop_out_of_order
+from slam.files.logs.log import Log, lidar_of, scan_time, stacked
+from slam.files.logs.odometry_resets import join_resets, note_resets
+from slam.files.logs.outliers import drop_outliers
+from slam.files.logs.read_statistics import ReadStatistics
+from slam.files.logs.stamps import drop_repeats, scan_times
 from slam.lidars import Lidar
 from slam.pose import FloatArray, Pose2D, relative_poses, wrap_angle
 
 _TYPES: Final = frozenset(
     b"FLASER RLASER LASER3 LASER4 ROBOTLASER1 ROBOTLASER2 RAWLASER1 RAWLASER2 RAWLASER3 RAWLASER4"
-    b" ODOM TRUEPOS PARAM SYNC".split()
+    b" ODOM TRUEPOS PARAM SYNC L O".split()
 )
 _OLD_RANGE_MAX: Final = 80.0
 """Metres: what readlog.c takes for the reach of an old message."""
@@ -38,33 +40,53 @@ def recognises(line: bytes) -> bool:
 def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
     """The log in these numbered lines; LogError when there is not one scan."""
     values: dict[str, float] = {}
-    messages = drop_out_of_order(_of_one_fan(list(_messages(lines, statistics, values)), statistics), statistics)
+    messages = drop_repeats(list(_messages(lines, statistics, values)), statistics)
+    messages = drop_outliers(
+        messages, lambda m: (m.stamp, *m.T_odom_base[:2]), lambda m: statistics.skip("outlying pose", m.line),
+        statistics.notes,
+    )  # fmt: skip
     if not messages:
         raise statistics.no_scans("FLASER or ROBOTLASER1 messages")
-    fan = messages[0].fan
-    stamps = np.array([message.stamp for message in messages])
-    ranges = np.stack([message.ranges for message in messages])
+    stamps = _stamps(messages, statistics)
+    params = params_of(values)
+    between = params.time_increment if params else 0.0
+    lidar, table = lidar_of([message.fan for message in messages], [between] * len(messages))
+    ranges = stacked([message.ranges for message in messages])
     robot = np.array([message.T_odom_base for message in messages])
     laser = np.array([message.T_odom_laser for message in messages])
-    range_max = _reach(fan, ranges)
-    params = params_of(values)
+    range_max = _reach(lidar, ranges)
     ranges[ranges == 0.0] = np.inf if params is None else np.nan
     ranges[ranges >= range_max] = np.inf
+    mount, joined = _mount(robot, laser, statistics), join_resets(stamps, robot)
+    if joined.resets:
+        note_resets(joined, (stamps - stamps[0]).tolist(), statistics)
+    if table is not None:
+        statistics.notes.append(table.note)
     return Log(
         lidar=replace(
-            fan, range_min=params.range_min if params else 0.0, range_max=range_max, scan_time=scan_time(stamps)
+            lidar, range_min=params.range_min if params else 0.0, range_max=range_max, scan_time=scan_time(stamps)
         ),
-        T_base_laser=_mount(robot, laser, statistics),
+        T_base_laser=mount,
         stamps=stamps,
         ranges=ranges,
-        T_odom_base=relative_poses(robot[0], robot),
-        time_increment=params.time_increment if params else 0.0,
+        T_odom_base=relative_poses(joined.poses[0], joined.poses),
+        time_increment=between,
         skipped=statistics.skipped,
         ignored=statistics.ignored,
         report=statistics.report(len(messages)),
         twists=twists(messages) if params else None,
         start=params.start if params else Pose2D(),
+        fans=table,
+        lost=statistics.lost,
     )
+
+
+def _stamps(messages: Sequence[Message], statistics: ReadStatistics) -> FloatArray:
+    """Times of the scans; those of the logger help where they are known of all."""
+    logged = [message.logged for message in messages if message.logged is not None]
+    received = np.array(logged) if len(logged) == len(messages) else None
+    own = np.array([message.stamp for message in messages])
+    return scan_times(own, received, [message.line for message in messages], statistics)[0]
 
 
 def _messages(
@@ -79,7 +101,7 @@ def _messages(
             try:
                 yield PARSERS[words[0]](words, number)
             except BadLine as fault:
-                statistics.skip(str(fault), number)
+                statistics.skip(str(fault), number, fault.detail)
         elif words[0] == b"PARAM" and (named := parse_param(words)):
             values.setdefault(*named)
         else:
@@ -92,16 +114,7 @@ def _pass_by(name: bytes, line: int, statistics: ReadStatistics) -> None:
     elif name.isupper() and name.replace(b"_", b"").isalnum():
         statistics.ignored["other"] += 1
     else:
-        statistics.skip("not a message", line)
-
-
-def _of_one_fan(messages: Sequence[Message], statistics: ReadStatistics) -> list[Message]:
-    """The messages of the most frequent fan; the others are skipped."""
-    usual: Lidar | None = next((fan for fan, _ in Counter(m.fan for m in messages).most_common(1)), None)
-    for message in messages:
-        if message.fan != usual:
-            statistics.skip("changed fan", message.line)
-    return [message for message in messages if message.fan == usual]
+        statistics.skip("not a message", line, scan=False)
 
 
 def _reach(fan: Lidar, ranges: FloatArray) -> float:

@@ -7,10 +7,13 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from slam.files.fields import BadLine, bounded, count, distances, stamp
-from slam.lidars import Lidar, whole_steps
+from slam.files.fields import BadLine, bounded, count, distances, impossible, stamp
+from slam.lidars import Lidar, ordered_bearings, whole_steps
 from slam.pose import FloatArray, Pose2D
 
+_FAN_NAMES: Final = "start_angle field_of_view resolution maximum_range"
+_POSE_NAMES: Final = "laser_x laser_y laser_theta robot_x robot_y robot_theta"
+_CMU_WORDS: Final = 188
 PREFIX: Final = b"hopslam_"
 """Begins the names of this project's ``PARAM`` lines, which other readers pass by."""
 
@@ -26,6 +29,8 @@ class Message:
     T_odom_laser: tuple[float, float, float]
     T_odom_base: tuple[float, float, float]
     stamp: float
+    logged: float | None
+    """Time of the logger, seconds, where the line has it."""
     twist: Sequence[bytes] = ()
     """Two words: linear and angular velocity, m/s and rad/s, as the message has them; none in an old one."""
 
@@ -34,7 +39,7 @@ def _flaser(words: Sequence[bytes], line: int) -> Message:
     """``FLASER n ranges[n] laser x y theta, robot x y theta, ipc_timestamp host logger_timestamp``."""
     end = 2 + count(words, 1)
     _check_length(words, end + 9)
-    return _message(line, _sick_fan(end - 2), words[2:end], words[end : end + 6], words[end + 6])
+    return _message(line, _sick_fan(end - 2), words[2:end], words[end : end + 6], words[end + 6 :])
 
 
 def _robotlaser1(words: Sequence[bytes], line: int) -> Message:
@@ -43,16 +48,37 @@ def _robotlaser1(words: Sequence[bytes], line: int) -> Message:
     end = 9 + count(words, 8)
     tail = end + 1 + count(words, end)
     _check_length(words, tail + 14)
-    angle_min, _, angle_increment, range_max = bounded(words[2:6])
-    bearings = whole_steps(angle_min, angle_increment) or (angle_min, angle_increment)
-    fan = Lidar(*bearings, end - 9, 0.0, range_max, 0.0)
-    scan = _message(line, fan, words[9:end], words[tail : tail + 6], words[tail + 11])
+    angle_min, _, angle_increment, range_max = bounded(
+        words[2:6], names="start_angle field_of_view resolution maximum_range"
+    )
+    first, step, turned = ordered_bearings(angle_min, angle_increment, end - 9, _bearings)
+    fan = Lidar(first, step, end - 9, 0.0, range_max, 0.0)
+    ranges = words[9:end][::-1] if turned else words[9:end]
+    scan = _message(line, fan, ranges, words[tail : tail + 6], words[tail + 11 :])
     return replace(scan, twist=words[tail + 6 : tail + 8])
+
+
+def _bearings(angle_min: float, angle_increment: float) -> tuple[float, float]:
+    return whole_steps(angle_min, angle_increment) or (angle_min, angle_increment)
+
+
+def _cmu_laser(words: Sequence[bytes], line: int) -> Message:
+    """``L x y theta, laser x y theta, ranges[180], time``: centimetres, radians and seconds, beams from right to left.
+
+    So are the logs of CMU's course on probabilistic robotics.
+    """
+    if len(words) != _CMU_WORDS:
+        raise BadLine("truncated" if len(words) < _CMU_WORDS else "too long")
+    x, y, theta, laser_x, laser_y, laser_theta = bounded(words[1:7], names="x y theta laser_x laser_y laser_theta")
+    laser = (laser_x / 100.0, laser_y / 100.0, laser_theta)
+    base, ranges = (x / 100.0, y / 100.0, theta), distances(words[7:-1]) / 100.0
+    return Message(line, _sick_fan(180), ranges, laser, base, stamp(words[-1]), None)
 
 
 PARSERS: Final[dict[bytes, Callable[[Sequence[bytes], int], Message]]] = {
     b"FLASER": _flaser,
     b"ROBOTLASER1": _robotlaser1,
+    b"L": _cmu_laser,
 }
 """Parser of each laser message: of the words of a line and its number; BadLine when it is garbled."""
 
@@ -65,12 +91,27 @@ def _check_length(words: Sequence[bytes], length: int) -> None:
         raise BadLine("too long")
 
 
-def _message(line: int, fan: Lidar, ranges: Sequence[bytes], poses: Sequence[bytes], time: bytes) -> Message:
+def _message(line: int, fan: Lidar, ranges: Sequence[bytes], poses: Sequence[bytes], times: Sequence[bytes]) -> Message:
+    """The message of these words; ``times`` are ipc_timestamp, host, logger_timestamp."""
     turn = (fan.beams - 1) * fan.angle_increment
-    if fan.beams < 1 or fan.range_max <= 0.0 or fan.angle_increment <= 0.0 or turn > 2.0 * pi + 1e-6:
-        raise BadLine("impossible value")
-    laser_x, laser_y, laser_theta, x, y, theta = bounded(poses)
-    return Message(line, fan, distances(ranges), (laser_x, laser_y, laser_theta), (x, y, theta), stamp(time))
+    if fan.beams < 1:
+        raise impossible("number of beams", fan.beams)
+    if fan.range_max <= 0.0:
+        raise impossible("maximum_range", fan.range_max)
+    if fan.angle_increment <= 0.0 or turn > 2.0 * pi + 1e-6:
+        raise impossible("resolution", fan.angle_increment)
+    laser_x, laser_y, laser_theta, x, y, theta = bounded(poses, names=_POSE_NAMES)
+    logged = _logged(times)
+    return Message(
+        line, fan, distances(ranges), (laser_x, laser_y, laser_theta), (x, y, theta), stamp(times[0]), logged
+    )
+
+
+def _logged(times: Sequence[bytes]) -> float | None:
+    try:
+        return stamp(times[2]) if len(times) > 2 else None
+    except BadLine:
+        return None
 
 
 def _sick_fan(beams: int) -> Lidar:

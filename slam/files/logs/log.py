@@ -1,15 +1,90 @@
 """A recorded run: scans and the wheel odometry at each of them, in SI units and radians."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from slam.errors import ScansLost
 from slam.lidars import Lidar
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
+
+_LOUD: Final = 0.2
+_FAILED: Final = 0.5
+"""Shares of lost scans from which the user is warned, and from which a command fails."""
+
+
+class Loss(NamedTuple):
+    """Scans of a log that could not be used."""
+
+    lost: int
+    scans: int
+    """Number of all scans, the lost ones too."""
+    report: str
+
+    @property
+    def share(self) -> float:
+        """Between 0 and 1."""
+        return self.lost / max(self.scans, 1)
+
+    @property
+    def warning(self) -> str | None:
+        """One line for the user, where more than a fifth is lost."""
+        if self.share <= _LOUD:
+            return None
+        return f"{self.lost} of {self.scans} scans of the log, {self.share:.0%}, could not be used"
+
+    def require_most(self, lenient: bool) -> None:
+        """ScansLost where more than half is lost, unless that is taken leniently."""
+        if self.share > _FAILED and not lenient:
+            raise ScansLost(f"{self.warning}: {self.report}; mend the log, or accept it with --lenient")
+
+
+class FanTable(NamedTuple):
+    """Fans of N scans of one lidar, each array of shape (N,). Radians and seconds."""
+
+    angles_min: FloatArray
+    angle_increments: FloatArray
+    beams: NDArray[np.int64]
+    time_increments: FloatArray
+
+    @property
+    def note(self) -> str:
+        """Remark for the report of the log."""
+        return f"its lidar takes {self.beams.min()} to {self.beams.max()} beams a scan, and each scan keeps its own"
+
+    def fan(self, index: int, lidar: Lidar) -> Lidar:
+        """The fan of that scan, whose reach is that of the lidar."""
+        first, step = float(self.angles_min[index]), float(self.angle_increments[index])
+        return replace(lidar, angle_min=first, angle_increment=step, beams=int(self.beams[index]))
+
+
+def lidar_of(fans: Sequence[Lidar], time_increments: Sequence[float]) -> tuple[Lidar, FanTable | None]:
+    """The lidar that took scans with these fans, at least one, and the table of them where they vary.
+
+    It reaches as far as any of them. Seconds pass between two beams as ``time_increments`` say for each scan.
+    """
+    most = max(fans, key=lambda fan: fan.beams)
+    if all(fan == most for fan in fans):
+        return most, None
+    near, far = min(fan.range_min for fan in fans), max(fan.range_max for fan in fans)
+    rows = [(fan.angle_min, fan.angle_increment, fan.beams) for fan in fans]
+    first, step, beams = (np.array(column) for column in zip(*rows, strict=True))
+    table = FanTable(first, step, beams, np.array(time_increments))
+    same = (table.beams == most.beams).all() and len({row[:2] for row in rows}) == 1
+    return replace(most, range_min=near, range_max=far), None if same else table
+
+
+def stacked(ranges: Sequence[FloatArray]) -> FloatArray:
+    """Ranges of scans as one array (N, beams), shorter ones filled up with nan."""
+    beams = max(len(row) for row in ranges)
+    if all(len(row) == beams for row in ranges):
+        return np.stack(ranges)
+    return np.stack([np.pad(row, (0, beams - len(row)), constant_values=np.nan) for row in ranges])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -17,12 +92,14 @@ class Log:
     """N scans of one lidar, in the order of their stamps; structure of arrays, read-only."""
 
     lidar: Lidar
-    """``scan_time`` is the median time between two stamps, seconds."""
+    """``scan_time`` is the median time between two stamps, seconds; of a lidar whose number of beams varies, the fan of
+    the most of them."""
     T_base_laser: Pose2D
     stamps: FloatArray
     """Seconds on the log's own clock, strictly increasing, shape (N,)."""
     ranges: FloatArray
-    """Metres; +inf is no echo and nan an erroneous reading, as REP-117 has it; shape (N, beams)."""
+    """Metres; +inf is no echo and nan an erroneous reading, as REP-117 has it; shape (N, beams), rows of fewer beams
+    filled up with nan."""
     T_odom_base: FloatArray
     """Raw wheel odometry as rows x, y, theta, relative to the first scan; metres and radians, shape (N, 3)."""
     time_increment: float
@@ -41,9 +118,13 @@ class Log:
     """``T_map_base`` at the first scan, where the log knows a map."""
     T_map_base: FloatArray | None = None
     """The truth as rows x, y, theta, where the log knows it; shape (N, 3)."""
+    fans: FanTable | None = None
+    """The fan of each scan, where they vary."""
+    lost: int = 0
+    """Number of scans that could not be used."""
 
     def __post_init__(self) -> None:
-        for array in (self.stamps, self.ranges, self.T_odom_base, self.twists, self.T_map_base):
+        for array in (self.stamps, self.ranges, self.T_odom_base, self.twists, self.T_map_base, *(self.fans or ())):
             if array is not None:
                 array.flags.writeable = False
 
@@ -51,17 +132,24 @@ class Log:
         """Number of scans."""
         return len(self.stamps)
 
+    @property
+    def loss(self) -> Loss:
+        """Scans that could not be used."""
+        return Loss(self.lost, self.lost + len(self), self.report)
+
     def scan(self, index: int) -> LaserScan:
         """The scan of that number, from 0."""
-        fan = self.lidar
+        fan, between = self.lidar, self.time_increment
+        if self.fans is not None:
+            fan, between = self.fans.fan(index, fan), float(self.fans.time_increments[index])
         return LaserScan(
             stamp=float(self.stamps[index]),
             angle_min=fan.angle_min,
             angle_increment=fan.angle_increment,
             range_min=fan.range_min,
             range_max=fan.range_max,
-            ranges=self.ranges[index],
-            time_increment=self.time_increment,
+            ranges=self.ranges[index, : fan.beams],
+            time_increment=between,
             scan_time=fan.scan_time,
         )
 

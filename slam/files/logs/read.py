@@ -1,7 +1,5 @@
 """Reading a recorded log whose format is known by its content; what only bags need is imported when there is one."""
 
-import sqlite3
-import struct
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import closing
 from itertools import chain, islice
@@ -9,16 +7,21 @@ from pathlib import Path
 from typing import Final
 
 from slam.errors import LogError
-from slam.files.logs import carmen, rosbag1, urg_text
+from slam.files.logs import carmen, foreign, rosbag1, urg_text
 from slam.files.logs.log import BagTopics, Log
 from slam.files.logs.read_statistics import ReadStatistics
 from slam.files.ros.messages import RawMessage
-from slam.files.text_lines import TruncatedFile, read_lines
+from slam.files.text_lines import read_lines
+from slam.files.unpacking import TruncatedFile
 
 RUN_LOG: Final = "log.mcap"
 """Name of the log in the folder of a run."""
+_SQLITE: Final = b"SQLite"
+_ZSTD: Final = b"\x28\xb5\x2f\xfd"
 _MCAP: Final = b"\x89MCAP0\r\n"
-_NEED: Final = "CARMEN messages or URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
+_NEED: Final = (
+    "CARMEN messages, CMU L lines, URG-04LX text of 707 columns, plain or gzip, a ROS bag, MCAP, or a run folder"
+)
 _HEAD: Final = 200
 """The format shows in one of that many first lines."""
 _FORMATS: Final = ((carmen.recognises, carmen.read), (urg_text.recognises, urg_text.read))
@@ -26,8 +29,9 @@ _FORMATS: Final = ((carmen.recognises, carmen.read), (urg_text.recognises, urg_t
 
 
 def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
-    """The recorded run at a path: CARMEN messages or the text of a URG-04LX with wheel encoders, plain or gzip; the
-    laser scans and the odometry of a ROS 1 bag, of a folder of a ROS 2 bag, or of an MCAP file; the folder of a run.
+    """The recorded run at a path: CARMEN messages, CMU's L and O lines, or the text of a URG-04LX with wheel encoders,
+    plain or gzip; the laser scans and the odometry of a ROS 1 bag, of a folder of a ROS 2 bag, or of an MCAP file; the
+    folder of a run.
 
     Lines that cannot be used are skipped and counted in ``Log.report``. Raises LogError, of one line, when the file
     cannot be read, is no such log, holds no scan, or has more topics than one and ``topics`` chooses none.
@@ -42,6 +46,8 @@ def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
     statistics = ReadStatistics(path)
     with closing(_readable_lines(statistics)) as lines:
         head = list(islice(lines, _HEAD))
+        if head and (kind := foreign.named(head[0][1])):
+            raise LogError(f"{path}: {kind}")
         for recognises, read in _FORMATS:
             if any(recognises(line) for _, line in head):
                 return read(chain(head, lines), statistics)
@@ -60,15 +66,18 @@ def _bag_messages(path: Path) -> Iterable[RawMessage] | None:
         return None
     if head == rosbag1.MAGIC:
         return rosbag1.messages(path)
-    return _mcap(path) if head.startswith(_MCAP) else None
+    if head.startswith(_MCAP):
+        return _mcap(path)
+    return _rosbag2_file(path) if head.startswith((_SQLITE, _ZSTD)) else None
 
 
 def _folder_messages(path: Path) -> Iterable[RawMessage] | None:
-    """Messages of a run's log in its folder, of a ROS 2 bag where there is metadata, or of the only MCAP file in it."""
-    if (path / "metadata.yaml").is_file():
-        return _rosbag2(path)
-    files = [path / RUN_LOG] if (path / RUN_LOG).is_file() else list(path.glob("*.mcap"))
-    return _mcap(files[0]) if len(files) == 1 else None
+    """Messages of a run's log in its folder, or of a ROS 2 bag."""
+    from slam.files.logs import rosbag2
+
+    if (path / RUN_LOG).is_file() and not (path / rosbag2.METADATA).is_file():
+        return _mcap(path / RUN_LOG)
+    return rosbag2.messages(path) if rosbag2.is_bag(path) else None
 
 
 def _mcap(path: Path) -> Iterator[RawMessage]:
@@ -77,21 +86,15 @@ def _mcap(path: Path) -> Iterator[RawMessage]:
     return mcap_messages(path)
 
 
-def _rosbag2(path: Path) -> Iterator[RawMessage]:
-    """Messages of all topics of a ROS 2 bag, sqlite3 or MCAP; LogError for what rosbags does not read."""
-    from rosbags.rosbag2 import Reader, ReaderError
+def _rosbag2_file(path: Path) -> Iterator[RawMessage]:
+    from slam.files.logs import rosbag2
 
-    try:
-        with Reader(path) as reader:
-            for connection, time, data in reader.messages():
-                yield RawMessage(connection.topic, connection.msgtype, "cdr", bytes(data), time)
-    except (ReaderError, sqlite3.Error, struct.error, ValueError, LookupError) as error:
-        raise LogError(f"{path}: not a ROS 2 bag that can be read: {error}") from error
+    return rosbag2.file_messages(path)
 
 
 def _readable_lines(statistics: ReadStatistics) -> Generator[tuple[int, bytes], None, None]:
     """The numbered lines as far as the file can be read."""
     try:
         yield from read_lines(statistics.path)
-    except TruncatedFile:
-        statistics.notes.append("the gzip data are damaged or end early, and what comes after that is lost")
+    except TruncatedFile as cut:
+        statistics.notes.append(cut.note)

@@ -1,13 +1,35 @@
-"""Statistics of reading a log: usable, skipped and ignored lines; lines out of order among the skipped ones."""
+"""Accounts of reading a log: what was read, what was skipped, and what was mended, each with its place in the file."""
 
-from bisect import bisect_left
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol, TypeVar
 
 from slam.errors import LogError
+
+
+@dataclass(slots=True)
+class Tally:
+    """Occurrences of one kind of fault, in lines or messages of a file, which are numbered from 1."""
+
+    count: int
+    first: int
+    last: int
+    detail: str
+    """The first one more closely, such as a field and its value; may be empty."""
+
+    def skipped(self, kind: str, unit: str) -> str:
+        """Count, kind, detail and interval, such as '1 impossible value: range_max nan, line 3'."""
+        return f"{self.count} {self._closely(kind)}, {self._place(unit)}"
+
+    def mended(self, kind: str, unit: str) -> str:
+        """The same of a kind in the plural, such as 'stamps that do not increase (2: lines 3 to 9)'."""
+        return f"{self._closely(kind)} ({self.count}: {self._place(unit)})"
+
+    def _closely(self, kind: str) -> str:
+        return f"{kind}: {self.detail}" if self.detail else kind
+
+    def _place(self, unit: str) -> str:
+        return f"{unit} {self.first}" if self.first == self.last else f"{unit}s {self.first} to {self.last}"
 
 
 @dataclass(slots=True)
@@ -15,77 +37,57 @@ class ReadStatistics:
     """Counts for the report of a log."""
 
     path: Path
-    skipped: Counter[str] = field(default_factory=Counter)
-    """Unusable lines, by what is wrong with them."""
+    unit: str = "line"
+    """What the file is made of, and its places are counted in."""
     ignored: Counter[str] = field(default_factory=Counter)
     """Messages of other types, by name."""
     notes: list[str] = field(default_factory=list)
     """Further remarks for the user."""
-    _first: int | None = None
+    lost: int = 0
+    """Scans among what was skipped."""
+    _skips: dict[str, Tally] = field(default_factory=dict)
+    _mended: dict[str, Tally] = field(default_factory=dict)
 
-    def skip(self, kind: str, line: int) -> None:
-        """Count an unusable line; lines are numbered from 1."""
-        self.skipped[kind] += 1
-        self._first = line if self._first is None else min(self._first, line)
+    @property
+    def skipped(self) -> Counter[str]:
+        """Number of unusable lines, by what is wrong with them."""
+        return Counter({kind: tally.count for kind, tally in self._skips.items()})
+
+    def skip(self, kind: str, place: int, detail: str = "", scan: bool = True) -> None:
+        """Count an unusable line or message, which was a scan or not."""
+        self.lost += scan
+        _count(self._skips, kind, place, detail)
+
+    def mend(self, kind: str, place: int, detail: str = "") -> None:
+        """Count one that is used although something was wrong with it; ``kind`` says what, in the plural."""
+        _count(self._mended, kind, place, detail)
 
     def report(self, scans: int) -> str:
-        """One line, such as '4791 scans, 3 lines skipped (2 truncated, 1 not a number; first at line 17)'."""
-        return "; ".join([", ".join([_number(scans, "scan"), *self._skips()]), *self.notes])
+        """One line, such as '4791 scans, 3 lines skipped (2 truncated, lines 17 to 40; 1 not a number, line 20)'."""
+        mended = [tally.mended(kind, self.unit) for kind, tally in self._mended.items()]
+        return "; ".join([", ".join([_number(scans, "scan"), *self._skipped()]), *mended, *self.notes])
 
     def no_scans(self, expected: str) -> LogError:
         """The error of a log that has none."""
         names = [f"{count} {name}" for name, count in self.ignored.most_common()]
-        found = ", ".join([*names, *self._skips()]) or "nothing"
+        found = ", ".join([*names, *self._skipped()]) or "nothing"
         return LogError("; ".join([f"{self.path}: no scan in this log: {found}", *self.notes, f"need {expected}"]))
 
-    def _skips(self) -> list[str]:
-        if not self.skipped:
+    def _skipped(self) -> list[str]:
+        if not self._skips:
             return []
-        kinds = ", ".join(f"{count} {kind}" for kind, count in self.skipped.most_common())
-        return [f"{_number(self.skipped.total(), 'line')} skipped ({kinds}; first at line {self._first})"]
+        often = sorted(self._skips.items(), key=lambda item: -item[1].count)
+        kinds = "; ".join(tally.skipped(kind, self.unit) for kind, tally in often)
+        return [f"{_number(sum(tally.count for _, tally in often), self.unit)} skipped ({kinds})"]
+
+
+def _count(tallies: dict[str, Tally], kind: str, place: int, detail: str) -> None:
+    tally = tallies.setdefault(kind, Tally(0, place, place, detail))
+    tally.count += 1
+    if place < tally.first:
+        tally.first, tally.detail = place, detail
+    tally.last = max(tally.last, place)
 
 
 def _number(count: int, noun: str) -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
-
-
-class Stamped(Protocol):
-    """A scan line: its number in the file and its time in seconds."""
-
-    @property
-    def line(self) -> int: ...
-    @property
-    def stamp(self) -> float: ...
-
-
-Row = TypeVar("Row", bound=Stamped)
-
-
-def drop_out_of_order(rows: Sequence[Row], statistics: ReadStatistics) -> list[Row]:
-    """The rows without the fewest that must go for the stamps to increase strictly."""
-    kept = set(longest_increasing([row.stamp for row in rows]))
-    for index, row in enumerate(rows):
-        if index not in kept:
-            statistics.skip("stamp not increasing", row.line)
-    return [rows[index] for index in sorted(kept)]
-
-
-def longest_increasing(values: Sequence[float]) -> list[int]:
-    """Indices of a longest strictly increasing subsequence; of equal neighbours the first stays.
-
-    Patience sorting (Fredman 1975), n log n: ``ends[k]`` is where the run of k + 1 values with the smallest end ends.
-    One garbled stamp far in the future so costs one scan, and not all that follow.
-    """
-    tops: list[float] = []
-    ends: list[int] = []
-    before: list[int] = []
-    for index, value in enumerate(values):
-        k = bisect_left(tops, value)
-        before.append(ends[k - 1] if k else -1)
-        if k == len(tops) or value < tops[k]:
-            tops[k : k + 1], ends[k : k + 1] = [value], [index]
-    run, last = [], ends[-1] if ends else -1
-    while last >= 0:
-        run.append(last)
-        last = before[last]
-    return run[::-1]

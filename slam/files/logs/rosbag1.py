@@ -4,82 +4,114 @@ The reader of the container is the project's own: bags of 2010 give a wrong leng
 rosbags gives up, and a bag that was cut has no index at all.
 """
 
-import bz2
+import io
+import os
 import struct
 from collections.abc import Iterator
 from pathlib import Path
 from shlex import quote
-from typing import Final
-
-import lz4.frame
+from typing import IO, Final
 
 from slam.errors import LogError
 from slam.files.ros.messages import RawMessage, ros2_type
-from slam.files.text_lines import TruncatedFile
+from slam.files.unpacking import DamagedChunk, Losses, TooMuch, Unpacker
+from slam.limits import CHUNK
 
 MAGIC: Final = b"#ROSBAG V2.0\n"
 _MESSAGE, _INDEX, _CHUNK, _CONNECTION = 2, 4, 5, 7
 _INDEX_ENTRY: Final = 12
 """Bytes: seconds, nanoseconds, offset."""
-_Record = tuple[dict[bytes, bytes], bytes]
+_PACKINGS: Final = {b"none": "", b"bz2": "bz2", b"lz4": "lz4"}
+_DAMAGE: Final = (DamagedChunk, struct.error, KeyError, IndexError, ValueError, EOFError)
+_Header = dict[bytes, bytes]
+_Connections = dict[bytes, tuple[str, str]]
 
 
 def messages(path: Path) -> Iterator[RawMessage]:
-    """The messages of all topics; TruncatedFile after the last one of a bag that is cut or damaged."""
-    connections: dict[bytes, tuple[str, str]] = {}
-    try:
-        for header, data in _in_chunks(path.read_bytes(), path):
-            if header[b"op"][0] == _CONNECTION:
-                name = ros2_type(_fields(data).get(b"type", b"").decode())
-                connections[header[b"conn"]] = header[b"topic"].decode(), name
-            else:
-                topic, name = connections.get(header[b"conn"], ("", ""))
-                seconds, rest = struct.unpack("<II", header[b"time"])
-                yield RawMessage(topic, name, "ros1", data, 10**9 * seconds + rest)
-    except (struct.error, KeyError, IndexError, ValueError, EOFError, RuntimeError) as error:
-        raise TruncatedFile(f"{path}: the bag is damaged or ends early") from error
+    """The messages of all topics, a chunk in memory at a time. A damaged chunk is passed over; TruncatedFile after the
+    last message of a bag that is cut, or where one was, and where it unpacks to more than the limits allow."""
+    losses, ending = Losses(path, "chunk"), ""
+    with path.open("rb") as file:
+        try:
+            yield from _in_chunks(file, path, losses)
+        except _DAMAGE:
+            ending = "the bag is damaged or ends early, and what comes after that is lost"
+        except TooMuch as excess:
+            ending = f"the bag is read no further: {excess}"
+    losses.end(ending)
 
 
-def _in_chunks(bag: bytes, path: Path) -> Iterator[_Record]:
-    """The connections and messages of all chunks."""
-    for header, data in _records(bag, len(MAGIC)):
-        if header[b"op"][0] == _CHUNK:
-            for record in _records(_unpacked(header[b"compression"], data, path), 0):
-                if record[0][b"op"][0] in (_CONNECTION, _MESSAGE):
-                    yield record
+def _in_chunks(file: IO[bytes], path: Path, losses: Losses) -> Iterator[RawMessage]:
+    connections: _Connections = {}
+    unpacker = Unpacker()
+    file.seek(len(MAGIC))
+    for header, data in _records(file, {_CHUNK}, cut=True):
+        at = file.tell() - len(data)
+        try:
+            if header[b"compression"] not in _PACKINGS and not connections:
+                raise LogError(_unknown_packing(header[b"compression"], path))
+            yield from _messages(_unpacked(header[b"compression"], data, unpacker), connections)
+        except _DAMAGE:
+            losses.add(f"byte {at}")
 
 
-def _unpacked(compression: bytes, data: bytes, path: Path) -> bytes:
-    try:
-        if compression == b"none":
-            return data
-        if compression == b"bz2":
-            return bz2.decompress(data)
-        if compression == b"lz4":
-            return bytes(lz4.frame.decompress(data))
-    except OSError as error:  # of bz2, for damaged data
-        raise EOFError from error
-    raise LogError(
-        f"{path}: its chunks are packed with {compression.decode()}; run: rosbag decompress {quote(str(path))}"
-    )
+def _messages(chunk: bytes, connections: _Connections) -> Iterator[RawMessage]:
+    """The messages of a chunk; the connections in it are added to those that are known."""
+    for header, data in _records(io.BytesIO(chunk), {_CONNECTION, _MESSAGE}):
+        if header[b"op"][0] == _CONNECTION:
+            name = ros2_type(_fields(data).get(b"type", b"").decode())
+            connections[header[b"conn"]] = header[b"topic"].decode(), name
+        else:
+            topic, name = connections.get(header[b"conn"], ("", ""))
+            seconds, rest = struct.unpack("<II", header[b"time"])
+            yield RawMessage(topic, name, "ros1", data, 10**9 * seconds + rest)
 
 
-def _records(data: bytes, at: int) -> Iterator[_Record]:
-    """Header fields and data of each record."""
-    while at < len(data):
-        (size,) = struct.unpack_from("<I", data, at)
-        header = _fields(data[at + 4 : at + 4 + size])
-        at += 4 + size
-        (length,) = struct.unpack_from("<I", data, at)
-        if header[b"op"][0] == _INDEX:  # some recorders give a length that is not true
+def _unpacked(compression: bytes, data: bytes, unpacker: Unpacker) -> bytes:
+    return data if compression == b"none" else unpacker.chunk(_PACKINGS[compression], data)
+
+
+def _unknown_packing(compression: bytes, path: Path) -> str:
+    packing = compression.decode(errors="replace")
+    return f"{path}: its chunks are packed with {packing}; run: rosbag decompress {quote(str(path))}"
+
+
+def _records(file: IO[bytes], wanted: set[int], cut: bool = False) -> Iterator[tuple[_Header, bytes]]:
+    """Header fields and data of each record of the wanted kinds; EOFError at a last one that is cut, after what there
+    is of it where ``cut`` says so."""
+    at = file.tell()
+    end = file.seek(0, os.SEEK_END)
+    while at < end:
+        file.seek(at)
+        header = _fields(_sized(file, end))
+        kind, (length,) = header[b"op"][0], struct.unpack("<I", _exactly(file, 4))
+        if kind == _INDEX:  # some recorders give a length that is not true
             length = _INDEX_ENTRY * struct.unpack("<I", header[b"count"])[0]
-        if at + 4 + length > len(data):
+        at = file.tell() + length
+        if kind in wanted and (cut or at <= end):
+            yield header, _exactly(file, min(length, end - file.tell()))
+        if at > end:
             raise EOFError
-        yield header, data[at + 4 : at + 4 + length]
-        at += 4 + length
 
 
-def _fields(header: bytes) -> dict[bytes, bytes]:
+def _sized(file: IO[bytes], end: int) -> bytes:
+    """The bytes after their length."""
+    (length,) = struct.unpack("<I", _exactly(file, 4))
+    if file.tell() + length > end:
+        raise EOFError
+    return _exactly(file, length)
+
+
+def _exactly(file: IO[bytes], size: int) -> bytes:
+    if excess := CHUNK.excess(size, "in one record"):
+        raise TooMuch(excess)
+    data = file.read(size)
+    if len(data) < size:
+        raise EOFError
+    return data
+
+
+def _fields(header: bytes) -> _Header:
     """``name=value`` fields, each after its length."""
     fields, at = {}, 0
     while at < len(header):

@@ -14,7 +14,9 @@ import numpy as np
 
 from slam.files.fields import BadLine, bounded, distances, stamp
 from slam.files.logs.log import Log, scan_time
-from slam.files.logs.read_statistics import ReadStatistics, drop_out_of_order
+from slam.files.logs.odometry_resets import join_resets, note_resets
+from slam.files.logs.read_statistics import ReadStatistics
+from slam.files.logs.stamps import drop_repeats, scan_times
 from slam.lidars import URG04LX
 from slam.odometry import wheel_motion
 from slam.pose import FloatArray, Pose2D, stack_poses
@@ -54,20 +56,25 @@ def recognises(line: bytes) -> bool:
 
 def read(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Log:
     """The log in these numbered lines; LogError when there is not one scan."""
-    rows = drop_out_of_order(list(_rows(lines, statistics)), statistics)
+    rows = drop_repeats(list(_rows(lines, statistics)), statistics)
     if not rows:
         raise statistics.no_scans(f"lines of {_COLUMNS[-1]} columns")
-    stamps = np.array([row.stamp for row in rows])
+    own, places = np.array([row.stamp for row in rows]), [row.line for row in rows]
+    stamps, _ = scan_times(own, None, places, statistics)
+    joined = join_resets(stamps, _dead_reckoning(rows))
+    if joined.resets:
+        note_resets(joined, (stamps - stamps[0]).tolist(), statistics)
     return Log(
         lidar=replace(_FAN, scan_time=scan_time(stamps)),
         T_base_laser=_T_BASE_LASER,
         stamps=stamps,
         ranges=np.stack([row.ranges for row in rows]),
-        T_odom_base=_dead_reckoning(rows),
+        T_odom_base=joined.poses,
         time_increment=_TIME_INCREMENT,
         skipped=statistics.skipped,
         ignored=statistics.ignored,
         report=statistics.report(len(rows)),
+        lost=statistics.lost,
     )
 
 
@@ -79,13 +86,13 @@ def _rows(lines: Iterable[tuple[int, bytes]], statistics: ReadStatistics) -> Ite
         try:
             yield _parse(words, number)
         except BadLine as fault:
-            statistics.skip(str(fault), number)
+            statistics.skip(str(fault), number, fault.detail)
 
 
 def _parse(words: list[bytes], line: int) -> _Row:
     if len(words) not in _COLUMNS:
         raise BadLine("truncated" if len(words) < _END else "too long")
-    left, right = bounded(words[2:4], largest=1e10)
+    left, right = bounded(words[2:4], 1e10, "left_count right_count")
     return _Row(line, stamp(words[0], unit=1e-6), left, right, _ranges(distances(words[_FIRST_RANGE:_END])))
 
 

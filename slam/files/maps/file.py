@@ -14,6 +14,7 @@ from pydantic import ValidationError
 from slam.config import SlamConfig, SurfelMapConfig
 from slam.errors import InputError
 from slam.files.atomic_files import write_atomic
+from slam.files.json_files import read_bounded
 from slam.files.maps.schema import VERSION, MapDocument, SavedFrontier, SavedGrid
 from slam.lines.learnt_noise import LearntNoise
 from slam.mapping.directions import Directions
@@ -92,11 +93,11 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
 
 def _parse(path: Path) -> MapDocument:
     try:
-        return MapDocument.model_validate_json(path.read_bytes())
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror}; give the map.json of a run folder") from error
+        return MapDocument.model_validate_json(read_bounded(path))
     except ValidationError as errors:
         raise InputError(f"{path}: {_validation_message(errors)}") from errors
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {error}; give the map.json of a run folder") from error
 
 
 def _validation_message(errors: ValidationError) -> str:

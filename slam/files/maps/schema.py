@@ -7,13 +7,12 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from slam.config import Section
+from slam.limits import MAP_CELLS
 from slam.lines.learnt_noise import BANDS, SIZES
 from slam.mapping.directions import MAX_CLUSTERS, QUARTER
 from slam.mapping.surfel_grid import PIECES
 
 VERSION = 1
-MOST_CELLS = 50_000_000
-"""The largest grid: 200 MB."""
 PoseRow = tuple[float, float, float]
 CovarianceRows = tuple[PoseRow, PoseRow, PoseRow]
 SurfelRow = tuple[float, float, float, float, float, float, float, Annotated[int, Field(ge=-1)]]
@@ -42,8 +41,8 @@ class SavedGrid(Section):
     @model_validator(mode="after")
     def _is_whole(self) -> Self:
         rows, columns = self.shape
-        if rows * columns > MOST_CELLS:
-            raise ValueError(f"shape is {rows} x {columns} cells; {MOST_CELLS} cells are the most")
+        if excess := MAP_CELLS.excess(rows * columns, "in its shape"):
+            raise ValueError(excess)
         if len(self.evidence) not in (0, len(self.surfels)):
             raise ValueError(f"evidence has {len(self.evidence)} rows, for {len(self.surfels)} surfels")
         if self.born and len(self.born) != len(self.surfels):

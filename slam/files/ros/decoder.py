@@ -1,13 +1,13 @@
 """Messages of ROS 1 and ROS 2 as this project's values; BadLine for bytes that are no such message."""
 
 import struct
-from math import atan2
+from math import atan2, hypot
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from rosbags.serde import SerdeError
 
-from slam.files.fields import LARGEST, BadLine
+from slam.files.fields import LARGEST, BadLine, impossible
 from slam.files.ros.messages import RawMessage, ros1_types, ros2_types
 from slam.lidars import whole_steps
 from slam.odometry import Odometry, Twist2D
@@ -17,8 +17,6 @@ from slam.scan import LaserScan
 _GARBLED: Final = (SerdeError, struct.error, ValueError, LookupError, AssertionError, OverflowError, MemoryError)
 _FAR: Final = 16.0
 """Metres, from which single precision is coarser than a micrometre."""
-_LEVEL: Final = 0.98
-"""Cosine of the tilt up to which a frame counts as level."""
 
 
 class Transform(NamedTuple):
@@ -29,8 +27,10 @@ class Transform(NamedTuple):
     child: str
     pose: Pose2D
     """Pose of the child in the frame."""
-    level: bool
-    """True where the z axes agree."""
+    T_frame_child: FloatArray | None
+    """The same in space, (4, 4), where the z axes differ."""
+    received: float
+    """When it was recorded, seconds."""
 
 
 class StampedPose(NamedTuple):
@@ -47,6 +47,8 @@ class StampedOdometry(NamedTuple):
     odometry: Odometry
     child: str
     """The frame of the base."""
+    received: float
+    """When it was recorded, seconds."""
 
 
 def decode(raw: RawMessage) -> Any:
@@ -101,7 +103,7 @@ def decode_odometry(raw: RawMessage) -> StampedOdometry:
     pose, twist = message.pose.pose, message.twist.twist
     moving = Twist2D(twist.linear.x, twist.angular.z)
     odometry = Odometry(seconds(message.header), _planar(pose.position, pose.orientation), moving)
-    return StampedOdometry(odometry, frame_name(message.child_frame_id))
+    return StampedOdometry(odometry, frame_name(message.child_frame_id), 1e-9 * raw.time)
 
 
 def decode_pose(raw: RawMessage) -> StampedPose:
@@ -113,7 +115,7 @@ def decode_pose(raw: RawMessage) -> StampedPose:
 
 def decode_transforms(raw: RawMessage) -> list[Transform]:
     """The transforms in a ``tf2_msgs/TFMessage``."""
-    return [_transform(placed) for placed in decode(raw).transforms]
+    return [_transform(placed, 1e-9 * raw.time) for placed in decode(raw).transforms]
 
 
 def seconds(header: Any) -> float:
@@ -126,17 +128,34 @@ def frame_name(name: str) -> str:
     return name.lstrip("/")
 
 
-def _transform(placed: Any) -> Transform:
+def _transform(placed: Any, received: float) -> Transform:
     q = placed.transform.rotation
     frame, child = frame_name(placed.header.frame_id), frame_name(placed.child_frame_id)
-    level = 1.0 - 2.0 * (q.x * q.x + q.y * q.y) > _LEVEL
-    return Transform(seconds(placed.header), frame, child, _planar(placed.transform.translation, q), level)
+    place = placed.transform.translation
+    in_space = None if q.x == q.y == 0.0 else _in_space(place, q)
+    return Transform(seconds(placed.header), frame, child, _planar(place, q), in_space, received)
+
+
+def _in_space(place: Any, q: Any) -> FloatArray:
+    """The pose as a matrix (4, 4); BadLine where it is none."""
+    if not abs(place.z) <= LARGEST:
+        raise impossible("z", place.z)
+    x, y, z, w = np.array([q.x, q.y, q.z, q.w]) / hypot(q.x, q.y, q.z, q.w)
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y), place.x],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x), place.y],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y), place.z],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )
 
 
 def _planar(point: Any, q: Any) -> Pose2D:
     """Heading: where the x axis points, seen from above; of a level pose, to the last bit."""
-    if not all(abs(value) <= LARGEST for value in (point.x, point.y, q.x, q.y, q.z, q.w)):
-        raise BadLine("impossible value")
+    for name, value in {"x": point.x, "y": point.y, "qx": q.x, "qy": q.y, "qz": q.z, "qw": q.w}.items():
+        if not abs(value) <= LARGEST:
+            raise impossible(name, value)
     if q.x == q.y == 0.0:
         return Pose2D(point.x, point.y, wrap_angle(2.0 * atan2(q.z, q.w)))
     return Pose2D(point.x, point.y, atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y * q.y + q.z * q.z)))

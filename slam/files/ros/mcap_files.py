@@ -2,22 +2,25 @@
 
 import os
 import struct
+import zlib
 from collections.abc import Generator, Iterator
+from io import BytesIO
 from pathlib import Path
-from typing import Final
+from typing import IO, Final
 
-from mcap.exceptions import McapError
-from mcap.records import Channel, McapRecord, Message, Schema
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError, RecordLengthLimitExceeded
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
-from zstandard import ZstdError
 
 from slam.files.ros.encoder import Encoder
 from slam.files.ros.messages import TYPES, RawMessage, ros2_type
-from slam.files.text_lines import TruncatedFile
+from slam.files.unpacking import DamagedChunk, Losses, TooMuch, Unpacker
+from slam.limits import CHUNK
 
-_LARGEST_RECORD: Final = 1 << 30
-_DAMAGE: Final = (McapError, ZstdError, struct.error, EOFError, ValueError, KeyError, RuntimeError, MemoryError)
+_DAMAGE: Final = (McapError, DamagedChunk, struct.error, EOFError, ValueError, KeyError)
 
 
 class McapWriter:
@@ -58,24 +61,86 @@ class McapWriter:
 
 
 def mcap_messages(path: Path) -> Generator[RawMessage]:
-    """The messages of all topics. OSError where the file cannot be opened; TruncatedFile after the last message of one
-    that is cut or damaged."""
+    """The messages of all topics, a chunk in memory at a time. OSError where the file cannot be opened; a damaged chunk
+    is passed over. TruncatedFile after the last message of a file that is cut, or where a chunk was damaged, and where
+    it unpacks to more than the limits allow."""
+    losses, ending = Losses(path, "chunk"), ""
     with path.open("rb") as file:
         try:
-            yield from _messages(StreamReader(file, record_size_limit=_LARGEST_RECORD).records)
-        except _DAMAGE as error:
-            raise TruncatedFile(f"{path}: the file is damaged or ends early") from error
+            yield from _messages(file, losses)
+        except RecordLengthLimitExceeded as error:
+            ending = f"it is read no further: {error}; {CHUNK.reason} (see docs/limits.md)"
+        except TooMuch as excess:
+            ending = f"it is read no further: {excess}"
+        except _DAMAGE:
+            ending = "the file is damaged or ends early, and what comes after that is lost"
+    losses.end(ending)
 
 
-def _messages(records: Iterator[McapRecord]) -> Iterator[RawMessage]:
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Channel] = {}
-    for record in records:
+def _messages(file: IO[bytes], losses: Losses) -> Iterator[RawMessage]:
+    topics, unpacker = _Topics(), Unpacker()
+    for record in StreamReader(_Whole(file), emit_chunks=True, record_size_limit=CHUNK.most).records:  # type: ignore[arg-type]
+        if not isinstance(record, Chunk):
+            yield from topics.message(record)
+            continue
+        try:
+            for inner in _records(_unpacked(record, unpacker)):
+                yield from topics.message(inner)
+        except _DAMAGE:
+            losses.add(f"byte {file.tell() - len(record.data)}")
+
+
+class _Topics:
+    """The channels and schemas met so far."""
+
+    def __init__(self) -> None:
+        self._schemas: dict[int, Schema] = {}
+        self._channels: dict[int, Channel] = {}
+
+    def message(self, record: McapRecord) -> Iterator[RawMessage]:
+        """The message, where the record is one; KeyError where its channel or schema is not known."""
         if isinstance(record, Schema):
-            schemas[record.id] = record
+            self._schemas[record.id] = record
         elif isinstance(record, Channel):
-            channels[record.id] = record
+            self._channels[record.id] = record
         elif isinstance(record, Message):
-            channel = channels[record.channel_id]
-            name = ros2_type(schemas[channel.schema_id].name) if channel.schema_id else ""
+            channel = self._channels[record.channel_id]
+            name = ros2_type(self._schemas[channel.schema_id].name) if channel.schema_id else ""
             yield RawMessage(channel.topic, name, channel.message_encoding, record.data, record.log_time)
+
+
+def _unpacked(chunk: Chunk, unpacker: Unpacker) -> bytes:
+    """The records of the chunk. DamagedChunk where their sum is wrong, KeyError for a packing that is not known."""
+    data = unpacker.chunk(chunk.compression, chunk.data) if chunk.compression else chunk.data
+    if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+        raise DamagedChunk("its sum is wrong")
+    return data
+
+
+def _records(chunk: bytes) -> Iterator[McapRecord]:
+    """The schemas, channels and messages in the data of a chunk."""
+    stream = ReadDataStream(_Whole(BytesIO(chunk)))  # type: ignore[arg-type]
+    while stream.count < len(chunk):
+        opcode, length = stream.read1(), stream.read8()
+        body = ReadDataStream(_Whole(BytesIO(stream.read(length))))  # type: ignore[arg-type]
+        if opcode == Opcode.MESSAGE:
+            yield Message.read(body, length)
+        elif opcode == Opcode.CHANNEL:
+            yield Channel.read(body)
+        elif opcode == Opcode.SCHEMA:
+            yield Schema.read(body)
+
+
+class _Whole:
+    """A file of which what is asked for is read whole; EOFError where it is cut, or too much is asked for."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+
+    def read(self, size: int) -> bytes:
+        if not 0 <= size <= CHUNK.most:
+            raise EOFError
+        data = self._file.read(size)
+        if len(data) < size:
+            raise EOFError
+        return data

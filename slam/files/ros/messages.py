@@ -15,6 +15,7 @@ TF_STATIC: Final = "/tf_static"
 GROUND_TRUTH: Final = "/ground_truth"
 
 LASER_SCAN: Final = "sensor_msgs/msg/LaserScan"
+MULTI_ECHO: Final = "sensor_msgs/msg/MultiEchoLaserScan"
 ODOMETRY: Final = "nav_msgs/msg/Odometry"
 TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
 POSE: Final = "geometry_msgs/msg/PoseStamped"

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
-from slam.errors import InputError, StorageError
+from slam.errors import InputError
+from slam.files.atomic_files import require_writable
 from slam.named_code import import_by_name
 
 if TYPE_CHECKING:
@@ -39,8 +40,6 @@ def export(record: RunRecord, to: str, out: Path, force: bool = False) -> None:
         raise InputError(f"{out}: a folder that is already there; choose another --out, or remove it")
     if out.exists() and not force:
         raise InputError(f"{out}: already there; add --force to replace it, or choose another --out")
-    try:
+    with require_writable(out, "choose another --out"):
         out.parent.mkdir(parents=True, exist_ok=True)
         import_by_name(FORMATS[to])(record, out)
-    except OSError as error:
-        raise StorageError(f"{out}: cannot be written: {error.strerror or error}; choose another --out") from error

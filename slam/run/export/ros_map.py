@@ -15,13 +15,13 @@ from slam.config import SurfelMapConfig
 from slam.deskew import deskewed
 from slam.errors import InputError
 from slam.files.atomic_files import atomic_folder
+from slam.limits import ROS_MAP_CELLS
 from slam.pose import FloatArray, Pose2D
 from slam.run.results.run_record import RunRecord
 
 CountArray = NDArray[np.int32]
 _HIT_SHARE: Final = 0.25
 """Share of the beams that reached a cell and ended there, from which it is taken to be occupied, as in GMapping."""
-_MOST_CELLS: Final = 100_000_000
 _CELL: Final = 0.05
 """Metres."""
 _OCCUPIED, _FREE, _UNKNOWN = 0, 254, 205
@@ -95,8 +95,8 @@ def occupancy(record: RunRecord, cell: float) -> Occupancy:
     low, high = _bounds(record)
     corner = np.floor(low / cell - 1.0) * cell
     columns, rows = (np.ceil((high - corner) / cell) + 2).astype(int).tolist()
-    if rows * columns > _MOST_CELLS:
-        raise InputError(f"{record.folder}: its map would have {columns} x {rows} cells of {cell} m; too many")
+    if excess := ROS_MAP_CELLS.excess(rows * columns, f"of {cell} m in its map"):
+        raise InputError(f"{record.folder}: {excess}")
     grid = Occupancy(np.zeros((rows, columns), np.int32), np.zeros((rows, columns), np.int32), corner, cell)
     for beams in _beams(record):
         count_rays(grid.passes, grid.hits, corner, cell, *beams)

@@ -26,7 +26,8 @@ _NAMED: Final = 3
 
 def faults(record: RunRecord, metrics: Mapping[str, Any]) -> list[str]:
     """One sentence for each thing that went wrong; none for a run without fault."""
-    return [*_how_it_ended(record, metrics), *_on_the_way(record.traces)]
+    damage = [f"{damage}; what comes after that is left out." for damage in record.damage]
+    return [*damage, *_how_it_ended(record, metrics), *_on_the_way(record.traces)]
 
 
 def _how_it_ended(record: RunRecord, metrics: Mapping[str, Any]) -> Iterator[str]:

@@ -1,6 +1,7 @@
 """Numbers of ``metrics.json``: what each is called, its unit, its meaning, and how it is printed."""
 
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Any, Final
 
 
@@ -94,6 +95,8 @@ _METRICS: Final = (
     Metric("segments", "segments", "", "", "Line segments seen in all mapped scans.", "d"),
 )
 
+_TEXTS: Final = frozenset({"began", "ending", "error", "version", "log", "log_report", "map", "start", "backend"})
+_LARGEST: Final = 1e18
 METRICS: Final = {metric.key: metric for metric in _METRICS}
 """Every metric by its key, in the order in which tables show them."""
 
@@ -101,3 +104,23 @@ METRICS: Final = {metric.key: metric for metric in _METRICS}
 def more_is_better(key: str) -> bool:
     """True for a metric whose greatest value is the best; false for all other keys, also those that no table shows."""
     return key in METRICS and METRICS[key].more_is_better
+
+
+def metrics_fault(metrics: Any) -> str | None:
+    """Say what is wrong with the content of a ``metrics.json``; None where nothing is."""
+    if not isinstance(metrics, dict):
+        return f"is no object but {str(metrics)[:20]!r}"
+    for key, value in metrics.items():
+        number = key.removeprefix("closed_").removeprefix("odometry_") in METRICS
+        if number and not (value is None or (isinstance(value, int | float) and abs(value) < _LARGEST)):
+            return f"{key}: {str(value)[:20]!r} is no number"
+        if key in _TEXTS and not isinstance(value, str):
+            return f"{key}: {str(value)[:20]!r} is no text"
+    return None if _is_date(metrics.get("began")) else f"began: {metrics['began']!r} is no date"
+
+
+def _is_date(text: str | None) -> bool:
+    try:
+        return text is None or bool(datetime.fromisoformat(text))
+    except ValueError:
+        return False

@@ -12,7 +12,7 @@ from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, deco
 from slam.files.ros.encoder import Encoder, nanoseconds
 from slam.files.ros.mcap_files import McapWriter, mcap_messages
 from slam.files.ros.messages import GROUND_TRUTH, ODOM, SCAN, TF, TF_STATIC, RawMessage
-from slam.files.text_lines import TruncatedFile
+from slam.files.unpacking import TruncatedFile
 from slam.odometry import Odometry
 from slam.pose import Pose2D
 from slam.robot import Observation

@@ -1,23 +1,23 @@
 """The folder of a run, read back: of one that ended, or of one that was cut off."""
 
-import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, Self
 
-import numpy as np
-
 from slam.errors import InputError
 from slam.files.graphs.file import read_graph
+from slam.files.json_files import read_json
 from slam.files.logs.read import RUN_LOG
 from slam.files.maps.file import read_map
 from slam.graph.run_graph import RunGraph
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
+from slam.run.results.metric_table import metrics_fault
 from slam.run.results.run_log import logged_mount, logged_observations, logged_start
+from slam.run.results.segment_file import read_segments
 from slam.run.results.traces import Traces
 from slam.saved_slam import SavedSlam
 from slam.scenario.file import read_scenario
@@ -38,6 +38,8 @@ class RunRecord:
     """Stamps, the trajectories and the table of steps, scan by scan."""
     metrics: dict[str, Any] | None
     """Content of ``metrics.json``; None for a run that was cut off."""
+    damage: list[str] = field(default_factory=list)
+    """A sentence for each file that is damaged, and was read up to there."""
 
     @classmethod
     def open(cls, folder: str | Path) -> Self:
@@ -48,7 +50,8 @@ class RunRecord:
         traces = Traces.read(folder)
         if traces is None:
             raise InputError(f"{folder}: this run has no scan; give a run that came to its first")
-        return cls(folder, read_scenario(folder / "config.yaml"), traces, _metrics(folder / "metrics.json"))
+        config, metrics = read_scenario(folder / "config.yaml"), _metrics(folder / "metrics.json")
+        return cls(folder, config, traces, metrics, list(traces.damage))
 
     @property
     def name(self) -> str:
@@ -85,13 +88,10 @@ class RunRecord:
     def segments(self) -> tuple[IntArray, FloatArray]:
         """Segments of the mapped scans: the number of the scan of each, (M,), and its start and end, (M, 2, 2), metres,
         map frame."""
-        path = self.folder / "lines.geojson"
-        try:
-            features = json.loads(path.read_bytes())["features"]
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise InputError(f"{path}: cannot be read: {error}; give the folder of a run") from error
-        scans = np.array([feature["properties"]["scan"] for feature in features], np.int64)
-        return scans, np.array([f["geometry"]["coordinates"] for f in features], np.float64).reshape(-1, 2, 2)
+        scans, ends, fault = read_segments(self.folder / "lines.geojson")
+        if fault is not None:
+            self.damage.append(fault)
+        return scans, ends
 
     @cached_property
     def saved_map(self) -> SavedSlam | None:
@@ -120,10 +120,11 @@ def _fault(folder: Path) -> str:
 
 
 def _metrics(path: Path) -> dict[str, Any] | None:
-    try:
-        metrics: dict[str, Any] = json.loads(path.read_bytes())
-    except FileNotFoundError:
+    if not path.exists():
         return None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read: {error}; remove it, and the run counts as cut off") from error
-    return metrics
+    remedy = "remove it, and the run counts as cut off"
+    metrics = read_json(path, remedy)
+    if fault := metrics_fault(metrics):
+        raise InputError(f"{path}: {fault}; {remedy}")
+    known: dict[str, Any] = metrics
+    return known

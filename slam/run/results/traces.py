@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.errors import InputError
-from slam.files.tum import read_tum
+from slam.files.tum import read_tum, read_tum_so_far
 from slam.pose import FloatArray, wrap_angles
+from slam.run.results.step_table import read_steps
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,6 +30,8 @@ class Traces:
     closed: FloatArray | None = None
     """(K, 3): ``T_map_base`` as it is known after the last loop was closed; None where none was, and where the run was
     cut off before."""
+    damage: tuple[str, ...] = ()
+    """A sentence for each file that is damaged; what comes after that in it, and in the others, is left out."""
 
     @property
     def final(self) -> FloatArray:
@@ -66,18 +69,21 @@ class Traces:
 
     @classmethod
     def read(cls, folder: Path) -> Self | None:
-        """The traces of a run folder; None when it has no step."""
+        """The traces of a run folder, up to where one of its files is damaged; None when it has no step."""
         if not _has_lines(folder / "trajectory.tum", 1) or not _has_lines(folder / "steps.csv", 2):
             return None
-        stamps, estimate = read_tum(folder / "trajectory.tum")
-        odometry = read_tum(folder / "odometry.tum")[1]
         truth_file = folder / "groundtruth.tum"
-        truth = read_tum(truth_file)[1] if truth_file.is_file() else None
-        steps = np.atleast_1d(np.genfromtxt(folder / "steps.csv", delimiter=",", names=True))
+        stamps, estimate, *fault = read_tum_so_far(folder / "trajectory.tum")
+        _, odometry, *odometry_fault = read_tum_so_far(folder / "odometry.tum")
+        steps, *steps_fault = read_steps(folder / "steps.csv")
+        _, truth, *truth_fault = read_tum_so_far(truth_file) if truth_file.is_file() else (stamps, None)
         K = min(map(len, (stamps, odometry, steps, stamps if truth is None else truth)))
+        if not K:
+            return None
         closed = _closed(folder / "closed.tum", len(stamps))
         truth, closed = (None if poses is None else poses[:K] for poses in (truth, closed))
-        return cls(stamps[:K], estimate[:K], odometry[:K], truth, steps[:K], closed)
+        damage = tuple(map(str, filter(None, (*fault, *odometry_fault, *steps_fault, *truth_fault))))
+        return cls(stamps[:K], estimate[:K], odometry[:K], truth, steps[:K], closed, damage)
 
 
 def _closed(path: Path, count: int) -> FloatArray | None:
@@ -95,7 +101,7 @@ def _closed(path: Path, count: int) -> FloatArray | None:
 def _has_lines(path: Path, count: int) -> bool:
     if not path.is_file():
         return False
-    with path.open(encoding="utf-8") as file:
+    with path.open("rb") as file:
         return sum(1 for _, _ in zip(file, range(count), strict=False)) == count
 
 

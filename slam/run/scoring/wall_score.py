@@ -39,6 +39,8 @@ class WallScore(NamedTuple):
     """... and of what of them is in the map."""
     length_errors: FloatArray
     """(L,) of every wall that was seen whole and is in the map: the length that is mapped on it less its own."""
+    whole_lengths: FloatArray
+    """Their own lengths, (L,)."""
     end_errors: FloatArray
     """(K,) from every end of a wall that was seen, and is in the map, to the nearest end of the lines on that wall."""
     doubled: float
@@ -52,6 +54,13 @@ class WallScore(NamedTuple):
     def precision(self) -> float:
         """Share of the mapped length that is wall; nan of an empty map."""
         return self.right / self.mapped if self.mapped > 0.0 else float("nan")
+
+    @property
+    def length_error_share(self) -> float:
+        """Sum of what the walls that were seen whole are too long or too short, as a share of their length; nan where
+        there is none."""
+        total = float(self.whole_lengths.sum())
+        return float(np.abs(self.length_errors).sum()) / total if total > 0.0 else float("nan")
 
     @property
     def recall(self) -> float:
@@ -88,12 +97,14 @@ def score_walls(walls: TrueWalls, seen: NDArray[np.bool_], lines: FloatArray) ->
     found = required & _covered(walls.samples, walls.face_of, walls.faces, lines)
     once = _lengths_once(pieces, walls.faces)
     on_walls = float(pieces.length[pieces.face >= 0].sum())
+    whole = _seen_whole(walls, required) & (once > 0.0)
     return WallScore(
         mapped=float(pieces.length.sum()),
         right=on_walls,
         seen=float(walls.weights[required].sum()),
         found=float(walls.weights[found].sum()),
-        length_errors=_length_errors(walls, required, once),
+        length_errors=(once - lengths)[whole],
+        whole_lengths=lengths[whole],
         end_errors=_end_errors(walls, required, pieces, lines),
         doubled=float(np.diff(pieces.span[pieces.face >= 0]).sum() - once.sum()),
         free_air=float(pieces.length[pieces.free].sum()),
@@ -229,10 +240,10 @@ def _unions(face: IntArray, spans: FloatArray, count: int) -> FloatArray:
     return lengths
 
 
-def _length_errors(walls: TrueWalls, required: NDArray[np.bool_], once: FloatArray) -> FloatArray:
+def _seen_whole(walls: TrueWalls, required: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """True for the faces whose length is known, (F,)."""
     seen = np.bincount(walls.face_of, walls.weights * required, len(walls.faces))
-    whole = (seen >= WHOLE * walls.lengths) & (once > 0.0)
-    return np.asarray((once - walls.lengths)[whole])
+    return np.asarray(seen >= WHOLE * walls.lengths)
 
 
 def _end_errors(walls: TrueWalls, required: NDArray[np.bool_], pieces: _Pieces, lines: FloatArray) -> FloatArray:

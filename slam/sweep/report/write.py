@@ -7,11 +7,10 @@ from pathlib import Path
 from shlex import quote
 from typing import Final
 
-import yaml
 from jinja2 import Environment
 
 from slam.console.result_table import ResultTable
-from slam.errors import InputError
+from slam.errors import InputError, StorageError
 from slam.run.results.metric_table import more_is_better
 from slam.sweep.folder import Folder
 from slam.sweep.lock import SweepLock
@@ -45,6 +44,8 @@ class SweepReport:
     tables: list[ResultTable]
     worst: list[NotableRun]
     failed: list[NotableRun]
+    damage: list[str]
+    """A sentence for each damaged file that was set aside; its runs are missing here."""
 
 
 def write_report(out: str, metric: str | None = None) -> SweepReport:
@@ -53,15 +54,24 @@ def write_report(out: str, metric: str | None = None) -> SweepReport:
     InputError where there are none, or none has that metric. A sweep that runs is reported as far as it is.
     """
     folder = Folder(out)
+    try:
+        return _report_in(folder, out, metric)
+    except OSError as error:
+        raise StorageError(f"{out}: {error.strerror or error}; the results stay as they are") from error
+
+
+def _report_in(folder: Folder, out: str, metric: str | None) -> SweepReport:
     if (config := folder.read(CONFIG)) is None:
         raise InputError(f"{out}: no sweep there; run: hopslam sweep SCENARIO --out {quote(out)}")
     store = ResultStore(folder)
+    damage = list[str]()
     with suppress(InputError), SweepLock(folder):  # held by a driver at work, which does this itself
+        damage = store.set_damaged_aside()
         store.compact()
     metric = pick_metric(store, metric)
     groups = group_runs(store, metric)
     page = f"{(folder / _FOLDER).address}/report.html"
-    report = SweepReport(page, tables(groups, metric), worst_runs(groups, metric), failed_runs(groups))
+    report = SweepReport(page, tables(groups, metric), worst_runs(groups, metric), failed_runs(groups), damage)
     with folder.draft() as draft:
         here = draft / _FOLDER
         here.mkdir()
@@ -109,5 +119,5 @@ def _page(report: SweepReport, pictures: list[Path], config: str, folder: Folder
         Path(__file__).with_name("page.html").read_text(encoding="utf-8")
     )
     images = [{"name": path.stem, "data": base64.b64encode(path.read_bytes()).decode()} for path in pictures]
-    name, results = yaml.safe_load(config)["name"], f"{folder.address}/{RESULTS}"
+    name, results = folder.address.rstrip("/").rpartition("/")[2], f"{folder.address}/{RESULTS}"
     return str(template.render(report=report, name=name, images=images, config=config, results=results))

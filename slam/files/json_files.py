@@ -1,0 +1,35 @@
+"""JSON files read within limits."""
+
+import json
+from pathlib import Path
+from typing import Any, NoReturn
+
+from slam.errors import InputError
+from slam.limits import JSON_SIZE
+
+
+def read_json(path: Path, remedy: str) -> Any:
+    """The content of a file; InputError, which ends with the remedy, where it cannot be read or is no JSON."""
+    try:
+        return parse_json(read_bounded(path))
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read: {error}; {remedy}") from error
+
+
+def read_bounded(path: Path) -> bytes:
+    """The bytes of a file; ValueError where they are more than the limit, OSError where they cannot be read."""
+    if excess := JSON_SIZE.excess(path.stat().st_size):
+        raise ValueError(excess)
+    return path.read_bytes()
+
+
+def parse_json(text: bytes) -> Any:
+    """The value that a text stands for; ValueError where it is no JSON, which has no NaN, or is too deep."""
+    try:
+        return json.loads(text, parse_constant=_refuse)
+    except RecursionError:
+        raise ValueError("lists or objects inside each other, too many to be read") from None
+
+
+def _refuse(name: str) -> NoReturn:
+    raise ValueError(f"{name} is no number of JSON")

@@ -1,0 +1,26 @@
+"""Files that are given as logs and are none that hopslam reads, with what to do about them."""
+
+import re
+from typing import Final
+
+_KINDS: Final = (
+    (
+        re.compile(rb"version https://git-lfs\.github\.com/spec/"),
+        "a Git LFS pointer, and the log itself is not here; run: git lfs pull",
+    ),
+    (
+        re.compile(rb"#ROS(RECORD|BAG) V[01]\."),
+        "a ROS bag of a format before 2.0; with a ROS 1, convert it: rosbag filter OLD.bag NEW.bag True",
+    ),
+    (
+        re.compile(rb".{0,8}(CSensoryFrame|CAction|CObservation|CRawlog)", re.DOTALL),
+        "an MRPT rawlog; give the CARMEN log or the bag that it was made of, or write its scans and odometry to one "
+        "(rawlog-edit --export-2d-scans-txt and --export-odometry-txt give them as text)",
+    ),
+)
+_HEAD: Final = 64
+
+
+def named(begin: bytes) -> str | None:
+    """Kind of a file that begins so, and what to do about it; None where it is not known."""
+    return next((kind for pattern, kind in _KINDS if pattern.match(begin[:_HEAD])), None)

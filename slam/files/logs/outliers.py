@@ -1,0 +1,73 @@
+"""Poses that no wheels can have driven to and back from: a garbled number, and not a way."""
+
+from collections.abc import Callable, Sequence
+from typing import Final, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.limits import FROM_START, STEP
+from slam.pose import FloatArray
+
+_FASTEST: Final = 15.0
+"""m/s."""
+_LONGEST_GAP: Final = 60.0
+"""Seconds between two stamps that are believed."""
+_AHEAD: Final = 10
+"""Number of poses among which the way comes back from an outlier; what does not come back is another start."""
+Row = TypeVar("Row")
+
+
+def drop_outliers(
+    rows: Sequence[Row],
+    pose_of: Callable[[Row], tuple[float, float, float]],
+    skip: Callable[[Row], None],
+    notes: list[str],
+) -> list[Row]:
+    """The rows without those whose pose is an outlier. ``pose_of`` gives stamp, x and y, seconds and metres.
+
+    ``skip`` is called for each outlier; a note names how far the first one lies, and the limit.
+    """
+    if len(rows) < 2:
+        return list(rows)
+    table = np.array([pose_of(row) for row in rows])
+    out = outliers(table[:, 0], table[:, 1:])
+    for index in np.flatnonzero(out).tolist():
+        skip(rows[index])
+    if out.any():
+        first = int(np.argmax(out))
+        away = float(np.hypot(*(table[first, 1:] - table[np.argmin(out), 1:])))
+        notes.append(f"an outlying pose lies {(FROM_START.excess(away) or STEP.excess(away))}")
+    return [row for row, is_out in zip(rows, out.tolist(), strict=True) if not is_out]
+
+
+def outliers(stamps: FloatArray, positions: FloatArray) -> NDArray[np.bool_]:
+    """True for the positions (N, 2) that lie farther from those around them than wheels drive, or too far from the
+    start, (N,)."""
+    out = np.zeros(len(stamps), np.bool_)
+    last = 0
+    for k in _suspects(stamps, positions):
+        if k <= last or out[k]:
+            continue
+        last = k - 1 if not out[k - 1] else last
+        later = [j for j in range(k + 1, min(k + 1 + _AHEAD, len(stamps))) if _within_reach(stamps, positions, last, j)]
+        if later:
+            out[k : later[0]] = True
+        elif k < min(_AHEAD, len(stamps) - k):
+            out[:k] = True  # the start itself lies apart
+        last = max(last, later[0] if later else k)
+    start = positions[np.argmin(out)]
+    far: NDArray[np.bool_] = np.hypot(*(positions - start).T) > FROM_START.most
+    return out | far
+
+
+def _suspects(stamps: FloatArray, positions: FloatArray) -> list[int]:
+    """Indices of the positions that lie out of reach of the one before."""
+    reach = STEP.most + _FASTEST * np.clip(np.diff(stamps), 0.0, _LONGEST_GAP)
+    found: list[int] = (1 + np.flatnonzero(np.hypot(*np.diff(positions, axis=0).T) > reach)).tolist()
+    return found
+
+
+def _within_reach(stamps: FloatArray, positions: FloatArray, first: int, second: int) -> bool:
+    seconds = min(max(float(stamps[second] - stamps[first]), 0.0), _LONGEST_GAP)
+    return float(np.hypot(*(positions[second] - positions[first]))) <= STEP.most + _FASTEST * seconds

@@ -1,0 +1,207 @@
+"""Stamps that increase: equal, zero and garbled ones mended, and the steps of a clock undone, in the order of the file.
+
+The order of a file is that in which things happened, whatever a clock says; so no scan is given up for its stamp.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Sequence
+from itertools import groupby
+from statistics import median_low
+from typing import Final, NamedTuple, Protocol, TypeVar
+
+import numpy as np
+
+from slam.files.logs.read_statistics import ReadStatistics
+from slam.pose import FloatArray
+
+_INTERVAL: Final = 0.1
+"""Seconds between two scans where nothing tells: most lidars turn ten times a second."""
+_RUN: Final = 3
+"""So many stamps that increase among themselves are a clock that was set back; fewer are garbled."""
+_LATE: Final = 1.0
+"""Seconds from a stamp to its receipt that may vary."""
+
+
+class StampedScan(Protocol):
+    """A scan as it stands in a file: its place there, its time in seconds, and its readings."""
+
+    @property
+    def line(self) -> int: ...
+    @property
+    def stamp(self) -> float: ...
+    @property
+    def ranges(self) -> FloatArray: ...
+
+
+Row = TypeVar("Row", bound=StampedScan)
+
+
+class Step(NamedTuple):
+    """A clock that was set back."""
+
+    after: int
+    """Index of the first stamp after it."""
+    seconds: float
+    """From the last stamp before it."""
+
+
+class Mended(NamedTuple):
+    """Stamps, seconds, strictly increasing, and what was done to them."""
+
+    stamps: FloatArray
+    garbled: Sequence[int]
+    """Indices of those that were set between their neighbours."""
+    steps: Sequence[Step]
+
+
+class Clock(NamedTuple):
+    """The clock of a log: where it cannot be trusted, stamps are times of receipt plus ``offset`` seconds."""
+
+    trusted: bool
+    offset: float
+
+    def times(self, stamps: FloatArray, received: FloatArray | None) -> tuple[FloatArray, list[int]]:
+        """Times of messages of a topic on this clock, and the indices of those whose own stamps are of another one."""
+        if received is None or not len(stamps):
+            return stamps, []
+        received = increasing(received).stamps
+        foreign = np.abs(stamps - received - self.offset) > _LATE
+        if self.trusted and not foreign.all():
+            return stamps, []
+        return np.where(foreign, received + self.offset, stamps), np.flatnonzero(foreign).tolist()
+
+
+def drop_repeats(rows: Sequence[Row], statistics: ReadStatistics) -> list[Row]:
+    """The rows without those that were written twice: stamp and readings are those of an earlier one."""
+    if _mostly_equal(np.array([row.stamp for row in rows])):
+        return list(rows)
+    seen: dict[float, Row] = {}
+    kept = []
+    for row in rows:
+        if (
+            np.array_equal(seen.setdefault(row.stamp, row).ranges, row.ranges, equal_nan=True)
+            and row.line != seen[row.stamp].line
+        ):
+            statistics.skip("repeated", row.line, scan=False)
+        else:
+            kept.append(row)
+    return kept
+
+
+def scan_times(
+    stamps: FloatArray, received: FloatArray | None, places: Sequence[int], statistics: ReadStatistics
+) -> tuple[FloatArray, Clock]:
+    """Strictly increasing times of scans with these stamps, seconds, and the clock that they are on.
+
+    All that was mended is counted at its place.
+    ``received`` are the times at which the scans came to the recorder, where the log has them.
+    """
+    if received is not None and (len(received) < 2 or _mostly_equal(received)):
+        received = None
+    if received is not None and _mostly_equal(stamps):
+        for place in places:
+            statistics.mend("stamps that are zero or equal, times of receipt used", place)
+        return increasing(received).stamps, Clock(trusted=False, offset=0.0)
+    if _mostly_equal(stamps):
+        for place in places:
+            statistics.mend("stamps that are zero or equal, taken in the order of the file as 10 scans a second", place)
+        return stamps[0] + _INTERVAL * np.arange(len(stamps)), Clock(True, 0.0)
+    return _mended_times(stamps, received, places, statistics)
+
+
+def _mended_times(
+    stamps: FloatArray, received: FloatArray | None, places: Sequence[int], statistics: ReadStatistics
+) -> tuple[FloatArray, Clock]:
+    mended = increasing(stamps)
+    clock = _clock(stamps, received, trusted=not (mended.garbled or mended.steps))
+    for index in mended.garbled:
+        statistics.mend("stamps that do not increase, set between their neighbours", places[index])
+    for step in mended.steps:
+        statistics.mend("clock set back, undone", places[step.after], f"{step.seconds:.3f} s")
+    if clock.trusted or received is None:
+        return mended.stamps, clock
+    return increasing(clock.times(stamps, received)[0]).stamps, clock
+
+
+def _clock(stamps: FloatArray, received: FloatArray | None, trusted: bool) -> Clock:
+    if received is None:
+        return Clock(trusted=True, offset=0.0)
+    return Clock(trusted, median_low((stamps - increasing(received).stamps).tolist()))
+
+
+def _mostly_equal(stamps: FloatArray) -> bool:
+    """True where the stamps of more than half of the neighbours are the same."""
+    return len(stamps) > 1 and 2 * int(np.count_nonzero(np.diff(stamps) == 0.0)) > len(stamps) - 1
+
+
+def increasing(stamps: FloatArray) -> Mended:
+    """The stamps, strictly increasing in the order given.
+
+    A few that break the order are set between their neighbours; after a step back, time goes on after a usual interval.
+    """
+    if (np.diff(stamps) > 0.0).all():
+        return Mended(stamps, (), ())
+    interval = _usual_interval(stamps)
+    times, steps, last, shift = np.full(len(stamps), np.nan), list[Step](), -np.inf, 0.0
+    for run in _runs(stamps.tolist()):
+        first = float(stamps[run[0]])
+        if first > last:
+            shift = 0.0
+        elif first + shift <= last:
+            steps.append(Step(run[0], first - float(stamps[run[0] - 1])))
+            shift = last + interval - first
+        times[run] = stamps[run] + shift
+        last = float(times[run[-1]])
+    garbled = np.flatnonzero(np.isnan(times)).tolist()
+    return Mended(_filled(times, interval), garbled, steps)
+
+
+def _usual_interval(stamps: FloatArray) -> float:
+    ahead = np.diff(stamps)
+    return float(np.median(ahead[ahead > 0.0])) if (ahead > 0.0).any() else _INTERVAL
+
+
+def _runs(stamps: list[float]) -> list[list[int]]:
+    """Indices of stamps that increase among themselves, in the order given; single ones that break it are left out."""
+    kept, runs = set(longest_increasing(stamps)), list[list[int]]()
+    for is_kept, group in groupby(range(len(stamps)), key=kept.__contains__):
+        indices = list(group)
+        if is_kept:
+            runs.append(indices)
+        elif len(indices) >= _RUN:
+            own = longest_increasing([stamps[index] for index in indices])
+            runs += [[indices[k] for k in own]] if len(own) >= max(_RUN, len(indices) // 2) else []
+    return runs
+
+
+def _filled(times: FloatArray, interval: float) -> FloatArray:
+    """The times with a value for each that is nan: between its neighbours, or an interval beyond the last."""
+    known = np.flatnonzero(~np.isnan(times))
+    index = np.arange(len(times))
+    filled = np.interp(index, known, times[known])
+    first, last = known[0], known[-1]
+    filled[:first] -= interval * (first - index[:first])
+    filled[last + 1 :] += interval * (index[last + 1 :] - last)
+    return filled
+
+
+def longest_increasing(values: Sequence[float]) -> list[int]:
+    """Indices of a longest strictly increasing subsequence; of equal neighbours the first stays.
+
+    Patience sorting (Fredman 1975), n log n: ``ends[k]`` is where the run of k + 1 values with the smallest end ends.
+    """
+    tops: list[float] = []
+    ends: list[int] = []
+    before: list[int] = []
+    for index, value in enumerate(values):
+        k = bisect_left(tops, value)
+        before.append(ends[k - 1] if k else -1)
+        if k == len(tops) or value < tops[k]:
+            tops[k : k + 1], ends[k : k + 1] = [value], [index]
+    run, last = [], ends[-1] if ends else -1
+    while last >= 0:
+        run.append(last)
+        last = before[last]
+    return run[::-1]

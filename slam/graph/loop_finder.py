@@ -1,0 +1,107 @@
+"""The loops of one submap after the other: candidates are searched, and what is found goes into the graph."""
+
+from typing import Final
+
+import numpy as np
+
+from slam.config import LeastSquaresConfig, SurfelMapConfig
+from slam.graph.condensed import BELIEVED, CondensedGraph
+from slam.graph.consistency import WaitingLoops, renumbered
+from slam.graph.loop import Loop
+from slam.graph.loop_candidates import LoopCandidates
+from slam.graph.loop_search import LoopSearch
+from slam.graph.submap import Submap
+from slam.graph.submap_graph import SubmapGraph
+from slam.graph.submap_view import SubmapView
+from slam.graph.wall_candidates import WallCandidates
+from slam.mapping.surfel_map import SurfelMap
+
+MOST_CANDIDATES, ENOUGH = 6, 3
+"""Earlier submaps in which a new one is sought at most, and how often it must be found to end the search."""
+POOR: Final = 0.9
+"""Metres: a way through the graph of this standard deviation leads over a break, and what is found over it ..."""
+STANDING_ALONE: Final = 1.2
+"""... counts only where another loop bears it out, unless its key scans agree as much as so many whole ones."""
+WALL_SIGMAS: Final = np.array([0.3, 0.3, 0.05])
+"""Of a place from walls alone: metres and radians."""
+BREAK_SIGMAS: Final = np.array([0.5, 0.5, 2.0])
+
+
+class LoopFinder:
+    """Finds a submap in earlier ones, and adds to the graph the loops that count."""
+
+    def __init__(
+        self, graph: SubmapGraph, condensed: CondensedGraph, matching: LeastSquaresConfig, config: SurfelMapConfig
+    ) -> None:
+        self._graph, self._condensed, self._config = graph, condensed, config
+        self._search, self._candidates = LoopSearch(graph, matching, config), LoopCandidates(graph, condensed)
+        self._walls, self._waiting = WallCandidates(), WaitingLoops(graph)
+        self.tried = 0  # candidates until now
+
+    def add(self, submap: Submap) -> None:
+        """Add a submap that is finished, in which later ones can be found."""
+        self._candidates.add(submap)
+        surfels = SurfelMap(self._config, self._search.map_of(submap).grid).surfels
+        self._walls.add(submap, surfels, self._config.cell)
+
+    def find(self, submap: Submap) -> int:
+        """Seek a submap that was added in the earlier ones, the surest first; returns how many loops were added."""
+        candidates, found, view = self._candidates.nearby(submap), 0, self._search.view(submap)
+        for other, covariance in candidates[:MOST_CANDIDATES]:
+            self.tried += 1
+            loop = self._search.find(view, other, covariance, "odometry")
+            if loop is not None:
+                poor = covariance[0, 0] + covariance[1, 1] > POOR**2
+                found += self._add(loop, poor and not _stands_alone(loop))
+                if found >= ENOUGH:
+                    break
+        if submap.broken and not found:
+            found += self._find_after_break(view)
+        out_of_reach = (self._candidates.is_out_of_reach(submap, *candidate) for candidate in candidates)
+        if not found and any(out_of_reach):
+            found += self._find_by_walls(view)
+        return found
+
+    def keep(self) -> None:
+        """Forget submaps that have left the graph."""
+        self._candidates.keep()
+        self._walls.keep(self._graph.submaps)
+        self._waiting.forget()
+
+    def _find_after_break(self, view: SubmapView) -> int:
+        """Seek a submap with any heading beside where the front end lost its way."""
+        for other in self._candidates.beside_break(view.submap):
+            self.tried += 1
+            loop = self._search.find(view, other, np.diag(BREAK_SIGMAS**2), "break")
+            if loop is not None:
+                return self._add(loop, not _stands_alone(loop))
+        return 0
+
+    def _find_by_walls(self, view: SubmapView) -> int:
+        """Seek a submap where its walls alone say that it may be; it counts where another loop bears it out."""
+        submap, added = view.submap, 0
+        covariance, covariances = np.diag(WALL_SIGMAS**2), self._candidates.covariances_from(view.submap)
+        for candidate in self._walls.of(submap, self._candidates.apart(submap)):
+            if not self._candidates.is_thinkable(candidate, submap, covariances[candidate.other.number]):
+                continue
+            self.tried += 1
+            loop = self._search.find_near(view, candidate.other, candidate.T_other_submap, covariance, "walls")
+            if loop is not None and not loop.ambiguous:
+                added += self._add(loop, doubtful=True)
+        return added
+
+    def _add(self, loop: Loop, doubtful: bool) -> int:
+        """Add a loop, a doubtful one where another bears it out; returns how many were added."""
+        loops = self._waiting.borne_out(loop, self._condensed.hops(), self._believed()) if doubtful else [loop]
+        for one in loops:
+            self._graph.add_loop(renumbered(one, len(self._graph.loops)))
+        return len(loops)
+
+    def _believed(self) -> list[Loop]:
+        """Loops that the graph of submaps believes."""
+        weighed = zip(self._graph.loops, self._condensed.weights, strict=False)
+        return [loop for loop, weight in weighed if weight > BELIEVED]
+
+
+def _stands_alone(loop: Loop) -> bool:
+    return loop.share * loop.tested >= STANDING_ALONE

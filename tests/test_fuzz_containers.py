@@ -1,0 +1,32 @@
+"""Readers never trace back: damaged files of each kind, in which the errors are those of slam.errors.
+
+HOPSLAM_FUZZ=100000 makes so many inputs in all; ``python -m tests.fuzz_containers`` shows them reader by reader.
+"""
+
+import os
+import random
+from pathlib import Path
+
+import pytest
+
+from tests.fuzz_containers import damaged, feed_all
+from tests.fuzz_seeds import READERS
+
+INPUTS = int(os.environ.get("HOPSLAM_FUZZ", "2000"))
+SEED = int(os.environ.get("HOPSLAM_FUZZ_SEED", "1"))
+
+
+@pytest.mark.parametrize("name", READERS)
+def test_damaged_files_are_read_or_refused(name: str, tmp_path: Path) -> None:
+    reader = READERS[name]
+    seeds = reader.make(tmp_path / "seeds")
+    for file in reader.files(seeds):  # what is whole is read
+        reader.read(reader.copy(seeds, tmp_path / file.replace("/", "-")), file)
+    share = max(INPUTS * reader.weight // sum(other.weight for other in READERS.values()), 1)
+    found = feed_all(name, reader, seeds, share, SEED, most_cuts=share)
+    assert found.inputs > share
+    assert not found.untamed, f"seed {SEED}: {found.untamed[0]}"
+
+
+def test_an_input_is_made_again_from_its_number() -> None:
+    assert damaged(b"whole" * 9, random.Random("a 1 2")) == damaged(b"whole" * 9, random.Random("a 1 2"))

@@ -47,10 +47,10 @@ class Optimization:
         All new files are there before the first one takes its place. InputError for a run without loops.
         """
         record = self.record
-        if saved_map := (record.metrics or {}).get("map"):
+        if known := record.known_map:
             raise InputError(
-                f"{record.folder}: it went on in {saved_map}, whose scans are not in its log; "
-                f"close its loops again with hopslam replay {record.folder} --map {saved_map}"
+                f"{record.folder}: it went on in {known.map}, whose scans are not in its log; close its loops again "
+                f"with hopslam replay {record.folder} --map {known.map} --start {known.start}"
             )
         closed, walls = self._close(console)
         folder = record.folder if out is None else _copied(record.folder, make_run_folder(record.config.name, out))

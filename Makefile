@@ -1,8 +1,9 @@
 # make run, make test, make lint: each sets up .venv first where that is not done yet.
 
 WHY := hopslam needs CPython 3.11, because pybullet has wheels for no newer one; install python3.11 (with venv), or uv
+INSTALL := .venv/bin/pip install --quiet
 
-.PHONY: run test lint format schema docs pictures clean
+.PHONY: run test test-all lint format schema docs pictures pins licences clean
 
 run: .venv/.run
 	.venv/bin/hopslam run corridor
@@ -11,6 +12,10 @@ run: .venv/.run
 test: .venv/.dev
 	PYTEST_XDIST_AUTO_NUM_WORKERS=$$(($$(getconf _NPROCESSORS_ONLN) + 1)) \
 	    .venv/bin/python -m pytest -q -n auto --dist loadfile
+
+# With what takes minutes too: every point at which a write can fail.
+test-all: .venv/.dev
+	.venv/bin/python -m pytest -q -n auto --dist loadfile --all-faults
 
 lint: .venv/.dev
 	.venv/bin/ruff check .
@@ -45,15 +50,29 @@ pictures: .venv/.run
 	cp runs/pictures/figures/fig15.png docs/method-match.png
 	cp runs/pictures/figures/fig16.png docs/method-map.png
 
+# Versions and hashes of what `make run` and `make test` install, made anew: the newest that pyproject.toml allows.
+PIN := .venv/bin/uv pip compile pyproject.toml --quiet --upgrade --universal --python-version 3.11 --generate-hashes \
+    --no-header --no-annotate --no-emit-index-url --no-emit-find-links
+
+pins: .venv/bin/pip
+	.venv/bin/pip install --quiet uv
+	$(PIN) --extra bench --group build --group dev --output-file pins/test.txt
+	$(PIN) --group build --constraint pins/test.txt --output-file pins/run.txt
+
+licences: .venv/.run
+	.venv/bin/hopslam licences
+
 clean:
 	rm -rf .venv
 
-.venv/.run: pyproject.toml .venv/bin/pip
-	.venv/bin/pip install --quiet --editable .
+.venv/.run: pyproject.toml pins/run.txt .venv/bin/pip
+	$(INSTALL) --require-hashes --requirement pins/run.txt
+	$(INSTALL) --no-deps --no-build-isolation --editable .
 	touch $@
 
-.venv/.dev: pyproject.toml .venv/bin/pip
-	.venv/bin/pip install --quiet --editable '.[bench]' --group dev
+.venv/.dev: pyproject.toml pins/test.txt .venv/bin/pip
+	$(INSTALL) --require-hashes --requirement pins/test.txt
+	$(INSTALL) --no-deps --no-build-isolation --editable .
 	@# The hot loops are compiled once here, and not by every worker of the tests.
 	.venv/bin/python -c 'from slam.config import SlamConfig; from slam.console.terminal import Terminal; \
 	    from slam.run.warm_up import warm_up; warm_up(Terminal(), SlamConfig(), search=True)'

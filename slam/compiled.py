@@ -6,15 +6,20 @@
 import re
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any, TypeVar, cast
 
 import numpy as np
 from numba import njit
 from numba.core.caching import FunctionCache
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.core.dispatcher import Dispatcher
 
 _FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
+_STAMP = Path(__file__).stat().st_mtime_ns
+"""Of this file, which says how code is compiled."""
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -22,15 +27,42 @@ def compiled(function: F) -> F:
     """Compile an array function at its first call; the result is kept on disk for the next process.
 
     Additions may be reordered and a division by zero gives infinity, which lets the compiler use vector registers; a
-    NaN stays a NaN. On one machine the same input gives the same bits. While one runs, other threads run too.
+    NaN stays a NaN. On one machine the same input gives the same bits, whether the code was compiled just now or kept,
+    and whatever ran before. While one runs, other threads run too.
 
     The kept result is compiled anew when one of these changed: the function's file, the file of a compiled function
-    that it reaches, or the value of a constant that one of them uses. Both may come from any module.
+    that it reaches, this file, or the value of a constant that one of them uses. They may come from any module.
     """
-    dispatcher: Any = njit(nogil=True, error_model="numpy", fastmath=_FASTMATH)(function)
+    dispatcher: Any = njit(nogil=True, error_model="numpy", fastmath=_FASTMATH, pipeline_class=_Compiler)(function)
     with suppress(RuntimeError):  # neither beside the source nor at home is there a place to keep it
         dispatcher._cache = _Cache(function)
     return cast(F, dispatcher)
+
+
+class _Compiler(Compiler):
+    """numba's compiler, but that code calls its own copies of its callees."""
+
+    def define_pipelines(self) -> Any:
+        state = self.state
+        state.library = _CodeWithItsCallees(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return super().define_pipelines()
+
+
+class _CodeWithItsCallees(JITCodeLibrary):
+    """Machine code of a function that calls its own copies of its callees, never those of the process.
+
+    A copy was optimised once more, with its caller, and may add in another order than the callee alone. numba lets the
+    linker take the first of them in the process: the callee where it was just compiled or called before, else a copy.
+    """
+
+    def _finalize_final_module(self) -> None:
+        self._finalized = True  # what callers of this function copy is taken before its copies are hidden
+        self._get_module_for_linking()
+        for function in self._final_module.functions:
+            if function.linkage.name == "linkonce_odr":
+                function.linkage = "internal"
+        super()._finalize_final_module()
 
 
 class _Cache(FunctionCache):
@@ -45,7 +77,7 @@ class _Cache(FunctionCache):
         self.file_stamp = self._cache_file._source_stamp
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
-        sources: dict[str, Any] = {}
+        sources: dict[str, Any] = {__name__: _STAMP}
         _add_sources(self._py_func, self, sources)
         self._cache_file._source_stamp = sources
         if None in sources.values():  # a callee without a place on disk: nothing tells when it changes

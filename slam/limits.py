@@ -34,10 +34,10 @@ class Limit:
 
 CHUNK: Final = Limit(64 * _MIB, "bytes", "recorders close a chunk at 1 to 16 MB, and one is in memory as a whole")
 UNPACKED_AT_ONCE: Final = Limit(
-    16 * _MIB, "unpacked bytes", "of a small file so much is unpacked, however well it is packed"
+    64 * _MIB, "unpacked bytes", "of a small file so much is unpacked, however well it is packed"
 )
 UNPACKED_PER_BYTE: Final = Limit(
-    100, "times the packed size", "scans pack to a fifth, and those of a simulated robot that stands to a fiftieth"
+    1_000, "times the packed size", "scans pack to a fifth, and those of a simulated robot that stands to a 300th"
 )
 UNPACKED: Final = Limit(100_000 * _MIB, "unpacked bytes", "a day of a fast lidar, with the pictures of a camera")
 BEAMS: Final = Limit(50_000, "beams a scan", "the finest planar lidars have 25,200")

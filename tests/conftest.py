@@ -1,5 +1,7 @@
 """Settings and fixtures of the whole test run."""
 
+import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,8 +14,17 @@ from slam.run.experiment_setup import replay_experiment
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
 
+# With bytecode on disk, not every process that a test starts compiles all sources anew.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
 settings.register_profile("hopslam", deadline=None, derandomize=True)  # time belongs in benchmarks
 settings.load_profile("hopslam")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option of ``make test-all``."""
+    parser.addoption("--all-faults", action="store_true", help="Let every write fail, and not a sample of them.")
 
 
 @pytest.fixture

@@ -211,6 +211,7 @@ def map_and_graph(folder: Path) -> None:
 
 
 def sweep_folder(folder: Path) -> None:
+    folder.mkdir(exist_ok=True)
     store = ResultStore(Folder(str(folder)))
     for seed in range(4):
         store.add(sweep_row(seed))

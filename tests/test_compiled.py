@@ -30,6 +30,35 @@ PROGRAM = """
 from loops.top import Pair, top
 print(top(3.0, Pair(left=1.0, right=5.0)), sum(top.stats.cache_hits.values()), sum(top.stats.cache_misses.values()))
 """
+CHAIN = """
+import numpy as np
+from slam.compiled import compiled
+
+@compiled
+def inner(x, y):
+    total = 0.0
+LOOPS
+    return total
+
+@compiled
+def outer(x, y):
+    steps = np.empty(len(x))
+    for k in range(len(x)):
+        steps[k] = inner(x[k:], y[k:]) / (1.0 + inner(x[:k], y[:k]))
+    return inner(steps, y) * inner(steps, x)
+"""
+LOOP = """
+    for i in range(len(x)):
+        total += x[i] * y[i] / (1.0 + {0}.1 * x[i]) + {0}.3 * y[i]
+    total += np.sin(total)
+"""
+CHAIN_PROGRAM = """
+import numpy as np
+from loops.chain import inner, outer
+x, y = np.random.default_rng(0).random((2, 997))
+CALL
+print(outer(x, y).hex(), int(sum(outer.stats.cache_hits.values())))
+"""
 FIRST = 106.0  # (3 + 1) / 2 * 2 + 2 + 100
 
 
@@ -42,14 +71,19 @@ def package(tmp_path: Path) -> Path:
     return folder
 
 
-def run(package: Path, **environment: str) -> tuple[float, bool]:
-    """The result of top() in a process of its own, and whether its code was found on disk."""
+def output(package: Path, program: str = PROGRAM, **environment: str) -> list[str]:
+    """The words that a program prints in a process of its own."""
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(package.parent / "kept"), **environment}
     environment["PYTHONPATH"] = os.pathsep.join([str(package.parent), str(Path(__file__).parent.parent)])
     done = subprocess.run(
-        [sys.executable, "-B", "-c", PROGRAM], env=environment, capture_output=True, text=True, timeout=120, check=True
+        [sys.executable, "-B", "-c", program], env=environment, capture_output=True, text=True, timeout=120, check=True
     )
-    result, hits, misses = done.stdout.split()
+    return done.stdout.split()
+
+
+def run(package: Path, **environment: str) -> tuple[float, bool]:
+    """The result of top() in a process of its own, and whether its code was found on disk."""
+    result, hits, misses = output(package, **environment)
     assert int(hits) + int(misses) == 1
     return float(result), hits == "1"
 
@@ -90,3 +124,13 @@ def test_without_a_place_to_keep_code_it_is_compiled_in_every_process(package: P
     nobody = {"NUMBA_CACHE_DIR": "", "HOME": str(nowhere), "XDG_CACHE_HOME": str(nowhere)}
     for _ in range(2):
         assert run(package, **nobody) == (FIRST, False)
+
+
+def test_code_gives_the_same_bits_compiled_just_now_or_kept(package: Path) -> None:
+    loops = "".join(LOOP.format(k) for k in range(4))  # too much to be put in place of a call
+    (package / "chain.py").write_text(CHAIN.replace("LOOPS", loops))
+    alone, inner_first = CHAIN_PROGRAM.replace("CALL", ""), CHAIN_PROGRAM.replace("CALL", "inner(x, y)")
+    (compiled, hits), (kept, kept_hits), (after_inner, _) = (output(package, p) for p in (alone, alone, inner_first))
+    assert (hits, kept_hits) == ("0", "1")
+    assert compiled == kept
+    assert after_inner == kept

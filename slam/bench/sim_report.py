@@ -1,7 +1,6 @@
 """``hopslam bench slam-sim``: errors, covariances and costs in the simulator, also over an hour."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from itertools import product
 from typing import Final
@@ -10,11 +9,11 @@ import numpy as np
 
 from slam.bench.sim_runs import HOUR, SimRun, repeating_command, run_scenario
 from slam.bench.stopwatch import milliseconds
+from slam.bench.worker_pool import worker_pool
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.pose import FloatArray
 
-WORKERS: Final = 2
 SCENARIOS: Final = (
     "crowded_corridor", "featureless_corridor", "corridor", "office_loop", "cluttered_room", "random_office"
 )  # fmt: skip
@@ -41,7 +40,7 @@ def sim_tables(
     """Drive every scenario, all without a name, with these seeds; with ``hour`` also the long run, after the others:
     nothing else should run beside what is timed."""
     run = partial(run_scenario, settings=settings, allow_modules=allow_modules)
-    with ProcessPoolExecutor(WORKERS) as pool:
+    with worker_pool() as pool:
         futures = [(name, seed, pool.submit(run, name, seed)) for name, seed in product(names or SCENARIOS, seeds)]
         with console.progress() as bar:
             done = bar.track(futures, description="driving in the simulator")

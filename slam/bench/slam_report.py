@@ -5,7 +5,6 @@ measure the best of them. The relations are those of Kuemmerle et al. 2009, the 
 """
 
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Final
 
@@ -14,6 +13,7 @@ import numpy as np
 from slam.bench.log_runs import LOGS, LogRun, centre_poses, odometry_with_doubled_noise, run_log
 from slam.bench.map_shape import crispness, crispness_beams, shape_table
 from slam.bench.stopwatch import milliseconds
+from slam.bench.worker_pool import run_in_workers
 from slam.config import SlamConfig
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
@@ -21,7 +21,6 @@ from slam.files.tum import read_tum
 from slam.pose import FloatArray, relative_poses, wrap_angle
 from slam.run.scoring.pose_errors import absolute_error, poses_at, read_relations, relation_errors, relative_error
 
-WORKERS: Final = 2
 DOUBLED_NOISE: Final = "corridor, noise x 2"
 PEERS: Final = {
     "corridor_synthetic": "ATE 0.077 (Karto), heading 0.10 (LaMa, 30 particles), extent 1.005 (Karto)",
@@ -42,12 +41,10 @@ def slam_tables(names: Sequence[str], folder: Path, config: SlamConfig, console:
     if reference.is_file() and any(name == "corridor_synthetic" for name, *_ in jobs):
         path, truth = paths["corridor_synthetic"], read_tum(reference)[1]
         jobs += [(f"{DOUBLED_NOISE}, {s}", path, odometry_with_doubled_noise(truth, s)) for s in (0, 1, 2)]
-    with ProcessPoolExecutor(WORKERS) as pool:
-        runs = [(name, pool.submit(run_log, path, config, odometry)) for name, path, odometry in jobs]
-        with console.progress() as bar:
-            found = [(name, future.result()) for name, future in bar.track(runs, description="logs")]
-    if not found:
+    runs = run_in_workers(run_log, [(path, config, odometry) for _, path, odometry in jobs], "logs", console)
+    if not runs:
         return []
+    found = [(name, run) for (name, *_), run in zip(jobs, runs, strict=True)]
     errors = _error_table([_error_row(name, run, folder) for name, run in found])
     return [errors, shape_table(found), _cost_table(found)]
 

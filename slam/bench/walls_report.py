@@ -1,7 +1,6 @@
 """``hopslam bench walls``: the line map against the true walls, beside other ways to make one of the same poses."""
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from itertools import product
 from typing import Final
@@ -10,11 +9,11 @@ import numpy as np
 
 from slam.bench.sim_runs import CASTER, repeating_command
 from slam.bench.wall_map_runs import OURS, WAYS, WallMapRun, run_wall_map, total_score
+from slam.bench.worker_pool import run_in_workers
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.run.scoring.wall_score import WallScore
 
-WORKERS: Final = 2
 SCENARIOS: Final = ("cluttered_room", "random_office", "office_loop", "corridor")
 
 
@@ -28,11 +27,9 @@ def wall_tables(
     """Drive every scenario, shipped or a file, four without a name, with these seeds."""
     run = partial(run_wall_map, settings=(CASTER, *settings), allow_modules=allow_modules)
     again = partial(repeating_command, settings=settings, allow_modules=allow_modules)
-    with ProcessPoolExecutor(WORKERS) as pool:
-        futures = [(name, seed, pool.submit(run, name, seed)) for name, seed in product(names or SCENARIOS, seeds)]
-        with console.progress() as bar:
-            done = bar.track(futures, description="driving in the simulator")
-            runs = [(name, seed, future.result()) for name, seed, future in done]
+    jobs = list(product(names or SCENARIOS, seeds))
+    found = run_in_workers(run, jobs, "driving in the simulator", console)
+    runs = [(*job, run) for job, run in zip(jobs, found, strict=True)]
     groups = {name: [(seed, run) for other, seed, run in runs if other == name] for name, *_ in runs}
     return [_way_table(groups), _worst_table(groups, again)]
 

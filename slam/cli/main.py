@@ -18,6 +18,7 @@ COMMANDS: Final = {
         "run": "slam.cli.run:run",
         "replay": "slam.cli.replay:replay",
         "localize": "slam.cli.localize:localize",
+        "repair": "slam.cli.repair:repair",
         "optimize": "slam.cli.optimize:optimize",
         "lines": "slam.cli.lines:lines",
         "sweep": "slam.cli.sweep:app",
@@ -35,6 +36,7 @@ COMMANDS: Final = {
         "calibrate": "slam.cli.calibrate:app",
     },
     "Measure": {"bench": "slam.cli.bench:app"},
+    "About": {"licences": "slam.cli.licences:licences"},
 }
 """Every command by the panel of ``hopslam --help`` that lists it: the place of its function, or of its app."""
 app = typer.Typer(

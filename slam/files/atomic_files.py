@@ -1,47 +1,50 @@
 """Files that survive a crash: whole ones appear at once or not at all, growing ones can be read at every moment."""
 
-import errno
 import json
 import os
 import shutil
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import IO, Any, Final
+from typing import Any
+from zlib import crc32
 
 from slam.closing import Closing
-from slam.errors import InputError, StorageError
-
-_FAILING_DISK: Final = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EFBIG}
+from slam.files.disk import WholeFile, disk, storage_error
 
 
 def write_atomic(path: Path, text: str) -> None:
     """Write a text file so that a reader finds the old content or the new, never a part: write, fsync, rename."""
-    with atomic_file(path) as draft, draft.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
+    with atomic_file(path) as draft, closing(WholeFile(draft)) as file:
+        file.write(text.encode())
 
 
 @contextmanager
 def require_writable(path: Path | None, remedy: str) -> Iterator[None]:
-    """Raise an error that ends with the remedy where the path (None: any file) cannot be written in the block:
-    StorageError where the disk is full or fails, else InputError."""
+    """Turn an OSError of the block into one line that ends with the remedy; ``path`` None: the file that failed.
+
+    Raises StorageError for a disk that fails or is full, InputError for a path where nothing can be written.
+    """
     try:
         yield
     except OSError as error:
-        kind = StorageError if error.errno in _FAILING_DISK else InputError
-        reason = error.strerror or error
-        raise kind(f"{path or error.filename}: cannot be written: {reason}; {remedy}") from error
+        raise storage_error(error, path, remedy) from error
+
+
+def _draft_of(path: Path) -> Path:
+    """The name of a draft beside the path, short for every length of name, and of the same suffix."""
+    return path.with_name(f".draft-{crc32(os.fsencode(path.name)):08x}{path.suffix[:16]}")
 
 
 @contextmanager
 def atomic_file(path: Path) -> Iterator[Path]:
-    """A draft to write to, which takes the name ``path`` when the block is left without an error."""
-    draft = path.with_name(f".draft-{path.name}")
+    """A draft to write to, which is put on the disk and takes the name ``path`` when the block is left without an
+    error."""
+    draft = _draft_of(path)
     try:
         yield draft
-        draft.replace(path)
+        WholeFile(draft, "rb+").close()
+        disk().rename(draft, path)
     finally:
         draft.unlink(missing_ok=True)
 
@@ -49,22 +52,21 @@ def atomic_file(path: Path) -> Iterator[Path]:
 @contextmanager
 def atomic_folder(path: Path) -> Iterator[Path]:
     """A place to make and fill a folder, which moves to ``path`` when the block is left without an error."""
-    drafts = path.with_name(f".draft-{path.name}")
+    drafts = _draft_of(path)
     shutil.rmtree(drafts, ignore_errors=True)
     drafts.mkdir()
     try:
         yield drafts / path.name
-        (drafts / path.name).rename(path)
+        disk().rename(drafts / path.name, path)
     finally:
         shutil.rmtree(drafts, ignore_errors=True)
 
 
 class _GrowingFile(Closing):
-    _file: IO[Any]
+    _file: WholeFile
 
     def close(self) -> None:
         """Put everything on the disk."""
-        os.fsync(self._file.fileno())
         self._file.close()
 
 
@@ -72,13 +74,12 @@ class GrowingText(_GrowingFile):
     """A text file to which whole lines are appended; each is handed to the system at once."""
 
     def __init__(self, path: Path, header: str = "") -> None:
-        self._file = path.open("w", encoding="utf-8")
+        self._file = WholeFile(path)
         self.append(header)
 
     def append(self, text: str) -> None:
         """Append text that ends with a line end."""
-        self._file.write(text)
-        self._file.flush()
+        self._file.write(text.encode())
 
 
 def line_feature(coordinates: Any, properties: dict[str, Any]) -> dict[str, Any]:
@@ -97,7 +98,7 @@ class GrowingGeoJson(_GrowingFile):
 
     def __init__(self, path: Path, **members: Any) -> None:
         head = json.dumps({"type": "FeatureCollection", **members, "features": []})
-        self._file = path.open("wb", buffering=0)
+        self._file = WholeFile(path)
         self._file.write(head.removesuffix("]}").encode() + self._CLOSE)
         self._empty = True
 
@@ -105,6 +106,6 @@ class GrowingGeoJson(_GrowingFile):
         """Append features, in one write."""
         text = ",\n".join(json.dumps(feature) for feature in features)
         if text:
-            self._file.seek(-len(self._CLOSE), os.SEEK_END)
-            self._file.write(("\n" if self._empty else ",\n").encode() + text.encode() + self._CLOSE)
+            opening = "\n" if self._empty else ",\n"
+            self._file.write(opening.encode() + text.encode() + self._CLOSE, back=len(self._CLOSE))
             self._empty = False

@@ -14,6 +14,7 @@ from slam.graph.key_scan import KeyScan, made_of
 from slam.graph.submap_uncertainty import SubmapUncertainty
 from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import Segments
+from slam.mapping.free_beams import free_beams
 from slam.mapping.surfel_map import SurfelMap
 from slam.matching.match import Match
 from slam.matching.pose_search import Found
@@ -110,8 +111,9 @@ class SubmapMapper(SurfelMapper):
 
     def _write(self, scan: LaserScan, T_local_laser: Pose2D, moved: float) -> None:
         self.state = self._with(T_map_added=T_local_laser)
+        beams = free_beams(scan, self.map.config.no_echo_reach)
         for submap in self._open:
-            submap.add(self._facets, scan, T_local_laser, moved, walls=False)
+            submap.write(self._facets, beams, T_local_laser, moved, walls=False)
         self._walls.add_walls(T_local_laser.theta)
 
     def _is_key(self, T_local_laser: Pose2D, broken: bool) -> bool:

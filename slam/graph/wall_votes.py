@@ -62,9 +62,11 @@ def places_voted_for(walls: FloatArray, others: FloatArray) -> FloatArray:
     for k in range(len(turns)):
         theta = turns[k] * 2.0 * np.pi / TURN_BINS
         scores = _scores(shift_votes(moved(walls, 0.0, 0.0, theta), others))
+        best_columns = np.zeros(2 * REACH, np.int64)
+        _find_best(scores, best_columns, 0, 2 * REACH)
         for _ in range(SHIFTS):
-            best = int(np.argmax(scores))
-            row, column = best // (2 * REACH), best % (2 * REACH)
+            row = _best_row(scores, best_columns)
+            column = best_columns[row]
             if scores[row, column] <= 0.0:
                 break
             places[count, SCORE], places[count, HEADING] = scores[row, column], theta
@@ -73,7 +75,29 @@ def places_voted_for(walls: FloatArray, others: FloatArray) -> FloatArray:
             count += 1
             low_row, low_column = max(row - SHIFTS_APART, 0), max(column - SHIFTS_APART, 0)
             scores[low_row : row + SHIFTS_APART + 1, low_column : column + SHIFTS_APART + 1] = 0.0
+            _find_best(scores, best_columns, low_row, min(row + SHIFTS_APART + 1, 2 * REACH))
     return places[:count]
+
+
+@compiled
+def _find_best(scores: FloatArray, best_columns: IntArray, low: int, high: int) -> None:
+    """Fill in the column of the best score of each row from ``low`` on, before ``high``; the first of equals."""
+    for row in range(low, high):
+        best = 0
+        for column in range(1, scores.shape[1]):
+            if scores[row, column] > scores[row, best]:
+                best = column
+        best_columns[row] = best
+
+
+@compiled
+def _best_row(scores: FloatArray, best_columns: IntArray) -> int:
+    """The row of the best score of all; the first of equals."""
+    best = 0
+    for row in range(1, len(scores)):
+        if scores[row, best_columns[row]] > scores[best, best_columns[best]]:
+            best = row
+    return best
 
 
 @compiled

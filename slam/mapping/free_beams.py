@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slam.compiled import compiled
 from slam.pose import FloatArray
@@ -19,6 +20,8 @@ class FreeBeams(NamedTuple):
 
     ranges: FloatArray
     """(N,), metres: 0 for an error or a reading that is too near."""
+    echoes: NDArray[np.bool_]
+    """(N,): True where the beam ended on something there."""
     fan: FloatArray
     """(3, N), see scan.py: that of a deskewed scan is not even, so that a beam is looked up in it."""
     angle_min: float
@@ -30,14 +33,28 @@ class FreeBeams(NamedTuple):
 
 def free_beams(scan: LaserScan, no_echo_reach: float) -> FreeBeams:
     """Free ranges of a scan; a beam without an echo is believed to have been free for ``no_echo_reach`` metres."""
-    ranges = np.where(scan.echoes, scan.ranges, 0.0)
-    ranges[scan.ranges == np.inf] = min(no_echo_reach, scan.range_max)
-    sectors = max(min(MOST_SECTORS, len(ranges) // BEAMS_A_SECTOR), 1)
-    return FreeBeams(ranges, scan.fan, scan.angle_min, scan.angle_increment, _farthest(ranges, scan.fan, sectors))
+    fan = scan.fan
+    ranges, echoes = _free_ranges(scan.ranges, scan.range_min, scan.range_max, no_echo_reach)
+    return FreeBeams(ranges, echoes, fan, scan.angle_min, scan.angle_increment, _farthest(ranges, fan))
 
 
 @compiled
-def _farthest(ranges: FloatArray, fan: FloatArray, sectors: int) -> FloatArray:
+def _free_ranges(
+    readings: FloatArray, range_min: float, range_max: float, no_echo_reach: float
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Free ranges and echoes of the readings (N,), for a sensor with these bounds."""
+    ranges, echoes = np.zeros(len(readings)), np.zeros(len(readings), np.bool_)
+    for j in range(len(readings)):
+        if readings[j] == np.inf:
+            ranges[j] = min(no_echo_reach, range_max)
+        elif range_min <= readings[j] <= range_max:
+            ranges[j], echoes[j] = readings[j], True
+    return ranges, echoes
+
+
+@compiled
+def _farthest(ranges: FloatArray, fan: FloatArray) -> FloatArray:
+    sectors = max(min(MOST_SECTORS, len(ranges) // BEAMS_A_SECTOR), 1)
     farthest = np.zeros(sectors)
     for j in range(len(ranges)):
         at = _sector(fan[COS, j], fan[SIN, j], sectors)

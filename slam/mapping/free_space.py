@@ -27,7 +27,7 @@ def carve(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: 
                 dx, dy = surfels[k, X] - x, surfels[k, Y] - y
                 beyond = np.sqrt(dx * dx + dy * dy) + margin
                 hidden = is_hidden(farthest, c * dx + s * dy, c * dy - s * dx, beyond)
-                if not hidden and _seen_through(surfels[k], beams, pose, reach, margin):
+                if not hidden and _seen_through(surfels, k, beams, pose, reach, margin):
                     surfels[k, MISSES] += 1.0
                 if surfels[k, MISSES] > FORGIVEN_MISSES + miss_ratio * surfels[k, HITS]:
                     surfels[k, HITS] = 0.0
@@ -52,8 +52,7 @@ def count_seen_through(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: fl
         for column in range(low_column, high_column):
             k = grid.head[row, column]
             while k >= 0:
-                s = grid.surfels[k]
-                if s[HITS] >= 2.0 and _seen_through(s, beams, pose, reach, margin):
+                if grid.surfels[k, HITS] >= 2.0 and _seen_through(grid.surfels, k, beams, pose, reach, margin):
                     count += 1
                 k = grid.next[k]
     return count
@@ -71,15 +70,16 @@ def cells_around(grid: Grid, pose: FloatArray, reach: float) -> tuple[int, int, 
 
 
 @compiled
-def _seen_through(s: FloatArray, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> bool:
-    """True where the beam towards the surfel and both its neighbours went farther."""
+def _seen_through(surfels: FloatArray, k: int, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> bool:
+    """True where the beam towards the surfel ``k`` and both its neighbours went farther."""
     ranges = beams.ranges
-    dx, dy = s[X] - pose[0], s[Y] - pose[1]
+    dx, dy = surfels[k, X] - pose[0], surfels[k, Y] - pose[1]
     distance = np.sqrt(dx * dx + dy * dy)
     if not MIN_DISTANCE < distance < reach:
         return False
-    wall = s[NX] != 0.0 or s[NY] != 0.0
-    if wall and abs(dx * s[NX] + dy * s[NY]) < EDGE_ON_COSINE * distance:
+    nx, ny = surfels[k, NX], surfels[k, NY]
+    wall = nx != 0.0 or ny != 0.0
+    if wall and abs(dx * nx + dy * ny) < EDGE_ON_COSINE * distance:
         return False
     j = beam_towards(beams, pose, dx, dy)
     if not 1 <= j < len(ranges) - 1:

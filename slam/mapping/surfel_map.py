@@ -8,7 +8,7 @@ from math import floor
 import numpy as np
 
 from slam.config import SurfelMapConfig
-from slam.mapping.free_beams import free_beams
+from slam.mapping.free_beams import FreeBeams, free_beams
 from slam.mapping.free_space import carve
 from slam.mapping.surfel_grid import ALIVE, HITS, TAKEN, Grid, empty_grid, room_needed, with_room
 from slam.mapping.surfel_updates import put
@@ -58,7 +58,13 @@ class SurfelMap:
     def add(
         self, facets: FloatArray, scan: LaserScan, T_map_laser: Pose2D, moved: float = 0.0, walls: bool = True
     ) -> None:
-        """Put the facets (F, 7) of a scan into the map, and let fade what its beams went through.
+        """Put the facets (F, 7) of a scan into the map, and let fade what its beams went through; see ``write``."""
+        self.write(facets, free_beams(scan, self.config.no_echo_reach), T_map_laser, moved, walls)
+
+    def write(
+        self, facets: FloatArray, beams: FreeBeams, T_map_laser: Pose2D, moved: float = 0.0, walls: bool = True
+    ) -> None:
+        """Put facets (F, 7) into the map, and let fade what the beams of their scan went through.
 
         The sensor ``moved`` so far since the scan before, metres and radians together. ``walls`` says if the beams
         shall tell where there is wall; a map that nobody asks for ``ends`` can do without.
@@ -69,7 +75,6 @@ class SurfelMap:
         if len(facets):
             self.grid = with_room(self.grid, *room_needed(facets, pose, config.cell))
             put(self.grid, facets, pose, config.gate, float(config.max_hits), config.pose_sigma)
-        beams = free_beams(scan, config.no_echo_reach)
         if walls and (moved == 0.0 or floor(way / WEIGHED_EVERY) > floor(before / WEIGHED_EVERY)):
-            weigh_walls(self.grid, beams, scan.echoes, pose, config.carve_reach, config.gate)
+            weigh_walls(self.grid, beams, pose, config.carve_reach, config.gate)
         carve(self.grid, beams, pose, config.carve_reach, config.free_margin, config.miss_ratio)

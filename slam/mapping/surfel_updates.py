@@ -44,14 +44,13 @@ def _put_one(
     nearest = _nearest(grid, first, x, y, nx, ny, gate)
     if nearest >= 0:
         _count_noise(grid, first, nearest, nx, ny, max_hits)
-        _merge(grid.surfels[nearest], x, y, nx, ny, information, max_hits)
+        _merge(grid.surfels, nearest, x, y, nx, ny, information, max_hits)
         return
-    k = _take_row(grid)
-    s = grid.surfels[k]
-    s[X], s[Y], s[NX], s[NY], s[INFORMATION], s[HITS], s[MISSES] = x, y, nx, ny, information, 1.0, 0.0
+    k, s = _take_row(grid), grid.surfels
+    s[k, X], s[k, Y], s[k, NX], s[k, NY] = x, y, nx, ny
+    s[k, INFORMATION], s[k, HITS], s[k, MISSES], s[k, BORN] = information, 1.0, 0.0, grid.way
     grid.evidence[k] = 0
     grid.evidence[k, AXIS] = abs(nx) > abs(ny)
-    s[BORN] = grid.way
     grid.next[k] = first
     grid.head[row, column] = k
 
@@ -61,13 +60,13 @@ def _nearest(grid: Grid, first: int, x: float, y: float, nx: float, ny: float, g
     """The surfel of a cell's list that is nearer than ``gate`` and faces this way, -1 for none."""
     wall = nx != 0.0 or ny != 0.0
     best, nearest = -1, gate
-    k = first
+    k, s = first, grid.surfels
     while k >= 0:
-        s = grid.surfels[k]
-        if wall == (s[NX] != 0.0 or s[NY] != 0.0):
-            dx, dy = x - s[X], y - s[Y]
-            distance = abs(dx * s[NX] + dy * s[NY]) if wall else np.hypot(dx, dy)
-            if distance < nearest and (not wall or nx * s[NX] + ny * s[NY] > JOIN_COSINE):
+        snx, sny = s[k, NX], s[k, NY]
+        if wall == (snx != 0.0 or sny != 0.0):
+            dx, dy = x - s[k, X], y - s[k, Y]
+            distance = abs(dx * snx + dy * sny) if wall else np.hypot(dx, dy)
+            if distance < nearest and (not wall or nx * snx + ny * sny > JOIN_COSINE):
                 best, nearest = k, distance
         k = grid.next[k]
     return best
@@ -93,26 +92,27 @@ def _count_noise(grid: Grid, first: int, seen: int, nx: float, ny: float, max_hi
     One that is hit less than one time in ten that its neighbour is hit is noise. It would pile up along every wall for
     as long as one drives.
     """
-    k = first
+    k, s = first, grid.surfels
     while k >= 0:
-        s = grid.surfels[k]
-        if k != seen and s[HITS] < max_hits and nx * s[NX] + ny * s[NY] >= 0.0:
-            s[MISSES] += NOISE_MISS
+        if k != seen and s[k, HITS] < max_hits and nx * s[k, NX] + ny * s[k, NY] >= 0.0:
+            s[k, MISSES] += NOISE_MISS
         k = grid.next[k]
 
 
 @compiled
-def _merge(s: FloatArray, x: float, y: float, nx: float, ny: float, information: float, max_hits: float) -> None:
-    """Weighted means; nothing moves any more once it was seen often."""
-    s[MISSES] = max(0.0, s[MISSES] - 1.0)
-    if s[HITS] >= max_hits:
+def _merge(
+    s: FloatArray, k: int, x: float, y: float, nx: float, ny: float, information: float, max_hits: float
+) -> None:
+    """Weighted means of the surfel ``k`` and what was seen; nothing moves any more once it was seen often."""
+    s[k, MISSES] = max(0.0, s[k, MISSES] - 1.0)
+    if s[k, HITS] >= max_hits:
         return
-    share = information / (s[INFORMATION] + information)
-    s[X] += share * (x - s[X])
-    s[Y] += share * (y - s[Y])
+    share = information / (s[k, INFORMATION] + information)
+    s[k, X] += share * (x - s[k, X])
+    s[k, Y] += share * (y - s[k, Y])
     if nx != 0.0 or ny != 0.0:
-        mx, my = s[NX] + share * (nx - s[NX]), s[NY] + share * (ny - s[NY])
+        mx, my = s[k, NX] + share * (nx - s[k, NX]), s[k, NY] + share * (ny - s[k, NY])
         norm = np.sqrt(mx * mx + my * my)
-        s[NX], s[NY] = mx / norm, my / norm
-    s[INFORMATION] += information
-    s[HITS] += 1.0
+        s[k, NX], s[k, NY] = mx / norm, my / norm
+    s[k, INFORMATION] += information
+    s[k, HITS] += 1.0

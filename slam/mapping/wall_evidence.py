@@ -37,9 +37,7 @@ def evidence_of_hits(surfels: FloatArray) -> NDArray[np.int8]:
 
 
 @compiled
-def weigh_walls(
-    grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], pose: FloatArray, reach: float, gate: float
-) -> None:
+def weigh_walls(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, gate: float) -> None:
     """Count echoes and passes of the beams from ``pose`` (3,) on the pieces of the surfels within ``reach``.
 
     An echo no farther than ``gate`` metres from a surfel's line, across it, comes from there.
@@ -49,7 +47,7 @@ def weigh_walls(
     for j in range(len(ways)):
         ways[j, 0] = c * beams.fan[COS, j] - s * beams.fan[SIN, j]
         ways[j, 1] = s * beams.fan[COS, j] + c * beams.fan[SIN, j]
-    _count_echoes(grid, beams, echoes, ways, pose, gate)
+    _count_echoes(grid, beams, ways, pose, gate)
     surfels, farthest = grid.surfels, beams.farthest
     x, y = pose[0], pose[1]
     low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
@@ -67,9 +65,7 @@ def weigh_walls(
 
 
 @compiled
-def _count_echoes(
-    grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], ways: FloatArray, pose: FloatArray, gate: float
-) -> None:
+def _count_echoes(grid: Grid, beams: FreeBeams, ways: FloatArray, pose: FloatArray, gate: float) -> None:
     """Count up the piece that each echo comes from: of the nearest surfel whose line has a piece there. Others that it
     could have come from, and are clearly farther, are counted down.
 
@@ -81,16 +77,16 @@ def _count_echoes(
     apart = 0.5 * grid.cell / PIECES_A_CELL
     for j in range(len(ways)):
         x, y = pose[0] + beams.ranges[j] * ways[j, 0], pose[1] + beams.ranges[j] * ways[j, 1]
-        if not echoes[j] or abs(x - last_x) + abs(y - last_y) < apart:
+        if not beams.echoes[j] or abs(x - last_x) + abs(y - last_y) < apart:
             continue
         last_x, last_y = x, y
         count = _surfels_beside(grid, x, y, ways[j, 0], ways[j, 1], gate, beside, offsets)
         surfel, piece = -1, -1
         if count > 0:
-            nearest = int(np.argmin(offsets[:count]))
-            surfel, piece = beside[nearest]
+            nearest = _least(offsets, count)
+            surfel, piece = beside[nearest, 0], beside[nearest, 1]
             if surfel != last_surfel or piece != last_piece:
-                _count_one(grid, beside[:count], offsets[:count], nearest)
+                _count_one(grid, beside, offsets, count, nearest)
         last_surfel, last_piece = surfel, piece
 
 
@@ -103,7 +99,7 @@ def _surfels_beside(
 
     Pieces reach half a cell beyond the surfel's cell, so that it is in one of the four nearest cells.
     """
-    rows, columns = grid.head.shape
+    surfels, (rows, columns) = grid.surfels, grid.head.shape
     row = int(np.floor(y / grid.cell - 0.5)) - grid.corner[0]
     column = int(np.floor(x / grid.cell - 0.5)) - grid.corner[1]
     count = 0
@@ -111,9 +107,9 @@ def _surfels_beside(
         for h in range(max(column, 0), min(column + 2, columns)):
             k = grid.head[i, h]
             while k >= 0:
-                f = grid.surfels[k]
-                across = abs((x - f[X]) * f[NX] + (y - f[Y]) * f[NY])
-                if across < gate and way_x * f[NX] + way_y * f[NY] > GRAZING and count < MOST_BESIDE:
+                nx, ny = surfels[k, NX], surfels[k, NY]
+                across = abs((x - surfels[k, X]) * nx + (y - surfels[k, Y]) * ny)
+                if across < gate and way_x * nx + way_y * ny > GRAZING and count < MOST_BESIDE:
                     piece = piece_at(grid, k, x, y)
                     if piece >= 0:
                         beside[count, 0], beside[count, 1], offsets[count] = k, piece, across
@@ -123,13 +119,24 @@ def _surfels_beside(
 
 
 @compiled
-def _count_one(grid: Grid, beside: IntArray, offsets: FloatArray, nearest: int) -> None:
-    """Count an echo up at the nearest surfel, and down at those that show the same side and are clearly farther."""
-    surfel, piece = beside[nearest]
+def _least(offsets: FloatArray, count: int) -> int:
+    """Where the least of the first ``count`` offsets is."""
+    least = 0
+    for i in range(1, count):
+        if offsets[i] < offsets[least]:
+            least = i
+    return least
+
+
+@compiled
+def _count_one(grid: Grid, beside: IntArray, offsets: FloatArray, count: int, nearest: int) -> None:
+    """Count an echo up at the nearest of ``count`` surfels, and down at those that show the same side and are clearly
+    farther."""
+    surfel, piece = beside[nearest, 0], beside[nearest, 1]
     grid.evidence[surfel, piece] = min(grid.evidence[surfel, piece] + 1, MOST)
     nx, ny = grid.surfels[surfel, NX], grid.surfels[surfel, NY]
-    for i in range(len(beside)):
-        k, other = beside[i]
+    for i in range(count):
+        k, other = beside[i, 0], beside[i, 1]
         same_side = nx * grid.surfels[k, NX] + ny * grid.surfels[k, NY] > SAME_SIDE
         if same_side and offsets[i] > offsets[nearest] + CLEARLY_FARTHER:
             grid.evidence[k, other] = max(grid.evidence[k, other] - 1, LEAST)
@@ -140,10 +147,10 @@ def _count_passes(
     grid: Grid, k: int, beams: FreeBeams, ways: FloatArray, pose: FloatArray, reach: float, gate: float
 ) -> None:
     """Count down the pieces of a surfel that beams went through; one whose middle is hidden is not judged."""
-    f = grid.surfels[k]
-    dx, dy = f[X] - pose[0], f[Y] - pose[1]
+    nx, ny = grid.surfels[k, NX], grid.surfels[k, NY]
+    dx, dy = grid.surfels[k, X] - pose[0], grid.surfels[k, Y] - pose[1]
     distance = np.sqrt(dx * dx + dy * dy)
-    offset = dx * f[NX] + dy * f[NY]
+    offset = dx * nx + dy * ny
     if not NEAREST < distance < reach:
         return
     middle = beam_towards(beams, pose, dx, dy)
@@ -152,7 +159,7 @@ def _count_passes(
     half = int(np.arctan(grid.cell * abs(offset) / (distance * distance)) / beams.angle_increment) + 2
     before = -1
     for j in range(max(middle - half, 0), min(middle + half + 1, len(ways))):
-        cosine = ways[j, 0] * f[NX] + ways[j, 1] * f[NY]
+        cosine = ways[j, 0] * nx + ways[j, 1] * ny
         if cosine * offset <= 0.0 or abs(cosine) < GRAZING:
             continue
         r = offset / cosine

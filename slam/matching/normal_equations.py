@@ -30,7 +30,7 @@ def fill_normal_equations(
     c, s = np.cos(pose[2]), np.sin(pose[2])
     H[:] = 0.0
     g[:] = 0.0
-    inliers, H_new, g_new = 0.0, np.zeros((3, 3)), np.zeros(3)
+    surfels, inliers, H_new, g_new = grid.surfels, 0.0, np.zeros((3, 3)), np.zeros(3)
     for f in range(len(facets)):
         fx, fy, fnx, fny = facets[f, X], facets[f, Y], facets[f, NX], facets[f, NY]
         lx, ly = c * fx - s * fy, s * fx + c * fy
@@ -39,12 +39,11 @@ def fill_normal_equations(
         k = _nearest(x, y, nx, ny, grid, gate, wide)
         if k < 0:
             continue
-        surfel = grid.surfels[k]
-        dx, dy = x - surfel[X], y - surfel[Y]
-        v = facets[f, VARIANCE] + floor**2 + 1.0 / surfel[INFORMATION]
-        to_H, to_g = (H_new, g_new) if grid.way - surfel[BORN] < standing_way and _is_alone(facets, f) else (H, g)
+        dx, dy = x - surfels[k, X], y - surfels[k, Y]
+        v = facets[f, VARIANCE] + floor**2 + 1.0 / surfels[k, INFORMATION]
+        to_H, to_g = (H_new, g_new) if grid.way - surfels[k, BORN] < standing_way and _is_alone(facets, f) else (H, g)
         if nx != 0.0 or ny != 0.0:
-            inliers += _add_residual(surfel[NX], surfel[NY], dx, dy, lx, ly, v, kernel, to_H, to_g)
+            inliers += _add_residual(surfels[k, NX], surfels[k, NY], dx, dy, lx, ly, v, kernel, to_H, to_g)
         else:
             v += CLUSTER_SIGMA**2
             t = (dx * dx + dy * dy) / (kernel * kernel + v)
@@ -122,19 +121,19 @@ def _nearest(x: float, y: float, nx: float, ny: float, grid: Grid, gate: float, 
     low_column = column - 1 if wide or u - column < 0.5 else column
     span = 3 if wide else 2
     low_row, low_column = low_row - grid.corner[0], low_column - grid.corner[1]
-    rows, columns = grid.head.shape
+    surfels, (rows, columns) = grid.surfels, grid.head.shape
     wall = nx != 0.0 or ny != 0.0
     best, least = -1, np.inf
     for i in range(max(low_row, 0), min(low_row + span, rows)):
         for j in range(max(low_column, 0), min(low_column + span, columns)):
             k = grid.head[i, j]
             while k >= 0:
-                s = grid.surfels[k]
-                if wall == (s[NX] != 0.0 or s[NY] != 0.0):
-                    dx, dy = x - s[X], y - s[Y]
-                    across = abs(dx * s[NX] + dy * s[NY]) if wall else np.sqrt(dx * dx + dy * dy)
+                snx, sny = surfels[k, NX], surfels[k, NY]
+                if wall == (snx != 0.0 or sny != 0.0):
+                    dx, dy = x - surfels[k, X], y - surfels[k, Y]
+                    across = abs(dx * snx + dy * sny) if wall else np.sqrt(dx * dx + dy * dy)
                     cost = across * across + ALONG_WEIGHT * (dx * dx + dy * dy)
-                    if across < gate and cost < least and (not wall or nx * s[NX] + ny * s[NY] > PAIR_COSINE):
+                    if across < gate and cost < least and (not wall or nx * snx + ny * sny > PAIR_COSINE):
                         best, least = k, cost
                 k = grid.next[k]
     return best

@@ -92,9 +92,11 @@ class Experiment:
         self.env.prepare(self.seed)
         if not isinstance(self.slam, DeadReckoning):
             warm_up(console, self.scenario.slam, search=not isinstance(self.slam, LineSlam))
+        viewers = viewers or Viewers()
+        viewers.start()
         folder = make_run_folder(self.scenario.name, out)
         try:
-            return self._run_in(folder, viewers or Viewers(), console, pictures)
+            return self._run_in(folder, viewers, console, pictures)
         except OSError as error:
             raise StorageError(f"{folder}: {error.strerror}; what was written until then is kept") from error
 

@@ -120,12 +120,14 @@ class YamlFile:
         """Read the tree of nodes, which know their lines, and the plain data."""
         try:
             if excess := YAML_SIZE.excess(self.path.stat().st_size):
-                raise ScenarioError(f"{self.path}: {excess}")
+                raise YamlExcess(excess)
             root, data = read_yaml(self.path.read_text(encoding="utf-8"))
             self._refuse_doubles(root)
             return root, data
         except OSError as error:
             raise ScenarioError(f"{self.path}: cannot be read: {error.strerror}") from error
+        except YamlExcess as excess:
+            raise ScenarioError(f"{self.path}: {excess}") from None
         except YAML_ERRORS as error:
             line, fault = explain_yaml_error(error)
             place = self.path if line is None else f"{self.path}:{line}"

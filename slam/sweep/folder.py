@@ -12,6 +12,7 @@ from typing import IO, Any, Final
 
 from slam.errors import InputError, StorageError
 from slam.files.atomic_files import write_atomic
+from slam.files.disk import disk
 from slam.named_code import import_optional
 
 _DRAFT: Final = ".draft-"
@@ -98,12 +99,12 @@ class Folder:
             place.unlink()
         elif place.is_dir():
             shutil.rmtree(place)
-        draft.replace(place)
+        disk().rename(draft, place)
 
     def clear_drafts(self) -> None:
         """Remove the drafts that killed processes have left."""
         for left in self.path.glob(f"{_DRAFT}*") if self.path is not None else ():
-            shutil.rmtree(left, ignore_errors=True)
+            shutil.rmtree(left, ignore_errors=True) if left.is_dir() else left.unlink(missing_ok=True)
 
     def set_aside(self, name: str) -> str:
         """Move a damaged file out of the way, in this folder; its new address."""

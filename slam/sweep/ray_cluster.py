@@ -41,7 +41,7 @@ class RayCluster:
         files: Iterable[Path] = (),
         allowed: Sequence[str] = (),
     ) -> None:
-        os.environ["RAY_USAGE_STATS_ENABLED"] = "0"
+        os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # its new default, and it would warn
         if address == LOCAL:
             os.environ["RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"] = "0"  # what makes Ray stay on the loopback, on Linux too

@@ -1,7 +1,6 @@
 """Table of the generated building of 2 km: what loops cost and are worth on a large scale."""
 
 import resource
-from concurrent.futures import ProcessPoolExecutor
 from time import perf_counter, process_time
 from typing import NamedTuple
 
@@ -11,6 +10,7 @@ from slam.bench.block_log import SCANS, block_log
 from slam.bench.loops.both_ways import local_poses, without_loops
 from slam.bench.loops.loop_errors import LoopCounts, count_loops
 from slam.bench.stopwatch import milliseconds
+from slam.bench.worker_pool import worker_pool
 from slam.config import SlamConfig
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
@@ -50,7 +50,7 @@ def block_table(seed: int, config: SlamConfig, console: Terminal, scans: int = S
     rows = []
     with console.waiting(f"a building of {scans} scans, without loops and with"):
         for way, settings in (("never", without_loops(config)), ("auto", config)):
-            with ProcessPoolExecutor(1) as pool:
+            with worker_pool(1) as pool:
                 rows.append((way, *_cells(pool.submit(run_blocks, seed, settings, scans).result())))
     columns = (
         "loops", "scans", "way\nm", "odometry\nATE, m", "live\nATE, m", "final\nATE, m", "ms", "p99",

@@ -1,7 +1,6 @@
 """Tables of logs run with loops and without: errors, the loops themselves, what they cost."""
 
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from math import isnan
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -12,11 +11,11 @@ from slam.bench.log_runs import LOGS
 from slam.bench.loops.log_results import RANGE_NOISE, LogResult, TrajectoryScore, run_log_both_ways
 from slam.bench.loops.place_hits import RANKS
 from slam.bench.stopwatch import milliseconds
+from slam.bench.worker_pool import run_in_workers
 from slam.config import SlamConfig
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 
-WORKERS: Final = 2
 TABLE_LOGS: Final = ("fr079", "fr101", "belgioioso", "corridor_synthetic", "aces", "duke_loop5")
 NOISY_LOGS: Final = ("aces",)
 """Logs of which one run says little: they are run again with noise on the ranges."""
@@ -46,15 +45,12 @@ def log_tables(
             paths.append(path)
         else:
             console.print(f"{name}: no {path}; skipped")
-    jobs = [(path, seed) for path in paths for seed in range(1 + seeds * (_name(path) in NOISY_LOGS))]
-    with ProcessPoolExecutor(WORKERS) as pool:
-        futures = [pool.submit(run_log_both_ways, path, config, seed) for path, seed in jobs]
-        with console.progress() as bar:
-            found = [future.result() for future in bar.track(futures, description="logs, with loops and without")]
+    jobs = [(path, config, seed) for path in paths for seed in range(1 + seeds * (_name(path) in NOISY_LOGS))]
+    found = run_in_workers(run_log_both_ways, jobs, "logs, with loops and without", console)
     if not found:
         return []
-    plain = [result for result, (_, seed) in zip(found, jobs, strict=True) if not seed]
-    noisy = [result for result, (_, seed) in zip(found, jobs, strict=True) if seed]
+    plain = [result for result, (*_, seed) in zip(found, jobs, strict=True) if not seed]
+    noisy = [result for result, (*_, seed) in zip(found, jobs, strict=True) if seed]
     tables = [error_table(plain), loop_table(plain), place_table(plain), cost_table(plain)]
     return [*tables, noise_table(noisy)] if noisy else tables
 

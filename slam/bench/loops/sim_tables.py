@@ -1,6 +1,5 @@
 """Tables of drives in the simulator with loops and without, and of an hour around one."""
 
-from concurrent.futures import ProcessPoolExecutor
 from itertools import product
 from typing import Final
 
@@ -10,10 +9,10 @@ from slam.bench.loops.loop_errors import WRONG_METRES, WRONG_RADIANS
 from slam.bench.loops.sim_drives import Drive, drive
 from slam.bench.stopwatch import milliseconds
 from slam.bench.wall_map_runs import total_score
+from slam.bench.worker_pool import run_in_workers
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 
-WORKERS: Final = 2
 FIRST_SEEDS: Final = {"office_loop": 10, "campus_loop": 0}
 """Scenarios, and the first of their seeds."""
 WAYS: Final = {"never": "slam.loops=never", "auto": "slam.loops=auto"}
@@ -26,11 +25,8 @@ PART: Final = 5
 def sim_tables(seeds: int, settings: tuple[str, ...], console: Terminal) -> list[ResultTable]:
     """Drive around both loops with so many seeds each, without closing them and with."""
     jobs = [(name, first + k, way) for (name, first), k, way in product(FIRST_SEEDS.items(), range(seeds), WAYS)]
-    with ProcessPoolExecutor(WORKERS) as pool:
-        futures = [pool.submit(drive, name, seed, (*settings, WAYS[way])) for name, seed, way in jobs]
-        with console.progress() as bar:
-            drives = [future.result() for future in bar.track(futures, description="driving around loops")]
-    found = dict(zip(jobs, drives, strict=True))
+    arguments = [(name, seed, (*settings, WAYS[way])) for name, seed, way in jobs]
+    found = dict(zip(jobs, run_in_workers(drive, arguments, "driving around loops", console), strict=True))
     return [_run_table(found), _mean_table(found)] if found else []
 
 

@@ -1,7 +1,6 @@
 """Table of logs made harder, with loops and without."""
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -11,12 +10,12 @@ from slam.bench.loops.both_ways import run_both_ways
 from slam.bench.stress.stress_report import BELOW, stress_cases
 from slam.bench.stress.stress_runs import StressCase, log_of_case, trajectory_error
 from slam.bench.stress.variants import made_harder, with_chance
+from slam.bench.worker_pool import run_in_workers
 from slam.config import SlamConfig
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.run.scoring.pose_errors import Trajectory
 
-WORKERS: Final = 2
 STRESSED: Final = ("fr079",)
 
 
@@ -33,11 +32,8 @@ def stress_table(
 ) -> list[ResultTable]:
     """Run each variant of each log with so many seeds; without names and variants, those of fr079."""
     cases = stress_cases(names or STRESSED, folder, variants, console)
-    jobs = [(case, seed) for case in cases for seed in range(1, 1 + seeds)]
-    with ProcessPoolExecutor(WORKERS) as pool:
-        futures = [pool.submit(run_stressed_both_ways, case, seed, config) for case, seed in jobs]
-        with console.progress() as bar:
-            runs = [future.result() for future in bar.track(futures, description="logs made harder")]
+    jobs = [(case, seed, config) for case in cases for seed in range(1, 1 + seeds)]
+    runs = run_in_workers(run_stressed_both_ways, jobs, "logs made harder", console)
     found = {case: runs[k * seeds : (k + 1) * seeds] for k, case in enumerate(cases)}
     return [_table(found)] if found and seeds else []
 

@@ -1,7 +1,6 @@
 """``hopslam bench slam --stress``: errors on recorded logs that were made harder in known ways."""
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Final
 
@@ -10,11 +9,11 @@ import numpy as np
 from slam.bench.log_runs import LOGS
 from slam.bench.stress.stress_runs import StressCase, StressRun, reference_of, run_stressed
 from slam.bench.stress.variants import TINY_NOISE, with_chance
+from slam.bench.worker_pool import run_in_workers
 from slam.config import SlamConfig
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 
-WORKERS: Final = 2
 LOST_SIGNS: Final = ("fr079",)
 """Logs whose wheel odometry has lost the sign of backward motions, which is another fault than those made here."""
 DENSE_VARIANTS: Final = (
@@ -43,11 +42,8 @@ def stress_tables(
 ) -> list[ResultTable]:
     """Run each variant of each log with so many seeds; without names and variants, those of the project's table."""
     cases = stress_cases(names, folder, variants, console)
-    jobs = [(case, seed) for case in cases for seed in range(1, 1 + seeds)]
-    with ProcessPoolExecutor(WORKERS) as pool:
-        futures = [pool.submit(run_stressed, case, seed, config) for case, seed in jobs]
-        with console.progress() as bar:
-            runs = [future.result() for future in bar.track(futures, description="logs made harder")]
+    jobs = [(case, seed, config) for case in cases for seed in range(1, 1 + seeds)]
+    runs = run_in_workers(run_stressed, jobs, "logs made harder", console)
     found = {case: runs[k * seeds : (k + 1) * seeds] for k, case in enumerate(cases)}
     return [_table(found)] if found else []
 

@@ -141,7 +141,7 @@ def _of_database(path: Path) -> Iterator[RawMessage]:
             for topic, kind, encoding, data, time in database.execute(_QUERY):
                 if isinstance(data, bytes) and isinstance(time, int):
                     yield RawMessage(str(topic), str(kind), str(encoding), data, time)
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:  # the latter where its own message quotes damaged names
         raise TruncatedFile(path, f"the database is damaged, and what comes after that is lost ({error})") from error
 
 

@@ -1,13 +1,12 @@
 """MCAP files, written as they grow and read to their end or to where they were cut: https://mcap.dev/spec."""
 
-import os
 import struct
 import zlib
 from collections.abc import Generator, Iterator
-from contextlib import suppress
+from contextlib import closing, suppress
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Final
+from typing import IO, Final, cast
 
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError, RecordLengthLimitExceeded
@@ -16,6 +15,7 @@ from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
+from slam.files.disk import WholeFile
 from slam.files.ros.encoder import Encoder
 from slam.files.ros.messages import TYPES, RawMessage, ros2_type
 from slam.files.unpacking import DamagedChunk, Losses, TooMuch, Unpacker
@@ -30,8 +30,8 @@ class McapWriter:
     def __init__(self, path: Path, encoder: Encoder, chunk_size: int) -> None:
         """A new file, whose chunks go to the system as soon as they hold ``chunk_size`` bytes."""
         self._encoder = encoder
-        self._file = path.open("wb")
-        self._writer = Writer(self._file, chunk_size=chunk_size)
+        self._file = WholeFile(path)
+        self._writer = Writer(cast("IO[bytes]", self._file), chunk_size=chunk_size)
         self._writer.start(profile="ros2", library="hopslam")
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
@@ -45,16 +45,10 @@ class McapWriter:
         """Append a metadata record."""
         self._writer.add_metadata(name, values)
 
-    def flush(self) -> None:
-        """Hand whole chunks to the system."""
-        self._file.flush()
-
     def close(self) -> None:
         """Write the index, and put everything on the disk."""
-        self._writer.finish()  # type: ignore[no-untyped-call]  # mcap types most, not all
-        self._file.flush()
-        os.fsync(self._file.fileno())
-        self._file.close()
+        with closing(self._file):
+            self._writer.finish()  # type: ignore[no-untyped-call]  # mcap types most, not all
 
     def _open(self, topic: str) -> int:
         name = TYPES[topic]

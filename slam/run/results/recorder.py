@@ -1,5 +1,6 @@
 """Writes a run into its folder as it goes, so that whatever ends it, what was done is there."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
 
@@ -47,9 +48,10 @@ class Recorder(Closing):
 
     def close(self) -> None:
         """Put everything on the disk."""
-        for file in (self._trajectory, self._odometry, self._truth, self._steps, self._lines):
-            if file is not None:
-                file.close()
+        with ExitStack() as files:
+            for file in (self._trajectory, self._odometry, self._truth, self._steps, self._lines):
+                if file is not None:
+                    files.callback(file.close)
 
     def _row(self, step: Step) -> str:
         estimate, match, local = step.estimate, step.estimate.match, step.estimate.T_local_base

@@ -1,9 +1,14 @@
 """The folder of a run."""
 
+import os
 from datetime import datetime
 from pathlib import Path
+from typing import Final
 
 from slam.errors import InputError
+
+_LONGEST: Final = 200
+"""Bytes of a scenario's name in that of a folder; systems take 255, and the time is added."""
 
 
 def make_run_folder(name: str, out: Path | None = None, runs: Path = Path("runs")) -> Path:
@@ -30,11 +35,17 @@ def _stamped(name: str, runs: Path) -> Path:
     latest = runs / "latest"
     if latest.exists() and not latest.is_symlink():
         raise InputError(f"{latest}: is no link that could point at the new run; move it away, or give --out")
-    folder = _first_free(runs / f"{name}-{datetime.now():%Y%m%d-%H%M%S}")
-    draft = runs / f".latest-{folder.name}"
+    folder = _first_free(runs / f"{shortened(name)}-{datetime.now():%Y%m%d-%H%M%S}")
+    draft = runs / f".latest-{os.getpid()}"
+    draft.unlink(missing_ok=True)
     draft.symlink_to(folder.name)
     draft.replace(latest)
     return folder
+
+
+def shortened(name: str) -> str:
+    """The name, cut to what a folder's name can hold; never inside a character."""
+    return os.fsencode(name)[:_LONGEST].decode(errors="ignore")
 
 
 def _first_free(wanted: Path) -> Path:

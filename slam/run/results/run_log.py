@@ -60,7 +60,6 @@ class RunLog(Closing):
         if observation.T_map_base is not None:
             writer.write(GROUND_TRUTH, time, encoder.pose(scan.stamp, "map", observation.T_map_base))
         writer.write(SCAN, time, encoder.scan(scan))
-        writer.flush()
 
     def close(self) -> None:
         """Write the index, and put everything on the disk."""

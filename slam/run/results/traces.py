@@ -80,18 +80,19 @@ class Traces:
         K = min(map(len, (stamps, odometry, steps, stamps if truth is None else truth)))
         if not K:
             return None
-        closed = _closed(folder / "closed.tum", len(stamps))
+        closed = _closed(folder / "closed.tum", len(stamps), cut=fault[0] is not None)
         truth, closed = (None if poses is None else poses[:K] for poses in (truth, closed))
         damage = tuple(map(str, filter(None, (*fault, *odometry_fault, *steps_fault, *truth_fault))))
         return cls(stamps[:K], estimate[:K], odometry[:K], truth, steps[:K], closed, damage)
 
 
-def _closed(path: Path, count: int) -> FloatArray | None:
-    """The closed trajectory, which has a pose for each of so many scans; InputError where it has not."""
+def _closed(path: Path, count: int, cut: bool) -> FloatArray | None:
+    """The closed trajectory, which has a pose for each of so many scans, or for more where the other one is cut;
+    InputError where it has not."""
     if not path.is_file():
         return None
     poses = read_tum(path)[1]
-    if len(poses) != count:
+    if len(poses) < count or (len(poses) > count and not cut):
         raise InputError(
             f"{path}: has {len(poses)} poses for {count} scans; remove it, and the run counts as not closed"
         )

@@ -4,6 +4,7 @@ import os
 import socket
 import subprocess
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
@@ -18,6 +19,9 @@ _START: Final = 15.0
 _MEMORY: Final = "512MB"
 """Memory of a server for viewers that come late; the oldest data goes first."""
 
+_UNTIL_PARENT_ENDS: Final = 'exec 3<&0; "$@" & program=$!; (cat <&3 >/dev/null; kill $program) & wait $program'
+"""Shell command that ends a program when its own standard input, a pipe of this process, is closed: by kill -9 too."""
+
 
 def has_display() -> bool:
     """True where there is a screen for a window."""
@@ -27,7 +31,7 @@ def has_display() -> bool:
 def spawn_viewer(port: str, *files: Path) -> subprocess.Popen[bytes]:
     """A viewer's window, which stays when this program ends; it takes data at the port, or any with ``auto``, of
     the loopback interface."""
-    return _start("--port", port, "--bind", "127.0.0.1", *map(str, files))
+    return _start(_command("--port", port, "--bind", "127.0.0.1", *map(str, files)), subprocess.DEVNULL)
 
 
 def serve_page(port: int, *files: Path) -> subprocess.Popen[bytes]:
@@ -39,11 +43,12 @@ def serve_page(port: int, *files: Path) -> subprocess.Popen[bytes]:
         if not is_port_free(number):
             raise InputError(f"--rerun serve={port}: port {number} is taken; give another with --rerun serve=PORT")
     ports = ("--web-viewer-port", str(port), "--port", str(port + 1))
-    program = _start("--serve-web", "--bind", "127.0.0.1", *ports, "--server-memory-limit", _MEMORY, *map(str, files))
+    options = ("--serve-web", "--bind", "127.0.0.1", *ports, "--server-memory-limit", _MEMORY)
+    program = _start_bound(_command(*options, *map(str, files)))
     until = monotonic() + _START
     while not (is_listening(page_address(port)) and (files or is_listening(data_address(port + 1)))):
         if program.poll() is not None or monotonic() > until:
-            program.kill()
+            stop_server(program)
             raise InputError(f"--rerun serve={port}: rerun does not serve; give another port, or --rerun FILE.rrd")
         sleep(0.05)
     return program
@@ -59,14 +64,43 @@ def data_address(port: int) -> str:
     return f"rerun+http://127.0.0.1:{port}/proxy"
 
 
-def _start(*arguments: str) -> subprocess.Popen[bytes]:
-    """Start the program in a session of its own, so that Ctrl-C does not reach it."""
+def stop_server(server: subprocess.Popen[bytes]) -> None:
+    """End a server of ``serve_page``, and wait until it has ended."""
+    if server.stdin is not None:
+        server.stdin.close()
+    if sys.platform == "win32":
+        server.terminate()
+    server.wait()
+
+
+def _command(*arguments: str) -> list[str]:
     spec = find_spec("rerun_cli")
     if spec is None or spec.origin is None:
         raise InputError("the rerun program is not installed; run: pip install rerun-sdk")
     program = Path(spec.origin).with_name("rerun.exe" if sys.platform == "win32" else "rerun")
+    return [str(program), *arguments]
+
+
+def _start_bound(command: Sequence[str]) -> subprocess.Popen[bytes]:
+    """Start a program that ends with this process, whatever ends it."""
+    bound = command if sys.platform == "win32" else ["/bin/sh", "-c", _UNTIL_PARENT_ENDS, "sh", *command]
+    return _start(bound, subprocess.PIPE)
+
+
+def _start(command: Sequence[str], stdin: int) -> subprocess.Popen[bytes]:
+    """Start the program in a session of its own, so that Ctrl-C does not reach it, and without its telemetry."""
     silent = subprocess.DEVNULL
-    return subprocess.Popen([program, *arguments], stdin=silent, stdout=silent, stderr=silent, start_new_session=True)
+    return subprocess.Popen(
+        command, stdin=stdin, stdout=silent, stderr=silent, start_new_session=True, env=_without_telemetry()
+    )
+
+
+def _without_telemetry() -> dict[str, str]:
+    """The environment in which rerun sends no usage data and writes no consent to them into the user's home.
+
+    Rerun keeps still where CI is set, unless FORCE_RERUN_ANALYTICS is.
+    """
+    return {"CI": "true", **os.environ}
 
 
 def is_listening(url: str) -> bool:

@@ -98,10 +98,16 @@ class Viewers(Closing):
     def __init__(self, targets: str | Iterable[str] = (), console: Terminal | None = None) -> None:
         self._targets = parse_targets(targets)
         self._console = console or Terminal(quiet=True)
+        self._urls: list[str] | None = None
         self._servers: list[tuple[str, subprocess.Popen[bytes]]] = []
 
+    def start(self) -> None:
+        """Start windows and servers, before anything of a run is written; InputError where one cannot be."""
+        if self._urls is None:
+            self._urls = list(dict.fromkeys(url for target in self._targets if (url := self._url(target))))
+
     def open(self, scene: Scene, folder: Path | None = None) -> Broadcast | None:
-        """Start them; None without a target. With a file, one is also made in the folder of the run."""
+        """Start them where they are not; None without a target. With a file, one is also made in the run's folder."""
         if not self._targets:
             return None
         os.environ.setdefault("RUST_LOG", _QUIET)  # rerun reads it when it is imported
@@ -110,8 +116,8 @@ class Viewers(Closing):
         files = [target.path for target in self._targets if target.kind == "file"]
         if files and folder is not None:
             files.append((folder / "run.rrd").resolve())
-        urls = list(dict.fromkeys(url for target in self._targets if (url := self._url(target))))
-        return Broadcast(files, urls, scene, self.say)
+        self.start()
+        return Broadcast(files, self._urls or [], scene, self.say)
 
     def open_file(self, recording: Path) -> None:
         """Show a recording that is whole."""
@@ -172,5 +178,4 @@ class Viewers(Closing):
     def close(self) -> None:
         """End the servers."""
         for _, server in self._servers:
-            server.terminate()
-            server.wait()
+            rerun_program.stop_server(server)

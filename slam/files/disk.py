@@ -1,0 +1,111 @@
+"""The system calls by which the files of results change: all go through one object, for which tests have another."""
+
+import errno
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from io import FileIO
+from pathlib import Path
+from typing import Final
+
+from slam.errors import HopslamError, InputError, StorageError
+
+_FAILING: Final = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EPIPE, errno.ESTALE, errno.EFBIG}
+"""Errors of a disk, a network or a pipe; all others are of the path that was given."""
+
+
+class Disk:
+    """Files without buffers: what is written has gone to the system when the call returns."""
+
+    def open(self, path: Path, mode: str = "wb+") -> FileIO:
+        """Open a file for writing."""
+        return FileIO(path, mode)
+
+    def write(self, file: FileIO, data: bytes) -> int:
+        """Write some of the bytes, at least one; returns how many."""
+        return file.write(data)
+
+    def sync(self, file: FileIO) -> None:
+        """Put everything on the disk."""
+        os.fsync(file.fileno())
+
+    def close(self, file: FileIO) -> None:
+        """Close a file; some systems tell only here that a write has failed."""
+        file.close()
+
+    def rename(self, draft: Path, path: Path) -> None:
+        """Give a file or folder its name, in the place of a file that had it."""
+        draft.replace(path)
+
+
+_disks: Final = [Disk()]
+
+
+def disk() -> Disk:
+    """The disk in use."""
+    return _disks[-1]
+
+
+@contextmanager
+def using_disk(other: Disk) -> Iterator[None]:
+    """Let all files of the block go through another disk."""
+    _disks.append(other)
+    try:
+        yield
+    finally:
+        _disks.remove(other)
+
+
+class WholeFile:
+    """A file to which pieces are written, each as a whole or not at all, as long as the system lets a file be cut."""
+
+    def __init__(self, path: Path, mode: str = "wb+") -> None:
+        self._file = disk().open(path, mode)
+
+    def write(self, piece: bytes, back: int = 0) -> int:
+        """Write at the end, over the last ``back`` bytes; after an error the file is as it was. Returns the length."""
+        place = self._file.seek(-back, os.SEEK_END)
+        last, left = self._last(back), memoryview(piece)
+        try:
+            while left:
+                left = left[disk().write(self._file, bytes(left)) :]
+        except OSError:
+            self._file.truncate(place)
+            self._file.seek(place)
+            self._file.write(last)
+            raise
+        return len(piece)
+
+    def flush(self) -> None:
+        """Do nothing: there is no buffer."""
+
+    def tell(self) -> int:
+        """Length of the file, bytes."""
+        return self._file.tell()
+
+    def close(self) -> None:
+        """Put everything on the disk, and close, whatever fails."""
+        if self._file.closed:
+            return
+        try:
+            disk().sync(self._file)
+        finally:
+            try:
+                disk().close(self._file)
+            finally:
+                self._file.close()
+
+    def __del__(self) -> None:
+        """Close a file whose first piece failed, so that nobody has it."""
+        if hasattr(self, "_file"):
+            self._file.close()
+
+    def _last(self, count: int) -> bytes:
+        return os.pread(self._file.fileno(), count, self._file.tell()) if count else b""
+
+
+def storage_error(error: OSError, path: Path | None, remedy: str) -> HopslamError:
+    """StorageError for a disk that fails or is full, InputError for a path where nothing can be written."""
+    kind = StorageError if error.errno in _FAILING else InputError
+    place = path or error.filename or "a file"
+    return kind(f"{place}: cannot be written: {error.strerror or error}; {remedy}")

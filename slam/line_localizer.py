@@ -7,6 +7,7 @@ import numpy as np
 
 from slam.config import LeastSquaresConfig, SearchConfig, SlamConfig
 from slam.deskew import deskewed
+from slam.graph.loop_closing import STEPPED, Timing
 from slam.line_slam import Estimate, LineSlam
 from slam.lines.extraction import extract_segments
 from slam.lines.facets import facets_of
@@ -153,8 +154,9 @@ class LineLocalizer:
 class LocalizeThenMap:
     """Localises in a saved map until it is sure, and from then on maps there."""
 
-    def __init__(self, config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> None:
-        self.T_base_laser, self._config, self._saved = T_base_laser, config, saved
+    def __init__(self, config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam, timing: Timing = STEPPED) -> None:
+        self.T_base_laser, self._config, self._saved, self._timing = T_base_laser, config, saved, timing
+        self._scans = 0  # until the place was known
         self.points = self.lines = saved.mapper.map
         self._localizer = LineLocalizer(config, T_base_laser, saved.mapper.map, noise=saved.noise)
         self.slam: LineSlam | None = None
@@ -170,9 +172,11 @@ class LocalizeThenMap:
         if self.slam is not None:
             return self.slam.update(scan, odometry)
         estimate = self._localizer.update(scan, odometry)
+        self._scans += 1
         if self._localizer.sure:
-            self.slam = relocate(self._config, self.T_base_laser, self._saved, estimate.T_map_base)
-            self.slam.T_odom_base = odometry.T_odom_base
+            place = estimate.T_map_base
+            self.slam = relocate(self._config, self.T_base_laser, self._saved, place, self._timing)
+            self.slam.T_odom_base, self.slam.scans = odometry.T_odom_base, self._scans
         return estimate
 
 

@@ -83,7 +83,7 @@ class LineSlam:
         seed: int = 0,
         timing: Timing = STEPPED,
     ) -> None:
-        self.config = config
+        self.config, self.timing = config, timing
         self.T_base_laser = T_base_laser
         self.T_local_base = T_map_base or Pose2D()  # the anchor: at the first scan it is the truth (section 4)
         self.noise = LearntNoise.start(config.lines)  # of the ranges

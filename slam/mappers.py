@@ -20,8 +20,9 @@ def make_mapper(config: SlamConfig, T_base_laser: Pose2D, seed: int) -> Mapper:
     return surfel_mapper(config, T_base_laser, SurfelMapperState.empty(config.map))
 
 
-def surfel_mapper(config: SlamConfig, T_base_laser: Pose2D, state: SurfelMapperState) -> SurfelMapper:
-    """This project's own, which goes on from a state; on rolling submaps where loops are closed."""
+def surfel_mapper(config: SlamConfig, T_base_laser: Pose2D, state: SurfelMapperState, submap: int = 0) -> SurfelMapper:
+    """This project's own, which goes on from a state; on rolling submaps from this number on where loops are closed."""
     assert isinstance(config.matching, LeastSquaresConfig)
-    kind = SurfelMapper if config.loops == "never" else SubmapMapper
-    return kind(state, config.matching, T_base_laser, config.odometry)
+    if config.loops == "never":
+        return SurfelMapper(state, config.matching, T_base_laser, config.odometry)
+    return SubmapMapper(state, config.matching, T_base_laser, config.odometry, submap)

@@ -1,4 +1,8 @@
-"""The method saved: resumed later where it stopped, or relocated to another place in the same map."""
+"""The method saved: resumed later where it stopped, or relocated to another place in the same map.
+
+Where the graph of the map is known, a relocated robot closes loops with it, and the map as a whole may move; else it
+stays as it is.
+"""
 
 from dataclasses import dataclass
 
@@ -7,6 +11,8 @@ import numpy as np
 from slam.config import SlamConfig
 from slam.graph.closed_state import placed, uncertainty_of
 from slam.graph.closure import ClosedRun
+from slam.graph.known_graph import KnownGraph
+from slam.graph.loop_closing import STEPPED, LoopClosing, Timing
 from slam.line_slam import LineSlam
 from slam.lines.learnt_noise import LearntNoise
 from slam.mappers import surfel_mapper
@@ -32,6 +38,8 @@ class SavedSlam:
     """The last estimate whose scan was matched."""
     noise: LearntNoise
     """The noise of the ranges."""
+    graph: KnownGraph | None = None
+    """What the map rests on; None where it is the map alone that is known."""
 
 
 def save(slam: LineSlam, closed: ClosedRun | None = None) -> SavedSlam | None:
@@ -60,16 +68,21 @@ def resume(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> LineSl
     return slam
 
 
-def relocate(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam, T_map_base: Pose2D) -> LineSlam:
-    """Continue in the saved map with a robot that begins anew at ``T_map_base``, and its odometry with it."""
-    config = _in_one_map(config)
-    slam = LineSlam(config, T_base_laser, T_map_base)
+def relocate(
+    config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam, T_map_base: Pose2D, timing: Timing = STEPPED
+) -> LineSlam:
+    """Continue in the saved map with a robot that begins anew at ``T_map_base``, and its odometry with it; ``timing``
+    says when loops, also those with the graph of the map, move that."""
+    graph = saved.graph
+    config = _in_one_map(config) if graph is None else config
+    slam = LineSlam(config, T_base_laser, T_map_base, timing=timing)
     relocated = saved.mapper.relocated(T_map_base, RELOCATION_COVARIANCE)
-    slam.mapper = surfel_mapper(config, T_base_laser, relocated)
+    slam.mapper = surfel_mapper(config, T_base_laser, relocated, 0 if graph is None else graph.next_submap)
+    slam.loops = LoopClosing.beside(slam.mapper, timing, graph)
     slam.noise = saved.noise
     return slam
 
 
 def _in_one_map(config: SlamConfig) -> SlamConfig:
-    """The settings without loops: a saved map is right as a whole, has no submaps, and does not move."""
+    """The settings without loops: a map whose submaps nobody knows does not move."""
     return config.model_copy(update={"loops": "never"})

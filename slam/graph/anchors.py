@@ -24,6 +24,11 @@ class PlacedScans(NamedTuple):
         order = np.argsort(np.concatenate([self.indices, others.indices]), kind="stable")
         return PlacedScans(*(np.concatenate(pair)[order] for pair in zip(self, others, strict=True)))
 
+    def of_this_run(self) -> "PlacedScans":
+        """Those that are no scans of an earlier run."""
+        own = self.indices >= 0
+        return PlacedScans(self.indices[own], self.local[own], self.poses[own])
+
 
 NO_SCANS = PlacedScans(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3)))
 

@@ -12,14 +12,15 @@ from slam.graph.condensed import CondensedGraph
 from slam.graph.graph_size import GraphSize
 from slam.graph.joint_refinement import refine
 from slam.graph.key_scan import KeyScan
+from slam.graph.known_graph import KnownGraph
 from slam.graph.loop import loop_keys
 from slam.graph.loop_finder import LoopFinder
 from slam.graph.marginals import pose_covariances
 from slam.graph.open_loops import settled
 from slam.graph.pose_graph import Edges, solve_graph
-from slam.graph.pruning import Pruning
+from slam.graph.pruning import DELAY, Pruning
 from slam.graph.refined_walls import wall_covariances
-from slam.graph.single_poses import composed
+from slam.graph.shown_map import ShownMap
 from slam.graph.submap_graph import SubmapGraph
 from slam.mapping.surfel_map import SurfelMap
 from slam.pose import FloatArray
@@ -28,30 +29,25 @@ KERNEL: Final = 30.0
 """chi^2 of a loop's edge, beyond which it loses its weight."""
 INDEPENDENT: Final = 0.1
 """Share of what matches say that is not said by their neighbours too: it counts alone where covariances are asked."""
-MOVED, FAR = 0.02, 0.1
-"""Metres that a key scan must have moved for the map to be made again; beyond the second at once ..."""
-NEW_SHARE: Final = 0.03
-"""... and up to there when so many key scans, as a share of all, have come since it was made."""
 
 
 class BackEnd:
     """Finds loops between submaps."""
 
-    def __init__(self, matching: LeastSquaresConfig, config: SurfelMapConfig) -> None:
-        self.graph = SubmapGraph()
+    def __init__(self, matching: LeastSquaresConfig, config: SurfelMapConfig, known: KnownGraph | None = None) -> None:
+        self.graph = SubmapGraph(known)
         self.condensed = CondensedGraph(self.graph, KERNEL)
         self._pruning = Pruning(self.graph, self.condensed)
         self._finder = LoopFinder(self.graph, self.condensed, matching, config)
         self._config = config
-        self._T_map_local = np.zeros(3)  # as the front end has it
-        self._shown: list[FloatArray] = []  # poses of the key scans in the map that the front end has
-        self._rebuilt = 0  # key scans that were taken when that map was made
-        self._told = 0  # number of the loops of the closures until now
+        self._shown = ShownMap(self.graph)
         self.seconds = 0.0
+        if known is not None:
+            self._begin_in_known_graph()
 
     def finishes(self, key: KeyScan) -> bool:
         """True for the first key scan that is matched to the next submap."""
-        return bool(self.graph.keys) and key.submaps[0] != self.graph.keys[-1].submaps[0]
+        return not self.graph.begins_with(key) and key.submaps[0] != self.graph.keys[-1].submaps[0]
 
     @property
     def size(self) -> GraphSize:
@@ -67,8 +63,8 @@ class BackEnd:
         finished = self.graph.keys[-1].submaps[0] if self.finishes(key) else None
         closed = finished is not None and self._finish(finished)
         self.graph.add(key)
-        self._shown.append(composed(self._T_map_local, key.T_local_laser))
-        closure = self._closure(finished) if finished is not None and closed and self._has_moved() else None
+        self._shown.add(key)
+        closure = self._closure(finished) if finished is not None and closed and self._shown.has_moved() else None
         self.seconds += thread_time() - began
         return closure
 
@@ -112,39 +108,34 @@ class BackEnd:
     def _closure(self, submap: int) -> Closure:
         graph = self.graph
         last = graph.submaps[graph.keys[-1].submaps[0]]
-        loops, self._told = tuple(graph.loops[self._told :]), len(graph.loops)
-        poses = self._key_poses()
-        self._shown, self._rebuilt = list(poses), graph.taken
-        self._T_map_local = graph.correction(last)
+        T_map_local, poses = graph.correction(last), graph.key_poses()
+        loops = self._shown.renew(T_map_local)
         where = loop_keys(graph.loops, {s.number: s.keys for s in graph.submaps.values()}, graph.number_of, poses)
         return Closure(
-            submap, self._T_map_local, last.T_local_submap, self.condensed.covariance_of(last), self._map(),
+            submap, T_map_local, last.T_local_submap, self.condensed.covariance_of(last), self._map(),
             graph.taken, loops, poses, where,
         )  # fmt: skip
 
     def _map(self) -> SurfelMap:
-        return map_of(zip(self.graph.keys, self._key_poses(), strict=True), SurfelMap(self._config))
+        return map_of(zip(self.graph.keys, self.graph.key_poses(), strict=True), SurfelMap(self._config))
 
-    def _key_poses(self) -> FloatArray:
-        return np.array([self.graph.poses[node] for node in self.graph.key_nodes]).reshape(-1, 3)
-
-    def _has_moved(self) -> bool:
-        """True where key scans have moved so far since they were last shown that the map is worth making again: a
-        little is enough where much is new, and nothing where it was written from more than are kept."""
-        offsets = self._key_poses() - np.array(self._shown)
-        moved = float(np.hypot(offsets[:, 0], offsets[:, 1]).max())
-        new = self.graph.taken - self._rebuilt
-        return (
-            moved > FAR
-            or (moved > MOVED and (1.0 + NEW_SHARE) * new >= NEW_SHARE * len(self._shown))
-            or new > len(self._shown)
-        )
+    def _begin_in_known_graph(self) -> None:
+        """Take the submaps of an earlier run as finished, and its map as the one that the front end has."""
+        self._shown.renew(np.zeros(3))
+        for submap in self.graph.submaps.values():
+            if len(submap.keys) >= 2:
+                self._finder.add(submap)
+        self.condensed.solve()
+        last = max(self.graph.submaps)
+        for number in range(last - 1, last + DELAY + 1):  # those that were too new to be judged when the run ended
+            self._prune(number)
 
     def _finish(self, number: int) -> bool:
         submap = self.graph.submaps[number]
         if len(submap.keys) < 2:
             return False
         submap.finish(self.graph.keys)
+        self._finder.add(submap)
         found = self._finder.find(submap)
         if found:
             self.condensed.solve()
@@ -154,8 +145,7 @@ class BackEnd:
     def _prune(self, number: int) -> None:
         left = self._pruning.prune(number)
         if left is not None:
-            self._shown = [self._shown[key] for key in left.keys]
-            self._told = sum(loop < self._told for loop in left.loops)
+            self._shown.keep(left)
             self._finder.keep()
 
 

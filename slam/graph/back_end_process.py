@@ -21,6 +21,7 @@ from slam.graph.back_end import BackEnd
 from slam.graph.closure import ClosedRun, Closure
 from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
+from slam.graph.known_graph import KnownGraph
 from slam.pose import FloatArray
 
 _END = None
@@ -29,7 +30,13 @@ _END = None
 class BackEndProcess:
     """Takes key scans, and gives what was found for each submap that they finish."""
 
-    def __init__(self, matching: LeastSquaresConfig, config: SurfelMapConfig, keys: Iterable[KeyScan]) -> None:
+    def __init__(
+        self,
+        matching: LeastSquaresConfig,
+        config: SurfelMapConfig,
+        keys: Iterable[KeyScan],
+        known: KnownGraph | None = None,
+    ) -> None:
         self._out: SimpleQueue[Any] = SimpleQueue()
         self._in: SimpleQueue[Any] = SimpleQueue()
         command = [sys.executable, "-m", "slam.graph.back_end_process"]
@@ -41,7 +48,7 @@ class BackEndProcess:
         self._let_go = weakref.finalize(self, _end, self._out, process, (sender, receiver))
         sender.start()
         receiver.start()
-        self._out.put((matching, config))
+        self._out.put((matching, config, known))
         for key in keys:
             self._out.put(key)
 

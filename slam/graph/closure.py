@@ -94,7 +94,7 @@ class ClosedRun:
         Between two key scans, or anchors, the motion of the front end is joined to both, and blended.
         """
         laser = compose_poses(T_local_base, np.broadcast_to(self.T_base_laser, T_local_base.shape))
-        placed = PlacedScans(self.indices, self.local, self.poses).with_others(self.anchors)
+        placed = PlacedScans(self.indices, self.local, self.poses).with_others(self.anchors).of_this_run()
         indices, scans = placed.indices, np.arange(len(laser))
         before = np.clip(np.searchsorted(indices, scans, side="right") - 1, 0, len(indices) - 1)
         after = np.minimum(before + 1, len(indices) - 1)

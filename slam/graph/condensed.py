@@ -55,6 +55,7 @@ class CondensedGraph:
         for submap, pose in zip(submaps, solution.poses, strict=True):
             graph.poses[submap.node] = pose
         self.weights = solution.weights[len(chain) :]
+        self._trust_start(solution.weights[len(chain) - len(graph.ties) : len(chain)])
         graph.place_keys()
         covariances = pose_covariances(solution.poses, stacked, solution.weights)
         self._covariances = {submap.number: C for submap, C in zip(submaps, covariances, strict=True)}
@@ -95,6 +96,21 @@ class CondensedGraph:
         """Forget all loops but these, which are numbered anew in this order."""
         self._edges = [self._edges[old]._replace(loop=new) for new, old in enumerate(kept)]
         self.weights = self.weights[kept]
+
+    def _trust_start(self, weights: FloatArray) -> None:
+        """Put the loops that bear out the tie to an earlier run in its place, as sure as any way: else a bent old map
+        would rather let go of the new part than be bent back. ``weights`` are those of the ties."""
+        graph = self._graph
+        for (pair, tie), weight in zip(list(graph.ties.items()), weights.tolist(), strict=True):
+            found = self._sure_edges_of(tie.second) if tie.loop == BREAK and weight > BELIEVED else []
+            if found:
+                del graph.ties[pair]
+            for edge in found:
+                graph.ties[edge.first, edge.second] = edge._replace(loop=NO_LOOP)
+
+    def _sure_edges_of(self, submap: int) -> list[Edge]:
+        weighed = zip(self._graph.loops, self._edges, self.weights.tolist(), strict=True)
+        return [e for loop, e, weight in weighed if loop.submap == submap and weight > BELIEVED and not loop.ambiguous]
 
     @property
     def _submaps(self) -> list[Submap]:

@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Final, Self
@@ -12,6 +13,7 @@ from slam.graph.closed_map import ClosedMap
 from slam.graph.closure import ClosedRun, Closure
 from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
+from slam.graph.known_graph import KnownGraph
 from slam.graph.map_tracking import MapTracking
 from slam.graph.single_poses import composed
 from slam.graph.submap_mapper import SubmapMapper
@@ -21,7 +23,8 @@ from slam.pose import FloatArray, Pose2D
 DELAY: Final = 10
 """Scans after a submap is finished, at which its closure is taken over in a stepped run."""
 ALONE_UNTIL: Final = 4
-"""Submaps that are finished before a process is started: until then there is nothing to close."""
+"""Submaps that are finished before a process is started, one where a graph is known: until then there is nothing to
+close."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,24 +47,25 @@ STEPPED: Final = Timing()
 class LoopClosing:
     """The map that is right as a whole, as far as it is known, and where the frame ``local`` lies in it."""
 
-    def __init__(self, mapper: SubmapMapper, timing: Timing) -> None:
+    def __init__(self, mapper: SubmapMapper, timing: Timing, known: KnownGraph | None = None) -> None:
         self.T_map_local = Pose2D()
-        self._mapper, self._timing, config = mapper, timing, mapper.state.map.config
-        self._closed = ClosedMap(SurfelMap(config))
+        self._mapper, self._timing, self._graph = mapper, timing, known
+        self._closed = ClosedMap(SurfelMap(mapper.map.config) if known is None else deepcopy(mapper.map))
         self._tracking = MapTracking(mapper.config)
         self._process: BackEndProcess | None = None
         self._early: list[KeyScan] = []  # those that no process knows yet
         self._since: deque[KeyScan] = deque()  # those that the next closure may not know
-        self._known = 0  # key scans that are in front of them
+        self._known = 0 if known is None else len(known.keys)  # key scans that are in front of them
         self._jobs: deque[tuple[int, int]] = deque()  # submaps that are searched, and when that is to be known
-        self._submap = 0  # that the last key scan was matched to
+        self._submap = mapper.number  # that the last key scan was matched to
         self.waited = 0.0
         """Seconds that the last ``follow`` waited for the back end, as a stepped run does."""
 
     @classmethod
-    def beside(cls, mapper: object, timing: Timing = STEPPED) -> Self | None:
-        """Loops for this mapper; None for one that makes no submaps."""
-        return cls(mapper, timing) if isinstance(mapper, SubmapMapper) else None
+    def beside(cls, mapper: object, timing: Timing = STEPPED, known: KnownGraph | None = None) -> Self | None:
+        """Loops for this mapper, among themselves and with a graph whose map it has; None for one that makes no
+        submaps."""
+        return cls(mapper, timing, known) if isinstance(mapper, SubmapMapper) else None
 
     @property
     def map(self) -> SurfelMap:
@@ -98,7 +102,7 @@ class LoopClosing:
             return self._process.finish(T_base_laser)
         if not self._early:
             return None
-        back_end = BackEnd(self._mapper.config, self._mapper.map.config)
+        back_end = BackEnd(self._mapper.config, self._mapper.map.config, self._graph)
         for key in self._early:
             back_end.take(key)
         return back_end.finish(T_base_laser)
@@ -114,8 +118,8 @@ class LoopClosing:
             self._jobs.append((finished, index + DELAY))
         self._since.append(key)
         self._add(key)
-        if self._process is None and len(self._jobs) == ALONE_UNTIL:
-            self._process = BackEndProcess(self._mapper.config, self._mapper.map.config, self._early)
+        if self._process is None and len(self._jobs) == (ALONE_UNTIL if self._graph is None else 1):
+            self._process = BackEndProcess(self._mapper.config, self._mapper.map.config, self._early, self._graph)
             self._early = []
 
     def _closure_at(self, index: int) -> Closure | None:

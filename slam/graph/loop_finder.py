@@ -38,21 +38,14 @@ class LoopFinder:
         self._walls, self._waiting = WallCandidates(), WaitingLoops(graph)
         self.tried = 0  # candidates until now
 
-    def find(self, submap: Submap) -> int:
-        """Seek a submap that is finished in the earlier ones; returns how many loops were added."""
+    def add(self, submap: Submap) -> None:
+        """Add a submap that is finished, in which later ones can be found."""
         self._candidates.add(submap)
         surfels = SurfelMap(self._config, self._search.map_of(submap).grid).surfels
         self._walls.add(submap, surfels, self._config.cell)
-        return self._find_loops(submap)
 
-    def keep(self) -> None:
-        """Forget submaps that have left the graph."""
-        self._candidates.keep()
-        self._walls.keep(self._graph.submaps)
-        self._waiting.forget()
-
-    def _find_loops(self, submap: Submap) -> int:
-        """Seek a submap in the earlier ones, the surest first."""
+    def find(self, submap: Submap) -> int:
+        """Seek a submap that was added in the earlier ones, the surest first; returns how many loops were added."""
         candidates, found, view = self._candidates.nearby(submap), 0, self._search.view(submap)
         for other, covariance in candidates[:MOST_CANDIDATES]:
             self.tried += 1
@@ -68,6 +61,12 @@ class LoopFinder:
         if not found and any(out_of_reach):
             found += self._find_by_walls(view)
         return found
+
+    def keep(self) -> None:
+        """Forget submaps that have left the graph."""
+        self._candidates.keep()
+        self._walls.keep(self._graph.submaps)
+        self._waiting.forget()
 
     def _find_after_break(self, view: SubmapView) -> int:
         """Seek a submap with any heading beside where the front end lost its way."""

@@ -12,7 +12,7 @@ from slam.graph.loop import Loop, loop_keys
 from slam.graph.pose_graph import Edges, squared_errors
 from slam.graph.submap import Submap
 from slam.lines.segments import IntArray
-from slam.pose import FloatArray
+from slam.pose import FloatArray, compose_poses, inverse_poses
 
 BELIEVED: Final = 0.5
 """Weight above which a loop is believed."""
@@ -29,7 +29,7 @@ class RunGraph:
     key_nodes: IntArray
     """(K,): the node of each key scan, ..."""
     scans: IntArray
-    """... the number of its scan in the run (K,), ..."""
+    """... the number of its scan in the run (K,), below zero where it is one of an earlier run, ..."""
     key_submaps: tuple[tuple[int, ...], ...]
     """... the numbers of the submaps that it was written into, the one that it was matched to first, ..."""
     covariances: FloatArray
@@ -69,6 +69,18 @@ class RunGraph:
     @cached_property
     def loop_scans(self) -> IntArray:
         """Numbers of two scans of each loop, (L, 2): where a place was seen again, and where it was seen before."""
+        return np.asarray(self.scans[self._loop_keys])
+
+    def loop_ends(self, poses: FloatArray) -> FloatArray:
+        """The two places of each loop (L, 2, 2) by the poses of the base (S, 3) with all scans of the run, and, for
+        scans of an earlier run, as the graph has them."""
+        known = compose_poses(self.poses, inverse_poses(self.T_base_laser)[None].repeat(len(self.poses), axis=0))
+        own = self.scans >= 0
+        known[own] = poses[self.scans[own]]
+        return np.asarray(known[self._loop_keys][..., :2])
+
+    @cached_property
+    def _loop_keys(self) -> IntArray:
         keys_of = {submap.number: submap.keys for submap in self.submaps}
         key_at = {node: number for number, node in enumerate(self.key_nodes.tolist())}
-        return np.asarray(self.scans[loop_keys(self.loops, keys_of, key_at.__getitem__, self.poses)])
+        return loop_keys(self.loops, keys_of, key_at.__getitem__, self.poses)

@@ -7,6 +7,7 @@ import numpy as np
 
 from slam.graph.joined_edges import fused, worn
 from slam.graph.key_scan import KeyScan
+from slam.graph.known_graph import KnownGraph
 from slam.graph.loop import Loop
 from slam.graph.odometry_error import OdometryError, motion_errors
 from slam.graph.pose_graph import BREAK, NO_LOOP, Edge
@@ -24,6 +25,8 @@ ORIGIN_SHARE: Final = 0.1
 """Of the first variance: the key scan with which a submap begins is its origin."""
 BREAK_SIGMAS: Final = np.array([0.1, 0.1, 0.1])
 """Beyond those of odometry, where the front end broke: metres and radians."""
+START_SIGMAS: Final = np.array([0.05, 0.05, 0.02])
+"""Of the place in the map of an earlier run at which this one begins."""
 LEAST_INFORMATION: Final = 1e-9
 FORGOTTEN: Final = np.array([0.01, 0.01, 0.002])
 """Metres and radians by which a tie is known less well when the same is known again: many rounds do not make it surer
@@ -40,7 +43,7 @@ class Left(NamedTuple):
 class SubmapGraph:
     """Key scans, submaps, and the edges between their nodes; poses are of the laser, (3,), map frame."""
 
-    def __init__(self) -> None:
+    def __init__(self, known: KnownGraph | None = None) -> None:
         self.keys: list[KeyScan] = []
         self.key_nodes: list[int] = []
         self.submaps: dict[int, Submap] = {}
@@ -53,6 +56,8 @@ class SubmapGraph:
         """Key scans that were added until now, those counted that are no longer here."""
         self._number_of: dict[int, int] = {}
         self._follows: list[bool] = []  # the key scan before it in the list is the one that was taken before it
+        if known is not None:
+            self._begin_with(known)
 
     def correction(self, submap: Submap) -> FloatArray:
         """``T_map_local`` (3,) as this submap has it."""
@@ -62,21 +67,31 @@ class SubmapGraph:
         """The number of the key scan of a node."""
         return self._number_of[node]
 
+    def key_poses(self) -> FloatArray:
+        """The poses of all key scans (K, 3)."""
+        return np.array([self.poses[node] for node in self.key_nodes]).reshape(-1, 3)
+
     def add(self, key: KeyScan) -> None:
         """Add a key scan, and the submap that begins with it."""
-        number, T_map_local = len(self.keys), self._T_map_local(key)
+        number, T_map_local, anew = len(self.keys), self._T_map_local(key), self.begins_with(key)
         pose = composed(T_map_local, key.T_local_laser)
         self.taken += 1
-        self._follows.append(number > 0)
+        self._follows.append(not anew)
         self.keys.append(key)
         self.key_nodes.append(self._new_node(pose))  # the first of all stays where it is
         self._number_of[self.key_nodes[number]] = number
         for name in key.submaps:
             if name not in self.submaps:
-                broken = key.broken and name == key.submaps[0]
+                broken = (key.broken and name == key.submaps[0]) or (anew and number > 0)
                 self.submaps[name] = Submap(name, self._new_node(pose), key.T_local_laser, broken)
         for name in key.submaps:
             self._join_to_submap(number, self.submaps[name])
+        if anew and number > 0:
+            self._join_to_nearest(self.submaps[key.submaps[0]])
+
+    def begins_with(self, key: KeyScan) -> bool:
+        """True for the first key scan of this run: those before it, if any, are of an earlier one."""
+        return not self.keys or (self.keys[-1].index < 0 <= key.index)
 
     def add_loop(self, loop: Loop) -> None:
         """Add a loop with its edges."""
@@ -157,8 +172,28 @@ class SubmapGraph:
 
     def _T_map_local(self, key: KeyScan) -> FloatArray:
         """Of the submap that it was matched to, or of the last one, where it begins a new one."""
-        known = self.submaps.get(key.submaps[0]) or (self.submaps[self.keys[-1].submaps[0]] if self.keys else None)
-        return np.zeros(3) if known is None else self.correction(known)
+        if self.begins_with(key):
+            return np.zeros(3)
+        known = self.submaps.get(key.submaps[0]) or self.submaps[self.keys[-1].submaps[0]]
+        return self.correction(known)
+
+    def _begin_with(self, known: KnownGraph) -> None:
+        """Take over the graph of an earlier run."""
+        self.keys, self.key_nodes = list(known.keys), known.graph.key_nodes.tolist()
+        self.submaps, self.edges, self.loops, self.ties = known.submaps, known.edges, known.loops, known.ties
+        self.poses, self.taken = known.nodes, len(known.keys)
+        self._number_of = {node: number for number, node in enumerate(self.key_nodes)}
+        self._follows = [False] * len(self.keys)  # their motion is among the edges
+
+    def _join_to_nearest(self, begun: Submap) -> None:
+        """Tie the first submap of this run to the nearest one of an earlier run: the robot was found in that map,
+        but a wrong start must not outweigh loops."""
+        start = self.poses[begun.node]
+        earlier = [submap for submap in self.submaps.values() if submap is not begun]
+        nearest = min(earlier, key=lambda one: float(np.hypot(*(self.poses[one.node] - start)[:2])))
+        measured = between(self.poses[nearest.node], start)
+        tie = Edge(nearest.number, begun.number, measured, np.diag(1.0 / START_SIGMAS**2), BREAK)
+        self.ties[nearest.number, begun.number] = tie
 
     def _new_node(self, pose: FloatArray) -> int:
         self.poses.append(pose)

@@ -45,13 +45,19 @@ class SubmapMapper(SurfelMapper):
     """A SurfelMapper whose map is the oldest of the open ones; ``key`` is the key scan that the last ``add`` made."""
 
     def __init__(
-        self, state: SurfelMapperState, config: LeastSquaresConfig, T_base_laser: Pose2D, odometry: bool = True
+        self,
+        state: SurfelMapperState,
+        config: LeastSquaresConfig,
+        T_base_laser: Pose2D,
+        odometry: bool = True,
+        number: int = 0,
     ) -> None:
         super().__init__(state, config, T_base_laser, odometry)
         self.key: KeyScan | None = None
         self.uncertainty = SubmapUncertainty(state.covariance)
         self._wheels = Pose2D()  # the motion since the last key scan by odometry alone
-        self._number = 0  # of the submap that began last
+        self.number = number
+        """Of the submap that began last."""
         self._open = [state.map]  # the oldest first
         self._last_key: Pose2D | None = None
         self._way = self._began = 0.0  # metres, and those at which the last submap began
@@ -135,7 +141,7 @@ class SubmapMapper(SurfelMapper):
 
     def _open_next(self, most: int = OPEN) -> None:
         """A submap begins; so many maps stay open, to the oldest of which scans are matched."""
-        self._number, self._began, self._keys = self._number + 1, self._way, 0
+        self.number, self._began, self._keys = self.number + 1, self._way, 0
         self._open = [*self._open, SurfelMap(self.map.config)][-most:]
         self.state = self._with(map=self._open[0])
         self.uncertainty.open_next(most)
@@ -143,7 +149,7 @@ class SubmapMapper(SurfelMapper):
     def _key_scan(self, scan: LaserScan, T_local_laser: Pose2D, broken: bool) -> KeyScan:
         ranges, lidar, bearings = made_of(scan)
         wheels, self._wheels = self.T_base_laser.inverse() @ self._wheels @ self.T_base_laser, Pose2D()
-        submaps = tuple(range(self._number - min(len(self._open), SUBMAPS) + 1, self._number + 1))
+        submaps = tuple(range(self.number - min(len(self._open), SUBMAPS) + 1, self.number + 1))
         return KeyScan(
             T_local_laser.as_array(), submaps, self._facets, ranges, lidar, bearings,
             self._information(), self._share, wheels.as_array(), broken=broken,

@@ -10,6 +10,7 @@ import numpy as np
 from slam.console.terminal import Terminal
 from slam.files.atomic_files import write_atomic
 from slam.files.graphs.file import write_graph
+from slam.files.graphs.key_scans import write_key_scans
 from slam.files.graphs.walls import write_walls
 from slam.files.maps.file import write_map
 from slam.files.tum import format_tum
@@ -45,11 +46,12 @@ class ClosedLoops:
         return {"loops": len(self.graph.loops), "loops_believed": believed, "closing_s": round(self.seconds, 3)}
 
     def write(self, folder: Path) -> None:
-        """Write ``map.json``, ``walls.geojson``, ``graph.json`` and, last of all, ``closed.tum``: a run that has it has
-        all of them."""
+        """Write ``map.json``, ``walls.geojson``, ``key_scans.npz``, ``graph.json`` and, last of all, ``closed.tum``: a
+        run that has it has all of them."""
         if self.saved is not None:
             write_map(folder / "map.json", self.saved)
         write_walls(folder / "walls.geojson", mapped_walls(self.run))
+        write_key_scans(folder / "key_scans.npz", self.run.keys)
         write_graph(folder / "graph.json", self.graph)
         rows = zip(self.stamps.tolist(), self.trajectory.tolist(), strict=True)
         write_atomic(folder / "closed.tum", "".join(format_tum(stamp, Pose2D(*pose)) + "\n" for stamp, pose in rows))

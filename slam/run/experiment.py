@@ -27,7 +27,7 @@ from slam.run.pilots import Pilot
 from slam.run.results.metrics import measure, noise_metrics
 from slam.run.results.recorder import Recorder
 from slam.run.results.run_folder import make_run_folder
-from slam.run.results.run_log import RunLog
+from slam.run.results.run_log import KnownMap, RunLog
 from slam.run.robot_env import RobotEnv
 from slam.run.scoring.seen_walls import SeenWalls
 from slam.run.scoring.wall_score import score_walls, wall_metrics
@@ -155,7 +155,7 @@ class Experiment:
         T_map_odom, T_base_laser = self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser
         with ExitStack() as stack:
             recorder = stack.enter_context(Recorder(folder, T_map_odom, T_base_laser))
-            log = stack.enter_context(RunLog(folder, T_base_laser))
+            log = stack.enter_context(RunLog(folder, T_base_laser, KnownMap.of(self.notes)))
             progress = stack.enter_context(RunProgress(console, self.scenario.name))
             return self._loop([recorder, log, *watchers, progress, interruption], interruption)
 

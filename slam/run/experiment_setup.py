@@ -8,10 +8,14 @@ from typing import Literal
 
 from slam.config import SlamConfig
 from slam.errors import ScenarioError
+from slam.files.graphs.file import read_graph
+from slam.files.graphs.key_scans import read_known_graph
 from slam.files.logs import BagTopics, read_log
 from slam.files.maps.file import read_map
+from slam.graph.known_graph import KnownGraph
 from slam.graph.loop_closing import STEPPED, Timing
 from slam.line_localizer import LineLocalizer, LocalizeThenMap
+from slam.line_slam import LineSlam
 from slam.odometry import Twist2D
 from slam.run.backends import make_robot
 from slam.run.estimator import make_estimator
@@ -87,14 +91,23 @@ def continue_mapping(experiment: Experiment, path: Path, start: Literal["given",
     The robot is where the experiment has it (``given``), where it was when the map was saved (``saved``), or must find
     its place first (``search``), for which a simulated robot wanders. InputError for a map that cannot be used.
     """
-    config, mount = experiment.scenario.slam, experiment.slam.T_base_laser
-    saved = read_map(path, config)
+    config, mount, begun = experiment.scenario.slam, experiment.slam.T_base_laser, experiment.slam
+    timing = begun.timing if isinstance(begun, LineSlam) else STEPPED
+    saved = replace(read_map(path, config), graph=_graph_of(path, config))
     experiment = replace(experiment, notes=experiment.notes | {"map": str(path), "start": start})
     if start == "search":
-        continuation = LocalizeThenMap(config, mount, saved)
+        continuation = LocalizeThenMap(config, mount, saved, timing)
         return _searching(replace(experiment, slam=continuation), lambda: continuation.slam is not None)
     place = saved.T_map_base if start == "saved" else experiment.slam.T_map_base
-    return replace(experiment, slam=relocate(config, mount, saved, place))
+    return replace(experiment, slam=relocate(config, mount, saved, place, timing))
+
+
+def _graph_of(path: Path, config: SlamConfig) -> KnownGraph | None:
+    """What a map rests on, by the files beside it; None where they are not there, or no loops are to be closed."""
+    graph, keys = path.with_name("graph.json"), path.with_name("key_scans.npz")
+    if config.loops == "never" or not (graph.is_file() and keys.is_file()):
+        return None
+    return read_known_graph(keys, read_graph(graph))
 
 
 def localize_in_map(experiment: Experiment, path: Path) -> Experiment:

@@ -47,8 +47,11 @@ class Optimization:
         All new files are there before the first one takes its place. InputError for a run without loops.
         """
         record = self.record
-        if "map" in (record.metrics or {}):
-            raise InputError(f"{record.folder}: it went on in a saved map, where no loops are closed")
+        if known := record.known_map:
+            raise InputError(
+                f"{record.folder}: it went on in {known.map}, whose scans are not in its log; close its loops again "
+                f"with hopslam replay {record.folder} --map {known.map} --start {known.start}"
+            )
         closed, walls = self._close(console)
         folder = record.folder if out is None else _copied(record.folder, make_run_folder(record.config.name, out))
         with _new_files(folder) as draft:

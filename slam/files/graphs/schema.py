@@ -14,6 +14,8 @@ VERSION = 1
 PoseRow = tuple[float, float, float]
 Matrix = tuple[PoseRow, PoseRow, PoseRow]
 Number = Annotated[int, Field(ge=0, lt=2**31)]
+ScanNumber = Annotated[int, Field(gt=-(2**31), lt=2**31)]
+"""Below zero for a scan of an earlier run, which this one continues."""
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -24,7 +26,7 @@ class _Strict(Section):
 class SavedKey(_Strict):
     """A key scan: the number of its scan in the run, its node, and the submaps that it was written into."""
 
-    scan: Number
+    scan: ScanNumber
     node: Number
     submaps: Annotated[tuple[Number, ...], Field(min_length=1)]
     covariance: Matrix
@@ -64,7 +66,7 @@ class SavedLoop(_Strict):
     agreeing: Number
     share: Share
     ambiguous: bool
-    scan: Number
+    scan: ScanNumber
     weight: Share
     believed: bool
 
@@ -97,7 +99,7 @@ class GraphDocument(_Strict):
     def _lost_keys(self) -> Iterator[str]:
         if len({key.node for key in self.keys}) < len(self.keys):
             yield "keys: two have the same node"
-        last, numbers = -1, {submap.number for submap in self.submaps}
+        last, numbers = -(2**31), {submap.number for submap in self.submaps}
         for k, key in enumerate(self.keys):
             if key.node >= len(self.nodes):
                 yield f"keys.{k}.node: {key.node} is none of the {len(self.nodes)} nodes"

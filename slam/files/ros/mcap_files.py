@@ -3,7 +3,7 @@
 import struct
 import zlib
 from collections.abc import Generator, Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from io import BytesIO
 from pathlib import Path
 from typing import IO, Final, cast
@@ -11,7 +11,7 @@ from typing import IO, Final, cast
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError, RecordLengthLimitExceeded
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, McapRecord, Message, Schema
+from mcap.records import Channel, Chunk, McapRecord, Message, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from mcap.writer import Writer
 
@@ -40,6 +40,10 @@ class McapWriter:
         """Append a message, logged and published at that time."""
         channel = self._channels.get(topic) or self._open(topic)
         self._writer.add_message(channel, nanoseconds, message, nanoseconds)
+
+    def note(self, name: str, values: dict[str, str]) -> None:
+        """Append a metadata record."""
+        self._writer.add_metadata(name, values)
 
     def close(self) -> None:
         """Write the index, and put everything on the disk."""
@@ -70,6 +74,18 @@ def mcap_messages(path: Path) -> Generator[RawMessage]:
         except _DAMAGE:
             ending = "the file is damaged or ends early, and what comes after that is lost"
     losses.end(ending)
+
+
+def mcap_note(path: Path, name: str) -> dict[str, str]:
+    """The metadata record of this name before the first message; empty where there is none. OSError where the file
+    cannot be opened."""
+    with path.open("rb") as file, suppress(*_DAMAGE):
+        for record in StreamReader(_Whole(file), emit_chunks=True, record_size_limit=CHUNK.most).records:  # type: ignore[arg-type]
+            if isinstance(record, Metadata) and record.name == name:
+                return dict(record.metadata)
+            if isinstance(record, Chunk | Message):
+                break
+    return {}
 
 
 def _messages(file: IO[bytes], losses: Losses) -> Iterator[RawMessage]:

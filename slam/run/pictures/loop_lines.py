@@ -28,7 +28,7 @@ class LoopLines:
     @classmethod
     def of(cls, graph: RunGraph, poses: FloatArray) -> Self:
         """The loops of a graph between poses (S, 3) of all scans of the run."""
-        return cls(poses[graph.loop_scans][..., :2], graph.believed)
+        return cls(graph.loop_ends(poses), graph.believed)
 
 
 def loops_until(graph: RunGraph, poses: FloatArray, scan: int) -> LoopLines:

@@ -170,6 +170,8 @@ def _loops(record: RunRecord) -> list[LoopRow]:
     rows = []
     for k in np.argsort(graph.weights, kind="stable").tolist():
         loop, (scan, _) = graph.loops[k], graph.loop_scans[k]
+        if scan < 0:  # an earlier run found it
+            continue
         rows.append(
             LoopRow(
                 found=f"{loop.submap} in {loop.other}",

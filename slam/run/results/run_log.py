@@ -1,16 +1,16 @@
 """``log.mcap``: the raw record of a run, written scan by scan, and read back as far as it was written."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, NamedTuple, Self
 
 from slam.closing import Closing
 from slam.errors import InputError
 from slam.files.logs.read import RUN_LOG
 from slam.files.ros.decoder import Transform, decode_odometry, decode_pose, decode_scan, decode_transforms
 from slam.files.ros.encoder import Encoder, nanoseconds
-from slam.files.ros.mcap_files import McapWriter, mcap_messages
+from slam.files.ros.mcap_files import McapWriter, mcap_messages, mcap_note
 from slam.files.ros.messages import GROUND_TRUTH, ODOM, SCAN, TF, TF_STATIC, RawMessage
 from slam.files.unpacking import TruncatedFile
 from slam.odometry import Odometry
@@ -22,13 +22,28 @@ _SCANS_A_CHUNK: Final = 8
 """At 10 Hz less than a second of a run is lost when it is killed."""
 _BYTES_BESIDE: Final = 1300
 """Size of a scan's other messages."""
+_KNOWN_MAP: Final = "hopslam:known_map"
+
+
+class KnownMap(NamedTuple):
+    """The saved map in which a run went on."""
+
+    map: str
+    """Its path, as it was given."""
+    start: str
+    """Where the robot was in it: see ``--start``."""
+
+    @classmethod
+    def of(cls, notes: Mapping[str, Any]) -> Self | None:
+        """From the notes of an experiment, or its metrics; None where it knew no map."""
+        return cls(str(notes["map"]), str(notes.get("start", "search"))) if "map" in notes else None
 
 
 class RunLog(Closing):
     """A watcher that appends every step to ``log.mcap``; of a step, the scan comes last."""
 
-    def __init__(self, folder: Path, T_base_laser: Pose2D) -> None:
-        self._path, self._T_base_laser = folder / RUN_LOG, T_base_laser
+    def __init__(self, folder: Path, T_base_laser: Pose2D, known_map: KnownMap | None = None) -> None:
+        self._path, self._T_base_laser, self._known_map = folder / RUN_LOG, T_base_laser, known_map
         self._encoder = Encoder()
         self._writer: McapWriter | None = None
 
@@ -56,6 +71,8 @@ class RunLog(Closing):
         scan = step.observation.scan
         chunk = _SCANS_A_CHUNK * (4 * len(scan.ranges) + _BYTES_BESIDE)
         self._writer = McapWriter(self._path, self._encoder, chunk)
+        if self._known_map is not None:
+            self._writer.note(_KNOWN_MAP, self._known_map._asdict())
         mount = self._encoder.transforms(scan.stamp, ("base_link", "laser", self._T_base_laser))
         self._writer.write(TF_STATIC, nanoseconds(scan.stamp), mount)
         return self._writer
@@ -82,6 +99,14 @@ def logged_start(path: Path) -> Pose2D:
     """``T_map_base`` at the first scan, as estimated; InputError likewise."""
     T_odom_base, T_map_odom = _first_transforms(path, TF)
     return T_map_odom.pose @ T_odom_base.pose
+
+
+def logged_known_map(path: Path) -> KnownMap | None:
+    """The map in which the run went on; None where it began its own, or has no log."""
+    if not path.is_file():
+        return None
+    note = mcap_note(path, _KNOWN_MAP)
+    return KnownMap.of(note)
 
 
 def _first_transforms(path: Path, topic: str) -> list[Transform]:

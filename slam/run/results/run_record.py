@@ -16,7 +16,7 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
 from slam.run.results.metric_table import metrics_fault
-from slam.run.results.run_log import logged_mount, logged_observations, logged_start
+from slam.run.results.run_log import KnownMap, logged_known_map, logged_mount, logged_observations, logged_start
 from slam.run.results.segment_file import read_segments
 from slam.run.results.traces import Traces
 from slam.saved_slam import SavedSlam
@@ -79,6 +79,11 @@ class RunRecord:
         logged, given = logged_start(self.folder / RUN_LOG), self.config.robot.start.pose
         offset = given.between(logged)
         return given if offset.distance(Pose2D()) + abs(offset.theta) < _SAME else logged
+
+    @property
+    def known_map(self) -> KnownMap | None:
+        """The saved map in which it went on, also where it was cut off."""
+        return KnownMap.of(self.metrics or {}) or logged_known_map(self.folder / RUN_LOG)
 
     def observations(self) -> Iterator[Observation]:
         """Observations of the robot, scan by scan, in the order of ``traces``; InputError without a log."""

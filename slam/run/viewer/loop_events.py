@@ -33,7 +33,7 @@ class LoopsShown:
     def of_graph(cls, graph: RunGraph, poses: FloatArray, until: int | None = None) -> Self:
         """All loops of a run, or those that were found up to a scan, between the poses (S, 3) of all scans."""
         found = np.array([until is None or loop.scan <= until for loop in graph.loops], np.bool_)
-        ends = poses[graph.loop_scans][..., :2]
+        ends = graph.loop_ends(poses)
         path = poses[:, :2] if until is None else poses[:0, :2]
         return cls(path, ends[found & graph.believed], ends[found & ~graph.believed])
 

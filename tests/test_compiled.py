@@ -3,6 +3,8 @@
 import os
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -27,8 +29,16 @@ FILES = {
     ),
 }
 PROGRAM = """
-from loops.top import Pair, top
-print(top(3.0, Pair(left=1.0, right=5.0)), sum(top.stats.cache_hits.values()), sum(top.stats.cache_misses.values()))
+import os, sys
+import slam.compiled  # numba, once for all the processes below
+for _ in sys.stdin:
+    if not os.fork():
+        from loops.top import Pair, top
+        result, stats = top(3.0, Pair(left=1.0, right=5.0)), top.stats
+        print(result, sum(stats.cache_hits.values()), sum(stats.cache_misses.values()), flush=True)
+        os._exit(0)
+    if os.wait()[1]:
+        sys.exit("it failed")
 """
 CHAIN = """
 import numpy as np
@@ -59,6 +69,7 @@ x, y = np.random.default_rng(0).random((2, 997))
 CALL
 print(outer(x, y).hex(), int(sum(outer.stats.cache_hits.values())))
 """
+Run = Callable[[], tuple[float, bool]]
 FIRST = 106.0  # (3 + 1) / 2 * 2 + 2 + 100
 
 
@@ -71,21 +82,45 @@ def package(tmp_path: Path) -> Path:
     return folder
 
 
-def output(package: Path, program: str = PROGRAM, **environment: str) -> list[str]:
+def environment_of(package: Path) -> dict[str, str]:
+    """Environment of a process that keeps its code beside the package."""
+    path = os.pathsep.join([str(package.parent), str(Path(__file__).parent.parent)])
+    return {**os.environ, "NUMBA_CACHE_DIR": str(package.parent / "kept"), "PYTHONPATH": path}
+
+
+def output(package: Path, words: str) -> list[str]:
     """The words that a program prints in a process of its own."""
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(package.parent / "kept"), **environment}
-    environment["PYTHONPATH"] = os.pathsep.join([str(package.parent), str(Path(__file__).parent.parent)])
+    environment = environment_of(package)
     done = subprocess.run(
-        [sys.executable, "-B", "-c", program], env=environment, capture_output=True, text=True, timeout=120, check=True
+        [sys.executable, "-B", "-c", words], env=environment, capture_output=True, text=True, timeout=120, check=True
     )
     return done.stdout.split()
 
 
-def run(package: Path, **environment: str) -> tuple[float, bool]:
-    """The result of top() in a process of its own, and whether its code was found on disk."""
-    result, hits, misses = output(package, **environment)
-    assert int(hits) + int(misses) == 1
-    return float(result), hits == "1"
+@contextmanager
+def program(package: Path, **environment: str) -> Iterator[Run]:
+    """A function that gives the result of top() in a new process, and True where its code was found on disk."""
+    environment = environment_of(package) | environment
+    words = [sys.executable, "-B", "-c", PROGRAM]
+    with subprocess.Popen(words, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        questions, answers = process.stdin, process.stdout
+        assert questions is not None
+        assert answers is not None
+
+        def run() -> tuple[float, bool]:
+            print(file=questions, flush=True)
+            result, hits, misses = answers.readline().split()
+            assert int(hits) + int(misses) == 1
+            return float(result), hits == "1"
+
+        yield run
+
+
+@pytest.fixture
+def run(package: Path) -> Iterator[Run]:
+    """See ``program``."""
+    with program(package) as run:
+        yield run
 
 
 def edit(file: Path, old: str, new: str) -> None:
@@ -94,17 +129,17 @@ def edit(file: Path, old: str, new: str) -> None:
     file.write_text(text.replace(old, new))
 
 
-def test_kept_code_is_used_while_nothing_it_was_compiled_from_changes(package: Path) -> None:
-    assert run(package) == (FIRST, False)
-    assert run(package) == (FIRST, True)
+def test_kept_code_is_used_while_nothing_it_was_compiled_from_changes(package: Path, run: Run) -> None:
+    assert run() == (FIRST, False)
+    assert run() == (FIRST, True)
     edit(package / "unrelated.py", "return x", "return 2.0 * x")
     edit(package / "sizes.py", "FACTOR = 2.0", "UNUSED = 7.0\nFACTOR = 2.0")
-    assert run(package) == (FIRST, True)
+    assert run() == (FIRST, True)
 
 
-def test_an_edit_of_what_it_was_compiled_from_gives_the_new_result(package: Path) -> None:
+def test_an_edit_of_what_it_was_compiled_from_gives_the_new_result(package: Path, run: Run) -> None:
     result = FIRST
-    assert run(package) == (result, False)
+    assert run() == (result, False)
     for file, old, new, more in [
         ("top.py", "100.0", "200.0", 100.0),
         ("halves.py", "/ 2.0", "/ 1.0", 4.0),  # a callee of a callee of another file
@@ -115,15 +150,15 @@ def test_an_edit_of_what_it_was_compiled_from_gives_the_new_result(package: Path
     ]:
         edit(package / file, old, new)
         result += more
-        assert run(package) == (result, False), f"{file}: {old} -> {new}"
+        assert run() == (result, False), f"{file}: {old} -> {new}"
 
 
 def test_without_a_place_to_keep_code_it_is_compiled_in_every_process(package: Path) -> None:
     nowhere = package / "__pycache__"
     nowhere.write_text("a file, so that no folder can be made here")
     nobody = {"NUMBA_CACHE_DIR": "", "HOME": str(nowhere), "XDG_CACHE_HOME": str(nowhere)}
-    for _ in range(2):
-        assert run(package, **nobody) == (FIRST, False)
+    with program(package, **nobody) as run:
+        assert [run(), run()] == [(FIRST, False)] * 2
 
 
 def test_code_gives_the_same_bits_compiled_just_now_or_kept(package: Path) -> None:

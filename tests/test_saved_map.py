@@ -122,7 +122,7 @@ def test_the_papers_map_is_not_saved() -> None:
         ("grid.cell", 0.1, "grid.cell|lies? in its cell"),
         ("grid.free", 5, "grid: the list of free places leads to surfel 5"),
         ("grid.shape", [3, 3], r"grid: cell \(.*\) lies outside"),
-        ("grid.shape", [100000, 100000], "are the most"),
+        ("grid.shape", [100000, 100000], "10,000,000,000 cells in its shape, over the limit"),
         ("grid.surfels.0.7", 0, "which is not its own"),
         ("grid.surfels.0.7", 10**6, "which is not its own"),
         ("grid.surfels.0.2", 3.0, "has a normal whose length is not 1"),

@@ -18,9 +18,9 @@ def repair(
 
     [bold]Example[/bold]
 
-    hopslam run corridor & sleep 20; kill -9 $!
-
     hopslam repair runs/latest
+
+    hopslam repair runs/latest --force
     """
     from slam.run.repair import repair as make_again
 

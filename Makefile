@@ -13,7 +13,7 @@ test: .venv/.dev
 	PYTEST_XDIST_AUTO_NUM_WORKERS=$$(($$(getconf _NPROCESSORS_ONLN) + 1)) \
 	    .venv/bin/python -m pytest -q -n auto --dist loadfile
 
-# With what takes minutes too: every point at which a write can fail.
+# With what takes an hour too: every point at which a write can fail, and commands killed at random moments.
 test-all: .venv/.dev
 	.venv/bin/python -m pytest -q -n auto --dist loadfile --all-faults
 

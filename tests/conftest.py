@@ -24,7 +24,9 @@ settings.load_profile("hopslam")
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the option of ``make test-all``."""
-    parser.addoption("--all-faults", action="store_true", help="Let every write fail, and not a sample of them.")
+    parser.addoption(
+        "--all-faults", action="store_true", help="Let every write fail, not a sample of them; kill commands."
+    )
 
 
 @pytest.fixture

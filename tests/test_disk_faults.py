@@ -1,11 +1,11 @@
-"""Every call that changes a file fails once: what is left is whole, and our own commands read it."""
+"""Every call that changes a file fails once: it is said, and what is left is whole and read by our own commands."""
 
 import errno
 import json
 import random
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import nullcontext, suppress
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from shutil import copytree, rmtree
 
@@ -14,106 +14,147 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 from faulty_disk import FaultyDisk
 
-from slam.console.terminal import Terminal
+from slam.cli.main import main
 from slam.errors import InputError, StorageError
 from slam.files.disk import using_disk
 from slam.files.tum import read_tum
 from slam.run.experiment_setup import replay_experiment
 from slam.run.export.formats import export
-from slam.run.optimize import Optimization
-from slam.run.repair import repair
 from slam.run.report.page import write_report
 from slam.run.results.run_record import RunRecord
 from slam.scenario.file import load_scenario
+from slam.sweep import sweep
+from slam.sweep.executor import FinishedJob, LostJob
+from slam.sweep.job import Job
+from slam.sweep.run_job import run_job
 
 FAULTS = (errno.ENOSPC, errno.EIO, errno.EPIPE, None)
-SAMPLE = 3
-QUIET = Terminal(quiet=True)
-Command = Callable[[Path, Path], object]
+SCANS = 4
+SHORT = "--set duration=0.15"
+COMMANDS = {
+    "run": f"run corridor {SHORT} --out {{here}}/run",
+    "replay": "replay {run}/../small.log --out {here}/run",
+    "localize": "localize {run}/../small.log --map {run}/map.json --out {here}/run",
+    "optimize": "optimize {here}/run",
+    "repair": "repair {here}/run --force",
+    "sweep": f"sweep run corridor {SHORT} --seeds 0:1 --jobs 1 --retry 1 --out {{here}}/sweep",
+    "report": "report {run} --out {here}/report.html",
+    "animate": "animate {run} --seconds 1 --width 200 --out {here}/map.webp",
+    **{f"export {form}": f"export {{run}} --to {form} --out {{here}}/out.{form}" for form in
+       ("tum", "csv", "geojson", "svg", "dxf", "carmen", "mcap", "g2o", "ros", "rosbag2")},
+}  # fmt: skip
+CHANGING = ("optimize", "repair")
+"""Commands that change the run that they are given."""
 
 
-def replay(log: Path, folder: Path) -> None:
-    replay_experiment(log, load_scenario("replay")).run(folder / "run", pictures=False)
+class OwnProcess:
+    """An executor of a sweep's jobs in this process, where their disk can be made to fail."""
 
+    def __init__(self, size: int, runs: str, pictures: bool, allowed: tuple[str, ...] = ()) -> None:
+        self._arguments, self._jobs = (runs, pictures, allowed), list[Job]()
 
-def report(run: Path, folder: Path) -> None:
-    write_report([RunRecord.open(run)], folder / "report.html")
+    @property
+    def free(self) -> int:
+        return 1 - len(self._jobs)
 
+    @property
+    def busy(self) -> int:
+        return len(self._jobs)
 
-def optimize(run: Path, folder: Path) -> None:
-    record = RunRecord.open(copytree(run, folder / "run"))
-    Optimization(record, record.config).run(None, QUIET)
+    def submit(self, job: Job) -> None:
+        self._jobs.append(job)
 
+    def collect(self, timeout: float) -> Iterator[FinishedJob | LostJob]:
+        job = self._jobs.pop()
+        row = run_job(job, *self._arguments)
+        yield LostJob(job, "interrupted") if row is None else FinishedJob(job, row)
 
-def mend(run: Path, folder: Path) -> None:
-    copytree(run, folder / "run")
-    (folder / "run" / "metrics.json").unlink()
-    repair(folder / "run", QUIET)
-
-
-def exported(form: str) -> Command:
-    return lambda run, folder: export(RunRecord.open(run), form, folder / form)
-
-
-COMMANDS: dict[str, Command] = {
-    "replay": replay,
-    "report": report,
-    "optimize": optimize,
-    "repair": mend,
-    **{f"export {form}": exported(form) for form in ("tum", "csv", "geojson", "svg", "carmen", "mcap", "g2o", "ros")},
-}
+    def close(self) -> None:
+        self._jobs.clear()
 
 
 @pytest.fixture(scope="module")
 def small_run(tmp_path_factory: pytest.TempPathFactory, lap_log: Path) -> Path:
-    """A run of the first thirty scans of the way around a block."""
+    """A run of the first scans of the way around a block."""
     folder = tmp_path_factory.mktemp("small")
     log = folder / "small.log"
-    log.write_text("".join(lap_log.read_text().splitlines(keepends=True)[:30]))
+    log.write_text("".join(lap_log.read_text().splitlines(keepends=True)[:SCANS]))
     replay_experiment(log, load_scenario("replay")).run(folder / "run")
     return folder / "run"
 
 
-def faults(points: int, everything: bool, name: str) -> Iterator[tuple[int, int | None, bool]]:
-    """Number of the call, error and whether all later calls fail too."""
-    every = [(at, fault, False) for at in range(points) for fault in FAULTS]
-    every += [(at, errno.ENOSPC, True) for at in range(points)]
-    yield from every if everything else random.Random(name).sample(every, min(SAMPLE, len(every)))
+def every_fault(points: int) -> list[tuple[int, int | None, bool]]:
+    """Number of the call, error, and whether all later calls fail too."""
+    once = [(at, fault, False) for at in range(points) for fault in FAULTS]
+    return once + [(at, errno.ENOSPC, True) for at in range(points)]
+
+
+def one_fault(name: str) -> list[tuple[int, int | None, bool]]:
+    """One that the name chooses, among the first calls more often; maybe behind the last."""
+    chance = random.Random(name)
+    return [(int(50 ** chance.random()), chance.choice(FAULTS[:3]), chance.random() < 0.3)]
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_every_failing_call_leaves_readable_files(
-    name: str, small_run: Path, tmp_path: Path, pytestconfig: pytest.Config
+def test_a_failing_call_is_said_and_leaves_readable_files(
+    name: str,
+    small_run: Path,
+    tmp_path: Path,
+    pytestconfig: pytest.Config,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    command, whole = COMMANDS[name], FaultyDisk()
-    run_once(command, small_run, tmp_path / "whole", whole)
-    tried = 0
-    for at, fault, forever in faults(len(whole.calls), pytestconfig.getoption("--all-faults"), name):
-        folder = tmp_path / "faulty"
-        disk = FaultyDisk(at, fault, forever)
-        with nullcontext() if fault is None else pytest.raises((StorageError, OSError)):
-            run_once(command, small_run, folder, disk)
-        require_readable(folder)
+    monkeypatch.setattr(sweep, "ProcessPool", OwnProcess)
+
+    def run_once(folder: Path, disk: FaultyDisk) -> tuple[int, list[str]]:
+        folder.mkdir()
+        if name in CHANGING:
+            copytree(small_run, folder / "run")
+        words = COMMANDS[name].format(run=small_run, here=folder).split()
+        monkeypatch.setattr(sys, "argv", ["hopslam", *words])
+        with using_disk(disk), pytest.raises(SystemExit) as left:
+            main()
+        return int(left.value.code or 0), capsys.readouterr().err.splitlines()
+
+    cases = one_fault(name)
+    if pytestconfig.getoption("--all-faults"):
+        whole = FaultyDisk()
+        assert run_once(tmp_path / "whole", whole) == (0, [])
+        cases = every_fault(len(whole.calls))
+    failed = []
+    for at, fault, forever in cases:
+        folder, disk = tmp_path / "faulty", FaultyDisk(at, fault, forever)
+        try:
+            code, said = run_once(folder, disk)
+            is_survived = fault is None or len(disk.calls) <= at or (name == "sweep" and not forever)
+            require_one_line(code, said, is_survived)
+            require_readable(folder)
+        except AssertionError as error:
+            failed.append(f"{disk.calls[at : at + 1]} ({at}), {fault}, {forever}: {error}")
         rmtree(folder)
-        tried += 1
-    print(f"{name}: {tried} of {len(whole.calls) * (len(FAULTS) + 1)} faults at {len(whole.calls)} calls")
+    print(f"{name}: {len(failed)} of {len(cases)} faults failed", *failed, sep="\n")
+    assert not failed
 
 
-def run_once(command: Command, run: Path, folder: Path, disk: FaultyDisk) -> None:
-    folder.mkdir()
-    with using_disk(disk):
-        command(run, folder)
+def require_one_line(code: int, said: list[str], is_survived: bool) -> None:
+    """A fault that is survived, as by a sweep that tries a run again, may be silent; all others are one line."""
+    if is_survived and not code:
+        assert not said, said
+        return
+    assert code == StorageError.exit_code, (code, said)
+    assert len(said) == 1, said
+    assert said[0].startswith("hopslam: /"), said
+    assert ".draft-" not in said[0], said
 
 
 def require_readable(folder: Path) -> None:
-    assert not list(folder.rglob(".draft-*"))
+    assert not list(folder.rglob(".draft-*")), list(folder.rglob("*"))
     for path in folder.rglob("*json"):
         json.loads(path.read_text())
     for path in folder.rglob("*.tum"):
         if path.stat().st_size:
             read_tum(path)
-    run = folder / "run"
     with suppress(InputError):  # before the first scan there is no run to report
-        record = RunRecord.open(run)
+        record = RunRecord.open(folder / "run")
         assert write_report([record], folder / "after.html") is None
         export(record, "geojson", folder / "after.geojson")

@@ -8,6 +8,7 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_command
 
+from slam.files.disk import failing_disk
 from slam.named_code import import_by_name
 
 
@@ -45,5 +46,10 @@ def lazy_group(places: Mapping[str, str], panels: Mapping[str, str] | None = Non
         def __init__(self, **attributes: Any) -> None:
             super().__init__(**attributes)
             self.commands = _LazyCommands(places, panels or {})
+
+        def invoke(self, ctx: Any) -> Any:
+            """Run the command; a disk that fails under it is a StorageError, unless the command says more."""
+            with failing_disk("make room, or choose another place, and run it again"):
+                return super().invoke(ctx)
 
     return LazyGroup

@@ -39,7 +39,7 @@ def optimize(
 
     console, record = Terminal(), RunRecord.open(run)
     scenario = load_scenario(record.folder / "config.yaml", settings or [], allow_modules or [])
-    with require_writable(None, "give --out DIR elsewhere"):
+    with require_writable(out or run, "make room, or give --out DIR elsewhere"):
         folder, metrics = Optimization(record, scenario, settings or []).run(out, console)
     console.print(*summary_tables(metrics))
     console.print(f"loops closed; results in {folder}")

@@ -6,11 +6,14 @@ import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 from zlib import crc32
 
 from slam.closing import Closing
 from slam.files.disk import WholeFile, disk, storage_error
+
+DRAFT: Final = ".draft-"
+"""Begins the names of files and folders that are not whole yet."""
 
 
 def write_atomic(path: Path, text: str) -> None:
@@ -33,7 +36,13 @@ def require_writable(path: Path | None, remedy: str) -> Iterator[None]:
 
 def _draft_of(path: Path) -> Path:
     """The name of a draft beside the path, short for every length of name, and of the same suffix."""
-    return path.with_name(f".draft-{crc32(os.fsencode(path.name)):08x}{path.suffix[:16]}")
+    return path.with_name(f"{DRAFT}{crc32(os.fsencode(path.name)):08x}{path.suffix[:16]}")
+
+
+def clear_drafts(folder: Path) -> None:
+    """Remove the drafts that killed processes have left in a folder."""
+    for left in folder.glob(f"{DRAFT}*"):
+        shutil.rmtree(left, ignore_errors=True) if left.is_dir() else left.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -45,6 +54,10 @@ def atomic_file(path: Path) -> Iterator[Path]:
         yield draft
         WholeFile(draft, "rb+").close()
         disk().rename(draft, path)
+    except OSError as error:
+        if error.filename == str(draft):
+            error.filename = str(path)  # the one that is known to the user
+        raise
     finally:
         draft.unlink(missing_ok=True)
 

@@ -63,17 +63,22 @@ class WholeFile:
         self._file = disk().open(path, mode)
 
     def write(self, piece: bytes, back: int = 0) -> int:
-        """Write at the end, over the last ``back`` bytes; after an error the file is as it was. Returns the length."""
+        """Write at the end, over the last ``back`` bytes; returns the length.
+
+        After an error the file is as it was, or gone if this was its first piece.
+        """
         place = self._file.seek(-back, os.SEEK_END)
         last, left = self._last(back), memoryview(piece)
         try:
             while left:
                 left = left[disk().write(self._file, bytes(left)) :]
-        except OSError:
+        except OSError as error:
             self._file.truncate(place)
             self._file.seek(place)
             self._file.write(last)
-            raise
+            if not place:
+                Path(self._file.name).unlink(missing_ok=True)  # an empty file is no whole one
+            raise self._named(error) from None
         return len(piece)
 
     def flush(self) -> None:
@@ -89,6 +94,8 @@ class WholeFile:
             return
         try:
             disk().sync(self._file)
+        except OSError as error:
+            raise self._named(error) from None
         finally:
             try:
                 disk().close(self._file)
@@ -100,8 +107,23 @@ class WholeFile:
         if hasattr(self, "_file"):
             self._file.close()
 
+    def _named(self, error: OSError) -> OSError:
+        """The error with the name of the file, which the system leaves out."""
+        return OSError(error.errno, error.strerror, str(self._file.name))
+
     def _last(self, count: int) -> bytes:
         return os.pread(self._file.fileno(), count, self._file.tell()) if count else b""
+
+
+@contextmanager
+def failing_disk(remedy: str) -> Iterator[None]:
+    """Turn an OSError by which a disk fails or is full into a StorageError, one line that ends with the remedy."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in _FAILING:
+            raise
+        raise storage_error(error, None, remedy) from error
 
 
 def storage_error(error: OSError, path: Path | None, remedy: str) -> HopslamError:

@@ -12,7 +12,8 @@ from typing import Any, Final
 
 from slam.console.terminal import Terminal
 from slam.errors import InputError
-from slam.files.atomic_files import write_atomic
+from slam.files.atomic_files import DRAFT, clear_drafts, write_atomic
+from slam.files.disk import disk
 from slam.graph.loop_closing import STEPPED, Timing
 from slam.odometry import Twist2D
 from slam.run.closing_loops import ClosedLoops, LoopCloser
@@ -115,7 +116,8 @@ def _copied(folder: Path, out: Path) -> Path:
 def _new_files(folder: Path) -> Iterator[Path]:
     """A place for new files of a run, where those that stay can be read; they take the places of the old ones when the
     block is left without an error. What was made of the old ones to be looked at is removed."""
-    with TemporaryDirectory(prefix=".draft-", dir=folder) as name:
+    clear_drafts(folder)
+    with TemporaryDirectory(prefix=DRAFT, dir=folder) as name:
         draft = Path(name)
         for kept in KEPT:
             if (folder / kept).is_file():
@@ -125,4 +127,4 @@ def _new_files(folder: Path) -> Iterator[Path]:
             (folder / old).unlink(missing_ok=True)
         for path in sorted(draft.iterdir()):
             if not path.is_symlink():
-                path.replace(folder / path.name)
+                disk().rename(path, folder / path.name)

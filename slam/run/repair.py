@@ -10,8 +10,9 @@ from typing import Any, Final
 from PIL import Image
 
 from slam.console.terminal import Terminal
-from slam.errors import InputError
-from slam.files.disk import disk
+from slam.errors import InputError, StorageError
+from slam.files.atomic_files import DRAFT, clear_drafts, require_writable
+from slam.files.disk import disk, storage_error
 from slam.files.graphs.file import read_graph
 from slam.files.logs.read import RUN_LOG
 from slam.files.tum import read_tum
@@ -20,6 +21,7 @@ from slam.scenario.file import load_scenario, read_scenario
 from slam.scenario.schema import Scenario
 
 _REPLAY: Final = "replay"
+_REMEDY: Final = "make room there, and repair it again"
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,25 +37,28 @@ class Repair:
 def repair(folder: Path, console: Terminal, force: bool = False) -> Repair:
     """Run the log of a run through the method again, and put the files that are missing or damaged into its folder.
 
-    What is whole is kept, but with ``force`` replaced. InputError without a log that holds a scan.
+    What is whole is kept, but with ``force`` replaced. InputError without a log that holds a scan,
+    StorageError where the files cannot be made.
     """
     if not (folder / RUN_LOG).is_file():
         raise InputError(f"{folder}: has no {RUN_LOG}, from which all else is made; give the folder of a run")
-    clear_drafts(folder)
-    scenario = _settings(folder)
-    with TemporaryDirectory(prefix=".draft-", dir=folder) as name:
-        again = Path(name) / "run"
-        replay_experiment(folder, scenario).run(again, console=console)
-        (again / RUN_LOG).unlink(missing_ok=True)
-        return _move_in(again, folder, force)
+    with require_writable(folder, _REMEDY):
+        clear_drafts(folder)
+        with TemporaryDirectory(prefix=DRAFT, dir=folder) as name:
+            again = Path(name) / "run"
+            _run_again(folder, again, console)
+            return _move_in(again, folder, force)
 
 
-def clear_drafts(folder: Path) -> None:
-    """Remove the drafts that a killed process has left here."""
-    from shutil import rmtree
-
-    for left in folder.glob(".draft-*"):
-        rmtree(left) if left.is_dir() else left.unlink()
+def _run_again(folder: Path, again: Path, console: Terminal) -> None:
+    """Run the log of a folder into another, which then has no log."""
+    try:
+        replay_experiment(folder, _settings(folder)).run(again, console=console)
+    except StorageError as error:
+        if isinstance(error.__cause__, OSError):  # of a draft, which nobody knows by name
+            raise storage_error(error.__cause__, folder, _REMEDY) from error
+        raise
+    (again / RUN_LOG).unlink(missing_ok=True)
 
 
 def _settings(folder: Path) -> Scenario:

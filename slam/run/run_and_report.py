@@ -29,7 +29,7 @@ _FACTS: Final = (
         "odometry alone",
         "{odometry_only} of {updates} matched scans ({odometry_only_share:.1%}) said nothing to be trusted",
     ),
-    ("path, time", "{path_m:.1f} m, {duration_s:.1f} s ({real_time_factor:.1f} x real time)"),
+    ("path, time", "{path_m:.1f} m, {duration_s:.1f} s{speed}"),
     ("iterations", "mean {iterations_mean:.0f}, max {iterations_max}; {not_converged} of {updates} did not settle"),
     ("SLAM a mapped scan", "median {slam_ms_median:.2f} ms, p99 {slam_ms_p99:.2f} ms"),
     ("map", "{map_points} points or surfels; {segments} segments seen"),
@@ -69,7 +69,10 @@ def summary_tables(metrics: dict[str, Any]) -> Iterator[TerminalTable]:
         ]
         yield TerminalTable(("", *columns), errors, bold_rows=len(errors))
     found = list(_localization(metrics)) if "lost_scans" in metrics else []
-    facts = [(label, text.format(**metrics)) for label, text in _FACTS] if metrics["scans"] else []
+    speed = (
+        f" ({metrics['real_time_factor']:.1f} x real time)" if "real_time_factor" in metrics else ""
+    )  # not if killed
+    facts = [(label, text.format(**metrics, speed=speed)) for label, text in _FACTS] if metrics["scans"] else []
     if metrics.get("loops"):
         facts.append(("loops", _LOOPS.format(**metrics)))
     if "range_noise_m" in metrics:

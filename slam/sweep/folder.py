@@ -11,11 +11,10 @@ from tempfile import TemporaryDirectory
 from typing import IO, Any, Final
 
 from slam.errors import InputError, StorageError
-from slam.files.atomic_files import write_atomic
+from slam.files.atomic_files import DRAFT, clear_drafts, write_atomic
 from slam.files.disk import disk
 from slam.named_code import import_optional
 
-_DRAFT: Final = ".draft-"
 _ASIDE: Final = ".damaged-"
 """Begins the names of files that were set aside."""
 
@@ -80,7 +79,7 @@ class Folder:
         """Make a temporary folder on this machine, for ``move_in``: on the same file system, if this is on one."""
         if self.path is not None:
             self.path.mkdir(parents=True, exist_ok=True)
-        with TemporaryDirectory(prefix=_DRAFT, dir=self.path, ignore_cleanup_errors=True) as draft:
+        with TemporaryDirectory(prefix=DRAFT, dir=self.path, ignore_cleanup_errors=True) as draft:
             yield Path(draft)
 
     def move_in(self, draft: Path, name: str) -> None:
@@ -103,8 +102,8 @@ class Folder:
 
     def clear_drafts(self) -> None:
         """Remove the drafts that killed processes have left."""
-        for left in self.path.glob(f"{_DRAFT}*") if self.path is not None else ():
-            shutil.rmtree(left, ignore_errors=True) if left.is_dir() else left.unlink(missing_ok=True)
+        if self.path is not None:
+            clear_drafts(self.path)
 
     def set_aside(self, name: str) -> str:
         """Move a damaged file out of the way, in this folder; its new address."""

@@ -108,10 +108,13 @@ def _pieces(walls: FloatArray) -> FloatArray:
 
 
 def write_animation(record: RunRecord, path: Path, seconds: float = 8.0, width: int = 960) -> None:
-    """Write it whole; it plays for ``seconds`` and begins again. InputError for a name that ends otherwise."""
+    """Write it whole; it plays for ``seconds`` and begins again. InputError for a name that ends otherwise, and
+    for a log without scans."""
     if path.suffix not in _FORMATS:
         raise InputError(f"{path}: an animation needs a name that ends in .webp or .gif; choose another --out FILE")
     frames = list(_frames(record, round(seconds * _RATE), width))
+    if not frames:
+        raise InputError(f"{record.folder}: its log was cut off before the first scan; there is nothing to draw")
     durations = [round(1000 / _RATE)] * (len(frames) - 1) + [_STILL]
     options = {"quality": 70, "method": 4} if path.suffix == ".webp" else {"optimize": True}
     with require_writable(path, "choose another --out FILE"), atomic_file(path) as draft:

@@ -1,5 +1,6 @@
 """Settings and fixtures of the whole test run."""
 
+import fcntl
 import os
 import sys
 from collections.abc import Callable
@@ -139,7 +140,18 @@ def _ranges(edges: FloatArray, pose: Pose2D, bearings: FloatArray) -> FloatArray
 
 
 @pytest.fixture(scope="session")
-def lap_run(lap_log: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a run whose loops were closed; copy it to change it."""
-    experiment = replay_experiment(lap_log, load_scenario("replay"))
-    return experiment.run(tmp_path_factory.mktemp("closed") / "run").folder
+def shared_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of all workers of this test run."""
+    own = tmp_path_factory.getbasetemp()
+    return own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+
+@pytest.fixture(scope="session")
+def lap_run(lap_log: Path, shared_folder: Path) -> Path:
+    """The folder of a run whose loops were closed, made by the first worker that asks; copy it to change it."""
+    folder = shared_folder / "closed"
+    with (shared_folder / "closed.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / "metrics.json").exists():
+            replay_experiment(lap_log, load_scenario("replay")).run(folder)
+    return folder

@@ -35,7 +35,7 @@ PARSED_ONLY = {
     r"hopslam calibrate": "drives for minutes; tests/test_calibration.py",
     r"hopslam bench": "measures for minutes; tests/test_bench_*.py",
     r"hopslam sweep": "many runs in processes of their own; tests/test_sweep_*.py",
-    r"--figures runs/pictures": "draws for seconds what docs/report.md draws too",
+    r"--figures": "draws for seconds; tests/test_pictures.py",
     r"--scan-topic": "needs a bag with other topics; tests/test_bags.py",
 }
 """Commands whose options are checked, and settings too, but which are not run, and why."""

@@ -91,12 +91,21 @@ def test_a_world_of_any_shape_is_whole(size: tuple[float, float], tmp_path: Path
     assert_nothing_is_cut(tmp_path / "room.png")
 
 
-def test_the_pictures_of_a_run_are_whole(run: Path, tmp_path: Path) -> None:
+def test_the_pictures_of_a_run_are_whole(run: Path) -> None:
     for name in ("map.png", "errors.png"):
         assert_nothing_is_cut(run / name)
-    write_figures([RunRecord.open(run)], tmp_path)
-    for path in tmp_path.glob("*.png"):
-        assert_nothing_is_cut(path)
+
+
+def test_the_figures_of_the_paper_are_whole_png_and_pdf(run: Path, tmp_path: Path) -> None:
+    count = write_figures([RunRecord.open(run)], tmp_path)
+    names = {path.stem for path in tmp_path.iterdir()}
+    assert {f"fig{number}" for number in range(15, 22)} | {"map", "errors", "distance", "timing"} <= names
+    assert count == len(names)
+    for name in names:
+        assert_nothing_is_cut(tmp_path / f"{name}.png")
+        pdf = (tmp_path / f"{name}.pdf").read_bytes()
+        assert pdf.startswith(b"%PDF-")
+        assert pdf.rstrip().endswith(b"%%EOF")
 
 
 @pytest.mark.parametrize("count", [2, 7])

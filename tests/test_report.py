@@ -21,7 +21,6 @@ from slam.run.experiment_setup import scenario_experiment
 from slam.run.pictures.map_picture import contents_of, map_figure, transform_ends
 from slam.run.report.animation import AppearingWalls, write_animation
 from slam.run.report.faults import faults
-from slam.run.report.figure_files import write_figures
 from slam.run.report.page import metric_rows, write_report
 from slam.run.report.run_section import changes, command, run_section
 from slam.run.results.metric_table import METRICS
@@ -223,19 +222,6 @@ def test_only_what_differs_from_the_defaults_is_a_change() -> None:
     assert changes(Scenario(name="x")) == []
     changed = changes(Scenario.model_validate({"name": "x", "slam": {"mode": "paper", "lines": {"psi": 0}}}))
     assert [change.key for change in changed] == ["slam.mode", "slam.lines.psi"]
-
-
-def test_the_figures_of_the_paper_are_png_and_pdf(run: Path, tmp_path: Path) -> None:
-    count = write_figures([RunRecord.open(run)], tmp_path / "figures")
-    names = {path.stem for path in (tmp_path / "figures").iterdir()}
-    assert {f"fig{number}" for number in range(15, 22)} | {"map", "errors", "distance", "timing"} <= names
-    assert count == len(names)
-    for name in names:
-        with Image.open(tmp_path / "figures" / f"{name}.png") as picture:
-            picture.verify()
-        pdf = (tmp_path / "figures" / f"{name}.pdf").read_bytes()
-        assert pdf.startswith(b"%PDF-")
-        assert pdf.rstrip().endswith(b"%%EOF")
 
 
 @pytest.mark.parametrize("kind", ["webp", "gif"])

@@ -17,7 +17,7 @@ from slam.robot import Observation
 from slam.run import experiment_setup
 from slam.scenario.file import load_scenario
 
-CLOSED_FILES = {"map.json", "walls.geojson", "graph.json", "closed.tum"}
+CLOSED_FILES = {"map.json", "walls.geojson", "key_scans.npz", "graph.json", "closed.tum"}
 ALL_FILES = {
     "config.yaml",
     "metrics.json",

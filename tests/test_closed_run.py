@@ -198,7 +198,8 @@ def test_mapping_goes_on_in_the_closed_map(
     experiment = continue_mapping(replay_experiment(lap_log, load_scenario("replay")), lap_run / "map.json", "search")
     folder = experiment.run(tmp_path / "run", pictures=False).folder
     record = RunRecord.open(folder)
-    assert record.traces.closed is None
+    assert record.traces.closed is not None
+    assert record.traces.closed.shape == record.traces.estimate.shape
     true = np.array([pose.as_array() for pose in lap_path])
     found = record.traces.steps["lost"] == 0
     assert found.mean() > 0.5

@@ -36,7 +36,7 @@ def test_a_shipped_scenario_is_completed(shell: str) -> None:
 @pytest.mark.parametrize(
     ("line", "words"),
     [
-        ("hopslam rep", ["replay", "report"]),
+        ("hopslam rep", ["replay", "repair", "report"]),
         ("hopslam run --allow", ["--allow-module"]),
         ("hopslam sweep run paper_v", ["paper_vs_ours"]),
         ("hopslam run no_such", []),

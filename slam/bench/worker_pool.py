@@ -6,7 +6,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import contextmanager, suppress
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
-from signal import SIGKILL
+from signal import SIG_DFL, SIGKILL, SIGTERM, signal
 from threading import Thread
 from typing import Any, Final, TypeVar
 
@@ -46,6 +46,7 @@ def worker_pool(size: int = WORKERS) -> Iterator[ProcessPoolExecutor]:
 
 
 def _join_pool(near_end: Connection, far_end: Connection) -> None:
+    signal(SIGTERM, SIG_DFL)  # what the benchmark has to end in order is not here
     os.setpgid(0, 0)
     near_end.close()  # the benchmark's alone, so that its death closes the pipe
     Thread(target=_end_with, args=(far_end,), daemon=True).start()

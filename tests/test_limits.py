@@ -179,6 +179,14 @@ def test_outliers_are_those_from_which_the_way_comes_back(out: list[int]) -> Non
     assert np.flatnonzero(outliers(stamps, positions)).tolist() == out
 
 
+@pytest.mark.parametrize("period", [0.1, 1.0, 3.0, 20.0])
+def test_a_jump_that_stays_is_no_outlier_at_any_rate(period: float) -> None:
+    """With time, a robot could have driven back; but it did not jump back."""
+    stamps, positions = period * np.arange(40), np.zeros((40, 2))
+    positions[20:, 0] = 30.0 + 15.0 * period
+    assert not outliers(stamps, positions).any()
+
+
 def test_a_jump_that_stays_is_no_outlier() -> None:
     positions = np.where(np.arange(20) < 12, 0.0, 50.0)[:, None] * [1.0, 1.0]
     assert not outliers(0.1 * np.arange(20), positions).any()

@@ -128,7 +128,7 @@ def test_a_bag_of_nothing_is_an_error_of_one_line(tmp_path: Path) -> None:
     path = tmp_path / "run.bag"
     path.write_bytes(MAGIC + b"\r\0\0")
     with pytest.raises(
-        LogError, match=r"no scan in this log: nothing; the bag is damaged or ends early.*; need sensor_"
+        LogError, match=r"no scan in this log: no message of a robot; the bag is damaged or ends early.*; need sensor_"
     ):
         read_log(path)
 

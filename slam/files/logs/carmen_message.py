@@ -12,7 +12,6 @@ from slam.lidars import Lidar, ordered_bearings, whole_steps
 from slam.limits import BEAMS
 from slam.pose import FloatArray, Pose2D
 
-_FAN_NAMES: Final = "start_angle field_of_view resolution maximum_range"
 _POSE_NAMES: Final = "laser_x laser_y laser_theta robot_x robot_y robot_theta"
 _CMU_WORDS: Final = 188
 PREFIX: Final = b"hopslam_"

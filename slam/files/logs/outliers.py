@@ -46,11 +46,14 @@ def outliers(stamps: FloatArray, positions: FloatArray) -> NDArray[np.bool_]:
     start, (N,)."""
     out = np.zeros(len(stamps), np.bool_)
     last = 0
-    for k in _suspects(stamps, positions):
+    suspects = _suspects(stamps, positions)
+    jumps = set(suspects)
+    for k in suspects:
         if k <= last or out[k]:
             continue
         last = k - 1 if not out[k - 1] else last
-        later = [j for j in range(k + 1, min(k + 1 + _AHEAD, len(stamps))) if _within_reach(stamps, positions, last, j)]
+        near = range(k + 1, min(k + 1 + _AHEAD, len(stamps)))
+        later = [j for j in near if j in jumps and _within_reach(stamps, positions, last, j)]  # it jumps back
         if later:
             out[k : later[0]] = True
         elif k < min(_AHEAD, len(stamps) - k):

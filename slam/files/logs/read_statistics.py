@@ -78,7 +78,7 @@ class ReadStatistics:
     def no_scans(self, expected: str) -> LogError:
         """The error of a log that has none."""
         names = [f"{count} {name}" for name, count in self.ignored.most_common()]
-        found = ", ".join([*names, *self._skipped()]) or "nothing"
+        found = ", ".join([*names, *self._skipped()]) or "no message of a robot"
         return LogError("; ".join([f"{self.path}: no scan in this log: {found}", *self.notes, f"need {expected}"]))
 
     def _skipped(self) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from slam.bench.sim_runs import HOUR, SimRun, repeating_command, run_scenario
 from slam.bench.stopwatch import milliseconds
-from slam.bench.worker_pool import worker_pool
+from slam.bench.worker_pool import run_in_workers
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.pose import FloatArray
@@ -39,22 +39,18 @@ def sim_tables(
 ) -> list[ResultTable]:
     """Drive every scenario, all without a name, with these seeds; with ``hour`` also the long run, after the others:
     nothing else should run beside what is timed."""
-    run = partial(run_scenario, settings=settings, allow_modules=allow_modules)
-    with worker_pool() as pool:
-        futures = [(name, seed, pool.submit(run, name, seed)) for name, seed in product(names or SCENARIOS, seeds)]
-        with console.progress() as bar:
-            done = bar.track(futures, description="driving in the simulator")
-            runs = [(name, seed, future.result()) for name, seed, future in done]
+    jobs = [(name, seed, settings, False, allow_modules) for name, seed in product(names or SCENARIOS, seeds)]
+    results = run_in_workers(run_scenario, jobs, "driving in the simulator", console)
+    runs = [(name, seed, result) for (name, seed, *_), result in zip(jobs, results, strict=True)]
+    made: list[ResultTable] = []
+    if runs:
         again = partial(repeating_command, settings=settings, allow_modules=allow_modules)
-        made = (
-            [_run_table(runs), _scenario_table(runs), _worst_table(runs, again), *unconstrained_tables(runs)]
-            if runs
-            else []
-        )
-        if hour:
-            with console.waiting(f"driving around {HOUR_SCENARIO} for an hour of its time"):
-                made += hour_tables(pool.submit(run_scenario, HOUR_SCENARIO, 0, settings, True).result())
-        return made
+        made += [_run_table(runs), _scenario_table(runs), _worst_table(runs, again), *unconstrained_tables(runs)]
+    if hour:
+        description = f"driving around {HOUR_SCENARIO} for an hour of its time"
+        [long_run] = run_in_workers(run_scenario, [(HOUR_SCENARIO, 0, settings, True)], description, console, 1)
+        made += hour_tables(long_run)
+    return made
 
 
 def unconstrained_tables(runs: Sequence[tuple[str, int, SimRun]]) -> list[ResultTable]:

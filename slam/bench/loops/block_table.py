@@ -10,7 +10,7 @@ from slam.bench.block_log import SCANS, block_log
 from slam.bench.loops.both_ways import local_poses, without_loops
 from slam.bench.loops.loop_errors import LoopCounts, count_loops
 from slam.bench.stopwatch import milliseconds
-from slam.bench.worker_pool import worker_pool
+from slam.bench.worker_pool import run_in_workers
 from slam.config import SlamConfig
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
@@ -48,10 +48,9 @@ class BlockRun(NamedTuple):
 def block_table(seed: int, config: SlamConfig, console: Terminal, scans: int = SCANS) -> ResultTable:
     """Run the method through the building, without loops and with, each in a process of its own."""
     rows = []
-    with console.waiting(f"a building of {scans} scans, without loops and with"):
-        for way, settings in (("never", without_loops(config)), ("auto", config)):
-            with worker_pool(1) as pool:
-                rows.append((way, *_cells(pool.submit(run_blocks, seed, settings, scans).result())))
+    for way, settings in (("never", without_loops(config)), ("auto", config)):
+        jobs, description = [(seed, settings, scans)], f"a building of {scans} scans, loops: {way}"
+        rows += [(way, *_cells(run)) for run in run_in_workers(run_blocks, jobs, description, console, 1)]
     columns = (
         "loops", "scans", "way\nm", "odometry\nATE, m", "live\nATE, m", "final\nATE, m", "ms", "p99",
         "front end\ns", "after the\nscans, s", "front end\nCPU s", "back end\nCPU s", "front end\nMB", "back end\nMB",

@@ -4,7 +4,6 @@ import threading
 import time
 from collections import deque
 from dataclasses import replace
-from math import inf
 from typing import Final
 
 import numpy as np
@@ -14,8 +13,9 @@ from hardware.scip.partial_scans import partial_scans
 from hardware.scip.reply import Reply, find_reply
 from hardware.scip.scan_data import ScanData
 from hardware.scip.status import is_ok, status_meaning
-from hardware.scip.time_stamp import SensorClock
+from hardware.scip.time_stamp import TIME_WRAP
 from hardware.scip_session import RawAnswer, ScipLine, choose_request, connect_lidar, identify, stop_scans
+from hardware.sensor_clock import SensorClock
 from hardware.serial_port import SerialPort
 from slam.errors import RobotError
 from slam.scan import LaserScan
@@ -44,6 +44,7 @@ class Urg04lx:
         self._news = threading.Condition()
         self._scans: deque[LaserScan] = deque(maxlen=_KEPT)
         self.scanned_at = time.monotonic()
+        self._clock = SensorClock(TIME_WRAP)
         self._connect()
         self._thread = DeviceThread("lidar", self._serve, self._lose, self._connect)
         self._thread.start()
@@ -81,7 +82,8 @@ class Urg04lx:
         except BaseException:
             line.port.close()
             raise
-        self._clock = SensorClock(self._parameters.step_time * (self._parameters.last + 1))
+        end_of_fan = self._parameters.step_time * (self._parameters.last + 1)
+        self._clock = SensorClock(TIME_WRAP, end_of_fan, after=self._clock.latest)
         self._line, self._last_scan_at = line, time.monotonic()
 
     def _serve(self) -> None:
@@ -107,15 +109,18 @@ class Urg04lx:
         return replace(data.request, scans=0) == self._request
 
     def _take_scan(self, data: ScanData, frame: RawAnswer) -> bool:
+        """Keep a scan; False where nobody can know when it was taken."""
         # Of an answer that stood behind the remains of another nobody knows when it began to come.
         whole = frame.lines[0] == data.request.encode().encode()
         if data.time is None or not (whole or self._clock.running):
             return False
-        scan = self._scan(data, data.time, frame.began if whole else inf)
-        with self._news:
-            self._scans.append(scan)
-            self.scanned_at, self._thread.trouble = frame.ended, None
-            self._news.notify_all()
+        scan = self._scan(data, data.time, frame.began if whole else frame.ended)
+        self._thread.trouble = None
+        if self._clock.settled:
+            with self._news:
+                self._scans.append(scan)
+                self.scanned_at = frame.ended
+                self._news.notify_all()
         return True
 
     def _require_fine(self, reply: Reply | None) -> None:

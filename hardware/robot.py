@@ -12,6 +12,7 @@ from typing import Final, Self
 from hardware.operator_consent import OperatorConsent
 from hardware.p3dx import P3dx
 from hardware.process_watch import StopCallbacks, process_watch
+from hardware.serial_port import SerialPort
 from hardware.staleness_guard import StalenessGuard
 from hardware.urg04lx import Urg04lx
 from slam.closing import Closing
@@ -22,6 +23,8 @@ from slam.scan import LaserScan
 from slam.scenario.schema import Scenario
 
 _LOG: Final = logging.getLogger("hopslam.robot")
+_ANY_BAUD: Final = 9600
+"""Bit rate at which a port is opened to see that it can be; nothing is sent."""
 
 
 class HardwareRobot(Closing):
@@ -32,6 +35,7 @@ class HardwareRobot(Closing):
     away, when the program is told to end, is suspended, fails in any thread or loses its terminal, and by its own
     watchdog when this process is killed. Stamps are seconds since the first scan's beginning. Up to four scans wait for
     a caller that observes less often than they come; it gets the oldest of them, or with ``newest`` the last.
+    Making one opens and closes both ports, so that a wrong one is refused before anything else is done: PortLost.
     """
 
     def __init__(
@@ -57,6 +61,8 @@ class HardwareRobot(Closing):
         self._motion = threading.Lock()
         self._over = False
         self._failure: RobotError | None = None
+        for port in (self._config.robot_port, self._config.lidar_port):
+            SerialPort(port, _ANY_BAUD).close()
 
     def __enter__(self) -> Self:
         """Open both devices; RobotError names the one that does not answer."""

@@ -29,7 +29,7 @@ close."""
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """When closures are taken over.
+    """Rule that says when closures are taken over.
 
     A stepped run takes each over at a fixed later scan, and waits for it there, so that it gives the same bits whatever
     the machine has to do beside it. A run in real time never waits. One that repeats another takes each over where that
@@ -74,7 +74,7 @@ class LoopClosing:
 
     @property
     def size(self) -> GraphSize:
-        """Of the graph, as far as it is known here."""
+        """Size of the graph, as far as it is known here."""
         return self._process.size if self._process is not None else GraphSize(len(self._early))
 
     def follow(self, index: int) -> Closure | None:

@@ -31,7 +31,7 @@ class Delta(NamedTuple):
 
 
 def read_trajectory(path: Path) -> Trajectory:
-    """What is known in the end of a run folder, or the poses of a TUM file; InputError for what is neither."""
+    """Read the final trajectory of a run folder, or the poses of a TUM file; InputError for a path that is neither."""
     if path.is_dir():
         traces = RunRecord.open(path).traces
         return Trajectory(traces.stamps, traces.final)

@@ -92,7 +92,7 @@ def _show_end(record: RunRecord, broadcast: Broadcast) -> None:
 
 
 def _jumps(record: RunRecord) -> dict[int, str]:
-    """What is told of the closures that were taken over on the way, by the numbers of their scans."""
+    """Texts on the closures that were taken over on the way, by the numbers of their scans."""
     traces, graph = record.traces, record.graph
     if traces.local is None:
         return {}

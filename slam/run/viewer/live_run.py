@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # it imports rerun
 
 News = tuple[Level, str]
 LOST: Final[tuple[News, News]] = ("WARN", "lost: the scans do not fit the map"), ("INFO", "sure of its place again")
-"""What is told when it begins, and when it ends."""
+"""Texts for its beginning and its end."""
 ODOMETRY_ONLY: Final[tuple[News, News]] = (
     ("WARN", "odometry alone: the scan says nothing that can be trusted"),
     ("INFO", "the scans say where it is again"),

@@ -49,6 +49,9 @@ def run_and_report(
         console.print(*summary_tables(outcome.metrics))
         if experiment.loss is not None and experiment.loss.warning:
             print(f"hopslam: warning: {experiment.loss.warning}: {experiment.loss.report}", file=sys.stderr)
+        if "back_end_lost" in outcome.metrics:
+            hint = f"close its loops with hopslam optimize {outcome.folder}"
+            print(f"hopslam: warning: {outcome.metrics['back_end_lost']}; {hint}", file=sys.stderr)
         console.print(f"{outcome.ending}; results in {outcome.folder}")
         if outcome.error is not None:
             raise outcome.error

@@ -57,7 +57,10 @@ class MotionConfig(Section):
     memory: float = Field(0.8, ge=0, lt=1)
     """Share of the last raise that is kept at the next scan."""
     without_odometry: float = Field(0.15, gt=0)
-    """Standard deviation of a motion where odometry is not used, metres and radians."""
+    """Least standard deviation of a motion where odometry is not used, metres and radians."""
+    speed_without_odometry: float = Field(0.5, gt=0)
+    """Standard deviation of the speed where odometry is not used, m/s and rad/s: the longer a scan is after the last,
+    the farther the robot may have come."""
 
 
 class SearchConfig(Section):
@@ -73,6 +76,8 @@ class SearchConfig(Section):
     """Greatest search to each side, metres; it goes as far as three standard deviations of the prior."""
     window_angle: float = Field(0.6, gt=0)
     """Greatest search to each side of the heading, radians; also three standard deviations of the prior."""
+    window_angle_without_odometry: float = Field(1.5, gt=0)
+    """The same where odometry is not used."""
     anywhere: float = Field(2.0, ge=0)
     """A match in doubt makes the search try every heading this far around the last pose, metres, and as much
     farther as the wheels went; 0 for never."""

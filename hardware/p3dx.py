@@ -19,6 +19,7 @@ from hardware.odometry_history import OdometryHistory
 from hardware.p3dx_setup import OpenedP3dx, open_p3dx
 from hardware.serial_port import PortLost, backoff
 from hardware.speed_commands import BaseSpeeds, SpeedCommands, WheelSpeeds
+from hardware.wire.session import WireSession
 from slam.errors import RobotError
 from slam.odometry import Odometry, Twist2D
 from slam.scenario.hardware_config import HardwareConfig
@@ -39,8 +40,9 @@ class P3dx:
     called from any thread. RobotError when no robot answers, or its watchdog is off.
     """
 
-    def __init__(self, config: HardwareConfig, limits: Limits) -> None:
+    def __init__(self, config: HardwareConfig, limits: Limits, wire: WireSession | None = None) -> None:
         self._config = config
+        self._wire = wire or WireSession()
         self._limits = limits
         self._lock = threading.RLock()
         self._closing = threading.Event()
@@ -126,7 +128,7 @@ class P3dx:
             self._sent_at = time.monotonic()
 
     def _connect(self) -> ArcosLine:
-        opened = open_p3dx(self._config, self._limits, self._closing)
+        opened = open_p3dx(self._config, self._limits, self._closing, self._wire)
         config, half_track = self._config, opened.units.half_track
         scales = WheelScales(half_track, config.left_scale, config.right_scale, config.track_scale)
         by_encoders = config.odometry == "encoders"

@@ -7,6 +7,7 @@ import time
 from contextlib import ExitStack
 from dataclasses import replace
 from math import isfinite
+from pathlib import Path
 from typing import Final, Self
 
 from hardware.operator_consent import OperatorConsent
@@ -15,6 +16,7 @@ from hardware.process_watch import StopCallbacks, process_watch
 from hardware.serial_port import SerialPort
 from hardware.staleness_guard import StalenessGuard
 from hardware.urg04lx import Urg04lx
+from hardware.wire.session import WireSession
 from slam.closing import Closing
 from slam.errors import RobotError, RobotTimeout, ScenarioError
 from slam.odometry import Odometry, Twist2D
@@ -36,6 +38,7 @@ class HardwareRobot(Closing):
     watchdog when this process is killed. Stamps are seconds since the first scan's beginning. Up to four scans wait for
     a caller that observes less often than they come; it gets the oldest of them, or with ``newest`` the last.
     Making one opens and closes both ports, so that a wrong one is refused before anything else is done: PortLost.
+    ``record_wire`` is a file that gets every byte of both ports, with times.
     """
 
     def __init__(
@@ -45,6 +48,7 @@ class HardwareRobot(Closing):
         yes: bool = False,
         dry_run: bool = False,
         newest: bool = False,
+        record_wire: Path | None = None,
     ) -> None:
         if scenario.lidar.model != "urg04lx":
             raise ScenarioError(f"lidar.model: {scenario.lidar.model} is only simulated; set lidar.model=urg04lx")
@@ -53,6 +57,7 @@ class HardwareRobot(Closing):
         self._config = scenario.hardware
         self._dry_run = dry_run
         self._newest = newest
+        self._record_wire = record_wire
         self._consent = OperatorConsent(yes)
         self._devices: ExitStack | None = None
         self.epoch: float | None = None
@@ -67,9 +72,10 @@ class HardwareRobot(Closing):
     def __enter__(self) -> Self:
         """Open both devices; RobotError names the one that does not answer."""
         with ExitStack() as devices:
-            self._lidar = Urg04lx(self._config, self._scenario.lidar.description.lidar.range_max)
+            wire = devices.enter_context(WireSession(self._record_wire))
+            self._lidar = Urg04lx(self._config, self._scenario.lidar.description.lidar.range_max, wire)
             devices.callback(self._lidar.close)
-            self._base = P3dx(self._config, self._scenario.robot.limits)
+            self._base = P3dx(self._config, self._scenario.robot.limits, wire)
             devices.callback(self._base.close)
             self._guard = StalenessGuard(self._ages, self._base.halt)
             devices.callback(self._guard.close)

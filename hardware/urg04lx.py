@@ -17,6 +17,7 @@ from hardware.scip.status import is_ok, status_meaning
 from hardware.scip.time_stamp import SensorClock
 from hardware.scip_session import RawAnswer, ScipLine, choose_request, connect_lidar, identify, stop_scans
 from hardware.serial_port import SerialPort, backoff
+from hardware.wire.session import WireSession
 from slam.errors import RobotError
 from slam.scan import LaserScan
 from slam.scenario.hardware_config import HardwareConfig
@@ -37,8 +38,9 @@ class Urg04lx:
     the reach that scans are cut to, metres. RobotError when no sensor answers.
     """
 
-    def __init__(self, config: HardwareConfig, range_max: float) -> None:
+    def __init__(self, config: HardwareConfig, range_max: float, wire: WireSession | None = None) -> None:
         self._config = config
+        self._wire = wire or WireSession()
         self._range_max = range_max
         self._closing = threading.Event()
         self._news = threading.Condition()
@@ -67,7 +69,7 @@ class Urg04lx:
             self._thread.join()
 
     def _connect(self) -> ScipLine:
-        line = ScipLine(SerialPort(self._config.lidar_port, self._config.lidar_baud), self._closing)
+        line = ScipLine(SerialPort(self._config.lidar_port, self._config.lidar_baud, self._wire), self._closing)
         try:
             connect_lidar(line, self._config.lidar_baud)
             _, self._parameters = identify(line)

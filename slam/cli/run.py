@@ -1,10 +1,11 @@
 """``hopslam run``."""
 
-from typing import Annotated, Literal
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import typer
 
-from slam.console.options import AllowModules, Out, Rerun, SavedMap, ScenarioName, Seed, Settings, Yes
+from slam.console.options import AllowModules, Out, RecordWire, Rerun, SavedMap, ScenarioName, Seed, Settings, Yes
 from slam.console.terminal import Terminal
 from slam.errors import InputError
 
@@ -27,6 +28,7 @@ def run(
     backend: Backend = "sim",
     yes: Yes = False,
     dry_run: DryRun = False,
+    record_wire: RecordWire = None,
     saved_map: SavedMap = None,
     start: Start = "given",
 ) -> None:
@@ -45,13 +47,15 @@ def run(
     hopslam run office_loop --map runs/latest/map.json --start search
 
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
+
+    hopslam run corridor --backend hardware --record-wire corridor.wire
     """
     from slam.cli.inputs import draw_with_warnings, with_seed
     from slam.run.experiment_setup import continue_mapping, scenario_experiment
     from slam.run.run_and_report import run_and_report
     from slam.scenario.file import load_template
 
-    options = _robot_options(backend, yes, dry_run)
+    options = _robot_options(backend, yes, dry_run, record_wire)
     template = load_template(scenario, with_seed(settings, seed), allow_modules or [])
     experiment = scenario_experiment(draw_with_warnings(template), backend, **options)
     if saved_map is not None:
@@ -59,12 +63,12 @@ def run(
     run_and_report(experiment, out, rerun, Terminal())
 
 
-def _robot_options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
+def _robot_options(backend: str, yes: bool, dry_run: bool, record_wire: Path | None) -> dict[str, Any]:
     """Options of the back end; InputError for those that it does not have."""
     if backend == "hardware":
-        return {"yes": yes, "dry_run": dry_run}
+        return {"yes": yes, "dry_run": dry_run, "record_wire": record_wire}
     if backend == "replay":
         raise InputError("--backend replay has no log to play; run: hopslam replay LOG")
-    if yes or dry_run:
-        raise InputError("--yes and --dry-run are for the real robot; add --backend hardware")
+    if yes or dry_run or record_wire:
+        raise InputError("--yes, --dry-run and --record-wire are for the real robot; add --backend hardware")
     return {}

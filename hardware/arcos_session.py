@@ -20,8 +20,8 @@ _BAUD_SEARCH: Final = (9600, 38400, 19200, 115200, 57600)
 _FAST_BAUD: Final = 38400
 _ANSWER: Final = 0.4
 """Seconds within which a robot answers: a cycle and a long report at 9600 baud."""
-_SILENCE: Final = 0.03
-"""Seconds: within a packet bytes follow one another faster, by far."""
+_LOOK: Final = 0.1
+"""Seconds between two looks whether the program is leaving."""
 _SENT: Final = 0.05
 """Seconds after which a command has left, which a change of the bit rate would spoil: 9 bytes are 10 ms at 9600."""
 _BRAKING: Final = 2.5
@@ -39,13 +39,13 @@ class ReceivedPacket:
 
 
 class ArcosLine:
-    """Commands out, packets in, over a port; waiting ends with PortLost once ``closing`` is set."""
+    """Commands out, packets in, over a port; waiting ends with PortLost once ``leaving`` is set."""
 
-    def __init__(self, port: SerialPort, closing: threading.Event) -> None:
+    def __init__(self, port: SerialPort, leaving: threading.Event) -> None:
         self.port = port
-        self._closing = closing
+        self._leaving = leaving
         self._decoder = PacketDecoder()
-        self._began = 0.0
+        self._began = self._heard_at = 0.0
         self.report_when_found_open: ReceivedPacket | None = None
         """Last report of a robot that was found open, standing again; it has counted its travel all the time."""
 
@@ -55,25 +55,29 @@ class ArcosLine:
 
     def receive(self, timeout: float) -> list[ReceivedPacket]:
         """Return the packets that are whole now; none when nothing comes within ``timeout`` seconds."""
-        pending = self._decoder.pending
-        data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
+        pending, gap = self._decoder.pending, self.port.longest_gap
+        data = self.port.read(min(timeout, gap) if pending else timeout)
         now = time.monotonic()
+        if data:
+            packets, self._heard_at = self._decoder.feed(data), now
+        else:
+            packets = self._decoder.flush() if now - self._heard_at >= gap else []
         if not pending:
             on_the_wire = len(data) * BITS_PER_BYTE / self.port.baud if self.port.has_baud else 0.0
             self._began = now - on_the_wire
         arrivals = []
-        for packet in self._decoder.feed(data) if data else self._decoder.flush():
+        for packet in packets:
             arrivals.append(ReceivedPacket(packet, self._began))
             self._began = now
         return arrivals
 
     def wait_for(self, wanted: Callable[[bytes], bool], timeout: float = _ANSWER) -> bytes | None:
         """Return the first wanted packet that comes in time; others are dropped."""
-        if self._closing.is_set():
-            raise PortLost(f"{self.port.url}: given up")
         until = time.monotonic() + timeout
         while (left := until - time.monotonic()) > 0.0:
-            for arrival in self.receive(left):
+            if self._leaving.is_set():
+                raise PortLost(f"{self.port.url}: given up")
+            for arrival in self.receive(min(left, _LOOK)):
                 if wanted(arrival.data):
                     return arrival.data
         return None

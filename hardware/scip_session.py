@@ -19,8 +19,10 @@ from slam.errors import RobotError
 _BAUD_SEARCH: Final = (19200, 115200, 57600, 38400, 500000, 750000, 250000)
 _ANSWER: Final = 0.5
 """Seconds: an answer comes at the end of a turn, and may stand behind a scan at 115200 baud."""
-_SILENCE: Final = 0.03
-"""Seconds: within an answer bytes follow one another faster, by far."""
+_LOOK: Final = 0.1
+"""Seconds between two looks whether the program is leaving."""
+_LAST_ANSWER: Final = 0.3
+"""Seconds to wait for the answer to the last QT."""
 _TRIES: Final = 3
 _SILENCES: Final = 2
 """Questions without an answer after which a bit rate is given up."""
@@ -40,13 +42,13 @@ class RawAnswer:
 
 
 class ScipLine:
-    """Commands out, answers in, over a port; asking ends with PortLost once ``closing`` is set."""
+    """Commands out, answers in, over a port; waiting ends with PortLost once ``leaving`` is set."""
 
-    def __init__(self, port: SerialPort, closing: threading.Event) -> None:
+    def __init__(self, port: SerialPort, leaving: threading.Event) -> None:
         self.port = port
-        self._closing = closing
+        self._leaving = leaving
         self._decoder = FrameDecoder()
-        self._began = 0.0
+        self._began = self._heard_at = 0.0
 
     def send(self, command: str) -> None:
         """Write one command."""
@@ -54,11 +56,13 @@ class ScipLine:
 
     def receive(self, timeout: float) -> list[RawAnswer]:
         """Return the answers that are whole now; none when nothing comes within ``timeout`` seconds."""
-        pending = self._decoder.pending
-        data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
-        if not data:
-            self._decoder.flush()
+        pending, gap = self._decoder.pending, self.port.longest_gap
+        data = self.port.read(min(timeout, gap) if pending else timeout)
         now = time.monotonic()
+        if data:
+            self._heard_at = now
+        elif now - self._heard_at >= gap:
+            self._decoder.flush()
         if not pending:
             self._began = now
         frames = []
@@ -69,8 +73,6 @@ class ScipLine:
 
     def ask(self, command: str, timeout: float = _ANSWER) -> Reply | None:
         """Send a command, and wait for the answer with its echo; other answers are dropped. None when none comes."""
-        if self._closing.is_set():
-            raise PortLost(f"{self.port.url}: given up")
         self.send(command)
         return self.wait_for(command, timeout)
 
@@ -78,7 +80,9 @@ class ScipLine:
         """Return the answer with this echo; None when none comes."""
         until = time.monotonic() + timeout
         while (left := until - time.monotonic()) > 0.0:
-            for frame in self.receive(left):
+            if self._leaving.is_set():
+                raise PortLost(f"{self.port.url}: given up")
+            for frame in self.receive(min(left, _LOOK)):
                 reply = find_reply(frame.lines) or _old(frame.lines)
                 if reply is not None and reply.echo == command:
                     return reply
@@ -131,9 +135,12 @@ def choose_request(parameters: SensorParameters, baud: int | None) -> ScanReques
 
 def stop_scans(line: ScipLine) -> None:
     """Switch the laser off, which ends the scans."""
+    until = time.monotonic() + _LAST_ANSWER
     with suppress(PortLost):
         line.send("QT")
-        line.wait_for("QT", 0.3)
+        while (left := until - time.monotonic()) > 0.0:
+            if any(_is_answer(frame.lines, "QT") for frame in line.receive(left)):
+                return
 
 
 def _fits(request: ScanRequest, parameters: SensorParameters, baud: int) -> int:
@@ -169,6 +176,11 @@ def _change_baud(line: ScipLine, baud: int) -> None:
     line.port.baud = baud
     if line.ask("QT") is None:
         line.port.baud = before
+
+
+def _is_answer(lines: Lines, command: str) -> bool:
+    reply = find_reply(lines)
+    return reply is not None and reply.echo == command
 
 
 def _old(lines: Lines) -> Reply | None:

@@ -3,7 +3,6 @@
 import errno
 import os
 import select
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, Final
@@ -19,9 +18,10 @@ BITS_PER_BYTE: Final = 10
 """8N1."""
 _AT_ONCE: Final = 4096
 """Bytes that one read returns at most."""
-_FIRST_PAUSE: Final = 0.1
-_LONGEST_PAUSE: Final = 2.0
-"""Seconds between two attempts to open a port again."""
+_LONGEST_GAP: Final = 0.03
+"""Seconds between two bytes of a message: a USB adapter keeps back what it has for 16 ms ..."""
+_LONGEST_NETWORK_GAP: Final = 0.3
+"""... and over a network a packet may be sent twice, or wait for its turn on a radio link."""
 
 
 class PortLost(RobotError):
@@ -54,6 +54,11 @@ class SerialPort:
     def has_baud(self) -> bool:
         """True where a bit rate means anything; it does not over TCP."""
         return bool(self._serial.has_baud) if self.url.startswith(SCHEME) else "://" not in self.url
+
+    @property
+    def longest_gap(self) -> float:
+        """Seconds of silence, on this kind of link, after which the rest of a message does not come any more."""
+        return _LONGEST_GAP if self.has_baud else _LONGEST_NETWORK_GAP
 
     @property
     def baud(self) -> int:
@@ -115,11 +120,3 @@ class SerialPort:
             reason = reason_of(self.url, error)
             self._wire.note(self.url, "-", reason)
             raise PortLost(f"{self.url}: {reason}") from error
-
-
-def backoff(closing: threading.Event) -> Iterator[None]:
-    """Yield for one attempt after each pause, ever longer pauses from 0.1 s to 2 s, until ``closing`` is set."""
-    pause = _FIRST_PAUSE
-    while not closing.wait(pause):
-        yield
-        pause = min(2.0 * pause, _LONGEST_PAUSE)

@@ -68,13 +68,12 @@ class PacketDecoder:
 
     def _seek(self) -> bool:
         """Drop bytes that cannot begin a packet, and return True once header and count are there."""
-        start = self._buffer.find(HEADER)
-        if start < 0:
-            start = len(self._buffer) - self._buffer.endswith(HEADER[:1])
-        del self._buffer[:start]
-        if len(self._buffer) < 3:
-            return False
-        if not 3 <= self._buffer[2] <= MAX_DATA + 2:
+        while (start := self._buffer.find(HEADER)) >= 0:
+            del self._buffer[:start]
+            if len(self._buffer) < 3:
+                return False
+            if 3 <= self._buffer[2] <= MAX_DATA + 2:
+                return True
             del self._buffer[:1]
-            return self._seek()
-        return True
+        del self._buffer[: len(self._buffer) - self._buffer.endswith(HEADER[:1])]
+        return False

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from slam.config import SlamConfig
 from slam.errors import ScenarioError
@@ -29,7 +29,7 @@ from slam.scenario.file import read_scenario
 from slam.scenario.schema import Scenario
 
 
-def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: bool) -> Experiment:
+def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: Any) -> Experiment:
     """Set up a robot of this back end to drive the scenario's route on the pose that the method estimates.
 
     ``options`` are the back end's own. Only the simulated robot needs the scenario's world.

@@ -112,7 +112,7 @@ def refused() -> str:
         ("socket://robot", "a port over the network is socket://HOST:NUMBER"),
         ("socket://robot:99999", "a port over the network is socket://HOST:NUMBER"),
         ("socket://robot.invalid:4001", "no host is called robot.invalid"),
-        (refused(), "nobody listens there"),
+        pytest.param(refused(), "nobody listens there", id="refused"),  # another port in each process
         ("/dev/null", "this is no serial port"),
         ("/", "this is no serial port"),
         ("/dev/there-is-none", "there is no such port"),

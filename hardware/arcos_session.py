@@ -14,7 +14,7 @@ from hardware.arcos.config_packet import AUTOBAUD_SWITCH, CONFIG_PACKET, ArcosCo
 from hardware.arcos.model import SYNC2, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import is_sip, is_standing
-from hardware.serial_port import BITS_PER_BYTE, PortLost, SerialPort
+from hardware.serial_port import BITS_PER_BYTE, NoDevice, PortLost, SerialPort
 from slam.errors import RobotError
 
 _LOG: Final = logging.getLogger("hopslam.p3dx")
@@ -122,7 +122,7 @@ def connect_robot(line: ArcosLine) -> Identity:
             if answer == "closed":
                 break  # it is back at the bit rate of its FLASH: search again
     tried = f" at {', '.join(map(str, bauds))} baud" if line.port.has_baud else ""
-    raise RobotError(f"{line.port.url}: no ARCOS robot answers{tried}; is it switched on, and its cable right?")
+    raise NoDevice(f"{line.port.url}: no ARCOS robot answers{tried}; is it switched on, and its cable right?")
 
 
 def read_config(line: ArcosLine, otherwise: ArcosConfig | None = None) -> ArcosConfig:

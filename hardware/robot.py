@@ -12,7 +12,7 @@ from typing import Final, Self
 from hardware.devices import RobotDevices
 from hardware.operator_consent import OperatorConsent
 from hardware.process_watch import StopCallbacks, process_watch
-from hardware.serial_port import PortLost
+from hardware.serial_port import PortLost, SerialPort
 from slam.closing import Closing
 from slam.errors import RobotError, RobotTimeout, ScenarioError
 from slam.odometry import Odometry, Twist2D
@@ -25,6 +25,8 @@ _LOOK: Final = 0.1
 """Seconds between two looks whether the program was told to end ..."""
 _LAST_WAIT: Final = 0.2
 """... and those for which it then still waits for a scan."""
+_ANY_BAUD: Final = 9600
+"""Bit rate at which a port is opened to see that it can be; nothing is sent."""
 
 
 class HardwareRobot(Closing):
@@ -35,6 +37,7 @@ class HardwareRobot(Closing):
     away, when the program is told to end, is suspended, fails in any thread or loses its terminal, and by its own
     watchdog when this process is killed. Stamps are seconds since the first scan's beginning. Up to four scans wait for
     a caller that observes less often than they come; it gets the oldest of them, or with ``newest`` the last.
+    Making one opens and closes both ports, so that a wrong one is refused before anything else is done: PortLost.
     """
 
     def __init__(
@@ -61,6 +64,8 @@ class HardwareRobot(Closing):
         self._over: str | None = None
         """Reason why the program ends; None while it goes on."""
         self._failure: RobotError | None = None
+        for port in (scenario.hardware.robot_port, scenario.hardware.lidar_port):
+            SerialPort(port, _ANY_BAUD).close()
 
     def __enter__(self) -> Self:
         """Open both devices; RobotError names the one that does not answer, or says that the program was told to end

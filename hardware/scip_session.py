@@ -13,7 +13,7 @@ from hardware.scip.frames import FrameDecoder, Lines
 from hardware.scip.information import SensorParameters, VersionInfo
 from hardware.scip.reply import Reply, decode_old_reply, decode_reply, find_reply
 from hardware.scip.status import is_ok, status_meaning
-from hardware.serial_port import PortLost, SerialPort
+from hardware.serial_port import NoDevice, PortLost, SerialPort
 from slam.errors import RobotError
 
 _LOG: Final = logging.getLogger("hopslam.urg04lx")
@@ -118,7 +118,7 @@ def connect_lidar(line: ScipLine, baud: int) -> None:
             _change_baud(line, baud)
             return
     tried = f" at {', '.join(map(str, bauds))} baud" if line.port.has_baud else ""
-    raise RobotError(f"{line.port.url}: no SCIP sensor answers{tried}; is it powered, and this the right port?")
+    raise NoDevice(f"{line.port.url}: no SCIP sensor answers{tried}; is it powered, and this the right port?")
 
 
 def identify(line: ScipLine) -> tuple[VersionInfo, SensorParameters]:

@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import serial
 
+from hardware.port_errors import reason_of
 from slam.errors import RobotError
 
 BITS_PER_BYTE: Final = 10
@@ -19,17 +20,14 @@ _LONGEST_GAP: Final = 0.03
 """Seconds between two bytes of a message: a USB adapter keeps back what it has for 16 ms ..."""
 _LONGEST_NETWORK_GAP: Final = 0.3
 """... and over a network a packet may be sent twice, or wait for its turn on a radio link."""
-_CURES: Final = {
-    errno.ENOENT: "there is no such port; plug the device in, and see hopslam doctor for the ports there are",
-    errno.EACCES: "you may not use this port; run: sudo usermod -aG dialout $USER, then log out and in again",
-    errno.EBUSY: "another program is using it; close that one first",
-    errno.EIO: "the device is gone; was it unplugged?",
-    errno.ECONNREFUSED: "nobody listens there; start the emulator or the serial server first",
-}
 
 
 class PortLost(RobotError):
     """The port cannot be opened, or is gone: unplugged, hung up."""
+
+
+class NoDevice(RobotError):
+    """The port is open, but no device of the kind looked for answers there."""
 
 
 class SerialPort:
@@ -39,8 +37,8 @@ class SerialPort:
         self.url = url
         try:
             self._serial: Any = serial.serial_for_url(url, baudrate=baud, timeout=0.0, exclusive=True)
-        except (OSError, ValueError) as error:  # SerialException is an OSError
-            raise PortLost(f"{url}: {_reason(error)}") from error
+        except (OSError, ValueError, OverflowError) as error:  # SerialException is an OSError
+            raise PortLost(f"{url}: {reason_of(url, error)}") from error
         self._fileno: int | None = None  # loop:// has none
         with suppress(OSError, AttributeError):
             self._fileno = int(self._serial.fileno())
@@ -96,11 +94,4 @@ class SerialPort:
         try:
             yield
         except (OSError, TypeError, AttributeError) as error:  # pyserial's own, when the port was closed meanwhile
-            raise PortLost(f"{self.url}: {_reason(error)}") from error
-
-
-def _reason(error: Exception) -> str:
-    number = getattr(error, "errno", None)
-    if number == errno.EAGAIN or (number is None and "Could not exclusively lock" in str(error)):
-        number = errno.EBUSY
-    return _CURES.get(number or 0, str(error))
+            raise PortLost(f"{self.url}: {reason_of(self.url, error)}") from error

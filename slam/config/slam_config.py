@@ -38,6 +38,10 @@ class SlamConfig(Section):
     update_angle: float = Field(0.2, gt=0)
     """Extract, match and map also after this much turning, radians, where ``update_distance`` is above 0."""
 
+    def without_odometry(self) -> Self:
+        """These settings for scans alone: every scan is used, for nothing tells how far the robot came between two."""
+        return self.model_copy(update={"odometry": False, "update_distance": 0.0})
+
     @model_validator(mode="before")
     @classmethod
     def _methods_of_the_mode(cls, given: Any) -> Any:

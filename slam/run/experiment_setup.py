@@ -60,9 +60,7 @@ def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None =
     """
     log = read_log(path, topics)
     name = re.sub(r"[^A-Za-z0-9._ -]", "-", path.resolve().name.lstrip(".")).split(".")[0] or "log"
-    slam = scenario.slam
-    if not log.has_odometry:
-        slam = slam.model_copy(update={"odometry": False, "update_distance": 0.0})
+    slam = scenario.slam if log.has_odometry else scenario.slam.without_odometry()
     scenario = Scenario(name=name, description=f"replay of {path.name}", slam=slam, seed=scenario.seed)
     return Experiment(
         scenario=scenario,

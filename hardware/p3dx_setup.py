@@ -11,6 +11,7 @@ from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.model import UNITS, ArcosUnits, units_of
 from hardware.arcos_session import ArcosLine, connect_robot, read_config, speed_up
 from hardware.serial_port import SerialPort
+from hardware.wire.session import WireSession
 from slam.errors import RobotError
 from slam.scenario.hardware_config import FlashSettings, HardwareConfig
 from slam.scenario.robot_config import Limits
@@ -30,9 +31,9 @@ class OpenedP3dx:
     settings: ArcosConfig
 
 
-def open_p3dx(config: HardwareConfig, limits: Limits, closing: threading.Event) -> OpenedP3dx:
+def open_p3dx(config: HardwareConfig, limits: Limits, closing: threading.Event, wire: WireSession) -> OpenedP3dx:
     """Open the robot; RobotError when no P3-DX answers, its watchdog is off or too slow, or it hides its ticks."""
-    line = ArcosLine(SerialPort(config.robot_port, _FIRST_BAUD), closing)
+    line = ArcosLine(SerialPort(config.robot_port, _FIRST_BAUD, wire), closing)
     try:
         return _set_up(line, config, limits)
     except BaseException:

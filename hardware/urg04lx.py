@@ -18,6 +18,7 @@ from hardware.scip_scans import choose_request, reason_for_silence, switch_laser
 from hardware.scip_session import RawAnswer, ScipLine, connect_lidar, identify, stop_scans
 from hardware.sensor_clock import SensorClock
 from hardware.serial_port import SerialPort
+from hardware.wire.session import WireSession
 from slam.errors import RobotError
 from slam.scan import LaserScan
 from slam.scenario.hardware_config import HardwareConfig
@@ -38,8 +39,9 @@ class Urg04lx:
     no sensor answers.
     """
 
-    def __init__(self, config: HardwareConfig, range_max: float, leaving: threading.Event) -> None:
+    def __init__(self, config: HardwareConfig, range_max: float, leaving: threading.Event, wire: WireSession) -> None:
         self._config = config
+        self._wire = wire
         self._range_max = range_max
         self._leaving = leaving
         self._news = threading.Condition()
@@ -74,7 +76,7 @@ class Urg04lx:
         self._line.port.close()
 
     def _connect(self) -> None:
-        line = ScipLine(SerialPort(self._config.lidar_port, self._config.lidar_baud), self._leaving)
+        line = ScipLine(SerialPort(self._config.lidar_port, self._config.lidar_baud, self._wire), self._leaving)
         try:
             connect_lidar(line, self._config.lidar_baud)
             _, self._parameters = identify(line)

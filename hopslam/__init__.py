@@ -23,20 +23,29 @@ if TYPE_CHECKING:
     from slam.config import OwnMethod, SlamConfig
     from slam.errors import HopslamError, InputError
     from slam.pose import Pose2D
+    from slam.run.launch import localize, replay, run
+    from slam.run.run import Run
+    from slam.run.scoring.evaluate import Evaluation, evaluate
 
 __all__ = [
     "Estimate",
+    "Evaluation",
     "HopslamError",
     "InputError",
     "Localizer",
     "Map",
     "OwnMethod",
     "Pose2D",
+    "Run",
     "Scan",
     "Segments",
     "Slam",
     "SlamConfig",
+    "evaluate",
     "load_map",
+    "localize",
+    "replay",
+    "run",
 ]
 
 _MODULES: Final = {
@@ -48,6 +57,9 @@ _MODULES: Final = {
     "slam.config": ("OwnMethod", "SlamConfig"),
     "slam.errors": ("HopslamError", "InputError"),
     "slam.pose": ("Pose2D",),
+    "slam.run.launch": ("localize", "replay", "run"),
+    "slam.run.run": ("Run",),
+    "slam.run.scoring.evaluate": ("Evaluation", "evaluate"),
 }
 """The names of this package by the module that has them; each is imported when one of its names is first asked for."""
 _PLACES: Final = {name: module for module, names in _MODULES.items() for name in names}

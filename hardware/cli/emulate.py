@@ -16,7 +16,9 @@ def emulate(
     tcp: Annotated[bool, typer.Option("--tcp", help="TCP ports on the loopback interface instead.")] = False,
     fault: Annotated[
         list[str] | None,
-        typer.Option(metavar="DEVICE:KIND@AT+SECONDS", help="robot or lidar: unplug, stall, e-stop, motors-off, dead."),
+        typer.Option(
+            metavar="DEVICE:KIND@AT+SECONDS", help="robot or lidar: unplug, stall, e-stop, motors-off, dead, reboot."
+        ),
     ] = None,
     bit_errors: Share = 0.0,
     dropped: Share = 0.0,

@@ -21,6 +21,7 @@ DEVICE_FAULTS: Final[dict[tuple[str, str], tuple[Action, Action]]] = {
     ("lidar", "stall"): (lambda e: e.lidar.stall(inf), lambda e: e.lidar.stall(-inf)),
     ("robot", "e-stop"): (lambda e: e.p3dx.motors.press_e_stop(True), lambda e: e.p3dx.motors.press_e_stop(False)),
     ("robot", "motors-off"): (lambda e: e.p3dx.motors.enable(False), lambda e: e.p3dx.motors.enable(True)),
+    ("lidar", "reboot"): (lambda e: e.urg04lx.reboot(e.now), lambda _: None),
     ("lidar", "dead"): (lambda e: e.urg04lx.set_dead(True), lambda e: e.urg04lx.set_dead(False)),
 }
 """Begin and end of each fault, by device and kind; both are called on the emulator's thread."""

@@ -12,7 +12,7 @@ from hardware.emulator.motor_controller import MotorController
 from hardware.emulator.plant import Plant
 from slam.pose import Pose2D, wrap_angle
 
-_BATTERY: Final = 12.6
+FULL_BATTERY: Final = 12.6
 """Volts."""
 
 
@@ -25,6 +25,7 @@ class P3dxReports:
         self._origin = plant.odometry
         self.encoders = False
         self.sonar = True
+        self.battery = FULL_BATTERY
         self.outputs = 0
         """Outputs of the digital port, a bit each."""
 
@@ -56,13 +57,13 @@ class P3dxReports:
             theta=wrap_angle(pose.theta),
             left=left,
             right=right,
-            battery=_BATTERY,
+            battery=self.battery,
             left_contacts=stalled | _mask(pressed[front:]) << 1,
             right_contacts=stalled | _mask(pressed[:front]) << 1,
             flags=flags(motors.enabled, motors.e_stop),
             sonar=tuple((number, min(metres, SONAR_REACH)) for number, metres in enumerate(ring)),
             digital_out=self.outputs,
-            fine_battery=_BATTERY,
+            fine_battery=self.battery,
             charge_state=0,
             turning=motors.angular.speed,
             faults=0,

@@ -1,19 +1,18 @@
 """The emulated P3-DX against the Pioneer 3 Operations Manual: bytes in, bytes out, decoded by hand."""
 
-import numpy as np
 import pytest
 
-from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.emulator.p3dx import EmulatedP3dx
 from hardware.emulator.p3dx_commands import COMMANDS
-from slam.pose import Pose2D
+from sim.plant import SimPlant
+from tests.rooms import room_scenario
 from tests.scripted_devices import packet
 
 SONAR, IOREQUEST, ENCODER, DIGOUT, ADSEL, TTY2, GETAUX = 28, 40, 19, 30, 35, 42, 43
 BATTEST, RESET = 250, 253
 
 
-class RingedPlant(KinematicPlant):
+class RingedPlant(SimPlant):
     """A plant with a front ring that measures a metre everywhere."""
 
     def sonar(self) -> tuple[float, ...]:
@@ -26,8 +25,7 @@ def command(number: int, argument: int | None = None) -> bytes:
 
 
 def opened() -> EmulatedP3dx:
-    walls = np.array([[-2.0, -2.0], [3.0, -2.0], [3.0, 2.0], [-2.0, 2.0]])
-    robot = EmulatedP3dx(RingedPlant([walls], Pose2D(), Pose2D()))
+    robot = EmulatedP3dx(RingedPlant(room_scenario((-2.0, 3.0), (-2.0, 2.0))))
     for number in (0, 1, 2, 1):
         robot.receive(command(number), robot.due)
     return robot

@@ -50,8 +50,8 @@ class HardwareConfig(Section):
     lidar_port: Port = "/dev/ttyACM0"
     """Serial port of the lidar."""
     lidar_baud: Literal[19200, 38400, 57600, 115200, 250000, 500000, 750000] = 500000
-    """Bits a second of a URG-04LX; below 250000 an RS-232 line has no room for ten full scans a second. Over USB it means
-    nothing."""
+    """Bits a second of a URG-04LX; below 250000 an RS-232 line has no room for ten full scans a second. Over USB it
+    means nothing."""
     drive_by: Literal["velocity", "wheels"] = "velocity"
     """Commands for the base in steps of 1 mm/s and 1 deg/s, or for each wheel in steps of 20 mm/s."""
     odometry: Literal["position", "encoders"] = "position"

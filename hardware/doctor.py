@@ -16,6 +16,7 @@ from hardware.scip.scan_data import ScanData, decode_scan
 from hardware.scip_session import ScipLine, connect_lidar, identify, stop_scans
 from hardware.serial_port import NoDevice, PortLost, SerialPort
 from hardware.usb_serial import latency_timer
+from hardware.wire.session import WireSession
 from slam.errors import RobotError
 from slam.scan import LaserScan
 
@@ -45,7 +46,7 @@ class Finding:
         return self.answered and not self.faults
 
 
-def examine(port: str, lidar_baud: int) -> Finding:
+def examine(port: str, lidar_baud: int, wire: WireSession | None = None) -> Finding:
     """Find out which device answers at this port, and what it says.
 
     Nothing moves: the robot is opened, read and closed, its motors without power. A lidar's laser is off afterwards.
@@ -53,7 +54,7 @@ def examine(port: str, lidar_baud: int) -> Finding:
     tried = []
     for look in (_examine_lidar, _examine_robot):
         try:
-            return look(port, lidar_baud)
+            return look(port, lidar_baud, wire)
         except NoDevice as silence:
             tried.append(str(silence).removeprefix(f"{port}: ").partition(";")[0])
         except PortLost as lost:
@@ -63,8 +64,8 @@ def examine(port: str, lidar_baud: int) -> Finding:
     return Finding(port, f"{', and '.join(tried)}; is the device switched on, and its cable right?", answered=False)
 
 
-def _examine_lidar(port: str, baud: int) -> Finding:
-    line = ScipLine(SerialPort(port, baud), threading.Event())
+def _examine_lidar(port: str, baud: int, wire: WireSession | None) -> Finding:
+    line = ScipLine(SerialPort(port, baud, wire), threading.Event())
     with closing(line.port):
         connect_lidar(line, baud)
         try:
@@ -107,8 +108,8 @@ def _latest(line: ScipLine, parameters: SensorParameters) -> ScanData:
     raise RobotError(f"{line.port.url}: the lidar's scans come damaged; look at its cable")
 
 
-def _examine_robot(port: str, _: int) -> Finding:
-    line = ArcosLine(SerialPort(port, _FIRST_ROBOT_BAUD), threading.Event())
+def _examine_robot(port: str, _: int, wire: WireSession | None) -> Finding:
+    line = ArcosLine(SerialPort(port, _FIRST_ROBOT_BAUD, wire), threading.Event())
     with closing(line.port):
         try:
             identity = connect_robot(line)

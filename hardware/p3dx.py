@@ -20,6 +20,7 @@ from hardware.odometry_history import OdometryHistory
 from hardware.p3dx_setup import OpenedP3dx, open_p3dx
 from hardware.serial_port import PortLost
 from hardware.speed_commands import BaseSpeeds, SpeedCommands, WheelSpeeds
+from hardware.wire.session import WireSession
 from slam.odometry import Odometry, Twist2D
 from slam.scenario.hardware_config import HardwareConfig
 from slam.scenario.robot_config import Limits
@@ -40,8 +41,9 @@ class P3dx:
     or its watchdog is off.
     """
 
-    def __init__(self, config: HardwareConfig, limits: Limits, leaving: threading.Event) -> None:
+    def __init__(self, config: HardwareConfig, limits: Limits, leaving: threading.Event, wire: WireSession) -> None:
         self._config = config
+        self._wire = wire
         self._limits = limits
         self._lock = threading.RLock()
         self._leaving = leaving
@@ -133,7 +135,7 @@ class P3dx:
             self._sent_at = time.monotonic()
 
     def _connect(self) -> ArcosLine:
-        opened = open_p3dx(self._config, self._limits, self._leaving)
+        opened = open_p3dx(self._config, self._limits, self._leaving, self._wire)
         config, half_track = self._config, opened.units.half_track
         scales = WheelScales(half_track, config.left_scale, config.right_scale, config.track_scale)
         by_encoders = config.odometry == "encoders"

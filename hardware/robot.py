@@ -7,6 +7,7 @@ import time
 from contextlib import ExitStack
 from dataclasses import replace
 from math import isfinite
+from pathlib import Path
 from typing import Final, Self
 
 from hardware.devices import RobotDevices
@@ -38,6 +39,7 @@ class HardwareRobot(Closing):
     watchdog when this process is killed. Stamps are seconds since the first scan's beginning. Up to four scans wait for
     a caller that observes less often than they come; it gets the oldest of them, or with ``newest`` the last.
     Making one opens and closes both ports, so that a wrong one is refused before anything else is done: PortLost.
+    ``record_wire`` is a file that gets every byte of both ports, with times.
     """
 
     def __init__(
@@ -47,6 +49,7 @@ class HardwareRobot(Closing):
         yes: bool = False,
         dry_run: bool = False,
         newest: bool = False,
+        record_wire: Path | None = None,
     ) -> None:
         if scenario.lidar.model != "urg04lx":
             raise ScenarioError(f"lidar.model: {scenario.lidar.model} is only simulated; set lidar.model=urg04lx")
@@ -54,6 +57,7 @@ class HardwareRobot(Closing):
         self._scenario = scenario
         self._dry_run = dry_run
         self._newest = newest
+        self._record_wire = record_wire
         self._consent = OperatorConsent(yes)
         self._devices: RobotDevices | None = None
         self._watch = ExitStack()
@@ -74,7 +78,7 @@ class HardwareRobot(Closing):
         with ExitStack() as watch:
             self._reclaim_signals = watch.enter_context(process_watch(StopCallbacks(self._end, self._suspend)))
             try:
-                self._devices = RobotDevices(self._scenario, self._leaving)
+                self._devices = RobotDevices(self._scenario, self._leaving, self._record_wire)
             except PortLost as lost:
                 raise self._ended() or lost from lost
             self._watch = watch.pop_all()

@@ -14,9 +14,11 @@ from hardware.scip.reply import Reply, find_reply
 from hardware.scip.scan_data import ScanData
 from hardware.scip.status import is_ok, status_meaning
 from hardware.scip.time_stamp import TIME_WRAP
-from hardware.scip_session import RawAnswer, ScipLine, choose_request, connect_lidar, identify, stop_scans
+from hardware.scip_scans import choose_request, reason_for_silence, switch_laser_on
+from hardware.scip_session import RawAnswer, ScipLine, connect_lidar, identify, stop_scans
 from hardware.sensor_clock import SensorClock
 from hardware.serial_port import SerialPort
+from hardware.wire.session import WireSession
 from slam.errors import RobotError
 from slam.scan import LaserScan
 from slam.scenario.hardware_config import HardwareConfig
@@ -37,8 +39,9 @@ class Urg04lx:
     no sensor answers.
     """
 
-    def __init__(self, config: HardwareConfig, range_max: float, leaving: threading.Event) -> None:
+    def __init__(self, config: HardwareConfig, range_max: float, leaving: threading.Event, wire: WireSession) -> None:
         self._config = config
+        self._wire = wire
         self._range_max = range_max
         self._leaving = leaving
         self._news = threading.Condition()
@@ -73,10 +76,11 @@ class Urg04lx:
         self._line.port.close()
 
     def _connect(self) -> None:
-        line = ScipLine(SerialPort(self._config.lidar_port, self._config.lidar_baud), self._leaving)
+        line = ScipLine(SerialPort(self._config.lidar_port, self._config.lidar_baud, self._wire), self._leaving)
         try:
             connect_lidar(line, self._config.lidar_baud)
             _, self._parameters = identify(line)
+            switch_laser_on(line)
             self._request = choose_request(self._parameters, line.port.baud if line.port.has_baud else None)
             line.ask_until_answered(self._request.encode())
         except BaseException:
@@ -92,7 +96,10 @@ class Urg04lx:
             if self._take(frame):
                 self._last_scan_at = frame.ended
         if time.monotonic() - self._last_scan_at > _SILENCE:
-            raise RobotError(f"{self._config.lidar_port}: the lidar sends no scans any more")
+            reason = reason_for_silence(self._line, self._parameters)
+            raise RobotError(
+                f"{self._config.lidar_port}: the lidar sends no scans any more" + (f": {reason}" if reason else "")
+            )
 
     def _lose(self) -> None:
         self._line.port.close()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from slam.console.options import RecordWire
 from slam.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,6 +23,7 @@ def doctor(
     ] = False,
     lidar_baud: Annotated[int, typer.Option(metavar="RATE", help="First bit rate to try with a lidar.")] = 500000,
     png: Annotated[Path, typer.Option(metavar="FILE", help="Picture of a lidar's scan.")] = Path("scan.png"),
+    record_wire: RecordWire = None,
 ) -> None:
     """Find out which devices answer on the serial ports, or what keeps them from answering. Nothing moves.
 
@@ -35,14 +37,18 @@ def doctor(
     hopslam doctor /dev/ttyACM0 --png scan.png
 
     hopslam doctor socket://192.168.1.7:4001
+
+    hopslam doctor /dev/ttyUSB0 --record-wire robot.wire
     """
     from hardware.doctor import examine
+    from hardware.wire.session import WireSession
     from slam.console.terminal import Terminal
 
     console = Terminal()
     findings = []
     for port in ports or _ports_to_examine(every_port, console):
-        finding = examine(port, lidar_baud)
+        with WireSession(record_wire) as wire:
+            finding = examine(port, lidar_baud, wire)
         findings.append(finding)
         _print(finding, console)
         if finding.scan is not None:

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from slam.console.options import AllowModules, Out, Rerun, SavedMap, ScenarioName, Seed, Settings, Yes
+from slam.console.options import AllowModules, Out, RecordWire, Rerun, SavedMap, ScenarioName, Seed, Settings, Yes
 from slam.console.terminal import Terminal
 
 Backend = Annotated[
@@ -26,6 +26,7 @@ def run(
     backend: Backend = "sim",
     yes: Yes = False,
     dry_run: DryRun = False,
+    record_wire: RecordWire = None,
     saved_map: SavedMap = None,
     start: Start = "given",
 ) -> None:
@@ -44,6 +45,8 @@ def run(
     hopslam run office_loop --map runs/latest/map.json --start search
 
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
+
+    hopslam run corridor --backend hardware --record-wire corridor.wire
     """
     from slam.run.launch import run as launch
     from slam.run.run_and_report import run_and_report
@@ -52,8 +55,8 @@ def run(
     run_and_report(
         lambda viewers: launch(
             scenario, seed=seed, settings=settings or (), out=out, saved_map=saved_map, start=start, backend=backend,
-            allow_modules=allow_modules or (), yes=yes, dry_run=dry_run, check=False,
-            viewers=viewers, console=console,
+            allow_modules=allow_modules or (), yes=yes, dry_run=dry_run,
+            record_wire=record_wire, check=False, viewers=viewers, console=console,
         ),
         rerun,
         console,

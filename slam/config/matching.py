@@ -21,7 +21,7 @@ class ForceFieldConfig(Section):
     gamma_M: float = Field(10.0, gt=0)
     """Gain of the rotation, eq. (32), rad/m^2."""
     average: Literal["printed", "weighted"] = "printed"
-    """How eq. (33) averages. ``printed``: over all N_Seg N* pairs of segment and point, which swings and never settles
+    """Average of eq. (33). ``printed``: over all N_Seg N* pairs of segment and point, which swings and never settles
     when few segments are in view or the scene is large. ``weighted``, not in the paper: force over the sum of the
     weights 1 / (|lambda|^kappa + epsilon), moment over the weighted moment of inertia; gamma_f then cancels and gamma_M
     is a pure number that belongs near 1."""
@@ -79,7 +79,7 @@ class SearchConfig(Section):
     window_angle_without_odometry: float = Field(1.5, gt=0)
     """The same where odometry is not used."""
     anywhere: float = Field(2.0, ge=0)
-    """Where what is found is in doubt, every heading is tried this far around the last pose, metres, and as much
+    """A match in doubt makes the search try every heading this far around the last pose, metres, and as much
     farther as the wheels went; 0 for never."""
     reach: float = Field(15.0, gt=0)
     """Walls farther than this from the sensor, metres, take no part."""

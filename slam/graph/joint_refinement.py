@@ -48,13 +48,13 @@ class RefinementSettings(NamedTuple):
     settled: float = 2e-3
     """... the last of which moves the poses by less than this, root mean square, metres."""
     tolerance: float = 1e-2
-    """Of the conjugate gradients, relative ..."""
+    """Tolerance of the conjugate gradients, relative ..."""
     max_iterations: int = 150
     """... and the greatest number of their iterations."""
 
 
 class Refinement(NamedTuple):
-    """What the refinement found."""
+    """Refined poses and walls."""
 
     poses: FloatArray
     """(N, 3)."""

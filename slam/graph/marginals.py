@@ -39,7 +39,7 @@ def inverse_blocks(H: "csc_matrix") -> FloatArray:
 
 
 def _elimination_places(begins: IntArray, rows: IntArray) -> IntArray:
-    """When to eliminate each node, (N,), so that few blocks fill: by minimum degree."""
+    """Place of each node in the order of elimination, (N,), so that few blocks fill: by minimum degree."""
     from scipy.sparse import csc_matrix, identity
     from scipy.sparse.linalg import splu
 
@@ -51,7 +51,7 @@ def _elimination_places(begins: IntArray, rows: IntArray) -> IntArray:
 
 @compiled
 def _pattern(begins: IntArray, rows: IntArray, place: IntArray) -> tuple[IntArray, IntArray]:
-    """Where the blocks of each column of L begin, (N + 1,), and their ascending rows, all in the order of elimination.
+    """Return the beginnings of L's columns, (N + 1,), and the ascending rows of their blocks, in order of elimination.
 
     A column has the blocks of the matrix below its diagonal, and those that its children in the elimination tree have
     below theirs.

@@ -30,7 +30,7 @@ MAX_ITERATIONS: Final = 40
 
 
 class Edge(NamedTuple):
-    """What is known of one node as seen from another."""
+    """Measured pose of one node as seen from another."""
 
     first: int
     second: int

@@ -37,6 +37,7 @@ def run(
     check: bool = True,
     yes: bool = False,
     dry_run: bool = False,
+    record_wire: str | Path | None = None,
     viewers: Viewers | None = None,
     console: Terminal | None = None,
 ) -> Run:
@@ -46,7 +47,7 @@ def run(
     takes the place of its section slam. With ``saved_map``, the ``map.json`` of another run, mapping goes on in it from
     where the scenario starts, or from where the robot finds itself with ``start="search"``. Results are in the folder
     ``out``, by default ``runs/<name>-<time>``. The real robot moves without asking first with ``yes``, and not at all
-    with ``dry_run``.
+    with ``dry_run``; ``record_wire`` keeps all its bytes in that file.
 
     InputError for what is wrong, before anything is done. A run that fails on the way raises its error, and one that is
     interrupted KeyboardInterrupt, when all is written; with ``check=False`` it is returned. ``rerun`` shows it as
@@ -56,7 +57,7 @@ def run(
     template = load_template(scenario, with_seed(settings, seed), allow_modules)
     drawn = _with_slam(template.draw(), slam)
     console.warn(*template.warnings(drawn))
-    experiment = scenario_experiment(drawn, backend, **_robot_options(backend, yes, dry_run))
+    experiment = scenario_experiment(drawn, backend, **_robot_options(backend, yes, dry_run, record_wire))
     if saved_map is not None:
         experiment = continue_mapping(experiment, Path(saved_map), start)
     return _carried_out(experiment, out, rerun, pictures, check, False, viewers, console)
@@ -149,14 +150,14 @@ def _carried_out(
     return made
 
 
-def _robot_options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
+def _robot_options(backend: str, yes: bool, dry_run: bool, record_wire: str | Path | None) -> dict[str, Any]:
     """Options of the back end; InputError for those that it does not have."""
     if backend == "hardware":
-        return {"yes": yes, "dry_run": dry_run}
+        return {"yes": yes, "dry_run": dry_run, "record_wire": record_wire and Path(record_wire)}
     if backend == "replay":
         raise InputError("--backend replay has no log to play; run: hopslam replay LOG")
-    if yes or dry_run:
-        raise InputError("--yes and --dry-run are for the real robot; add --backend hardware")
+    if yes or dry_run or record_wire:
+        raise InputError("--yes, --dry-run and --record-wire are for the real robot; add --backend hardware")
     return {}
 
 

@@ -47,6 +47,8 @@ def run_and_report(
         console.print(*summary_tables(run.metrics))
         if run.loss is not None and run.loss.warning:
             console.warn(f"{run.loss.warning}: {run.loss.report}")
+        if "back_end_lost" in run.metrics:
+            console.warn(f"{run.metrics['back_end_lost']}; close its loops with hopslam optimize {run.folder}")
         console.print(f"{run.ending}; results in {run.folder}")
         if run.error is not None:
             raise run.error

@@ -1,9 +1,9 @@
 # make run, make test, make lint: each sets up .venv first where that is not done yet.
 
-WHY := hopslam needs CPython 3.11, because pybullet has wheels for no newer one; install python3.11 (with venv), or uv
+WHY := hopslam needs CPython 3.11, 3.12 or 3.13 with venv (3.11 is best: PyBullet has wheels for no newer one), or uv
 INSTALL := .venv/bin/pip install --quiet
 
-.PHONY: run test test-all lint format schema docs pictures pins licences clean
+.PHONY: run test test-all lint format schema docs pictures pins licences release clean
 
 run: .venv/.run
 	.venv/bin/hopslam run corridor
@@ -62,6 +62,13 @@ pins: .venv/bin/pip
 licences: .venv/.run
 	.venv/bin/hopslam licences
 
+# The wheel and the source distribution in dist/, built and checked; nothing is uploaded.
+release: .venv/.run
+	rm -rf dist
+	.venv/bin/pip install --quiet twine
+	.venv/bin/python -m hatchling build --target sdist --target wheel
+	.venv/bin/twine check --strict dist/*
+
 clean:
 	rm -rf .venv
 
@@ -82,10 +89,13 @@ clean:
 	.venv/bin/pip install --quiet --group docs
 	touch $@
 
-# The first of python3.11, python3 and uv's that is a whole CPython 3.11. The pip of 3.11 knows no dependency groups.
+# With the first whole CPython of these, 3.11 before newer ones; `make PYTHON=python3.13 run` takes that one. The pip of
+# 3.11 knows no dependency groups.
+PYTHON := python3.11 python3 python3.12 python3.13
+
 .venv/bin/pip:
-	@for python in python3.11 python3; do \
-	    if $$python -c 'import ensurepip, sys, venv; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null; then \
+	@for python in $(PYTHON); do \
+	    if $$python -c 'import ensurepip, sys, venv; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null; then \
 	        $$python -m venv .venv && .venv/bin/python -m pip install --quiet --upgrade 'pip>=25.1' && exit 0; \
 	        rm -rf .venv; exit 1; \
 	    fi; \

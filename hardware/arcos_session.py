@@ -1,8 +1,9 @@
 """The dialogue with an ARCOS robot: finds it on the line, opens it, asks for its settings, closes it."""
 
+import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -13,15 +14,16 @@ from hardware.arcos.config_packet import AUTOBAUD_SWITCH, CONFIG_PACKET, ArcosCo
 from hardware.arcos.model import SYNC2, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import is_sip, is_standing
-from hardware.serial_port import BITS_PER_BYTE, PortLost, SerialPort
+from hardware.serial_port import BITS_PER_BYTE, NoDevice, PortLost, SerialPort
 from slam.errors import RobotError
 
+_LOG: Final = logging.getLogger("hopslam.p3dx")
 _BAUD_SEARCH: Final = (9600, 38400, 19200, 115200, 57600)
 _FAST_BAUD: Final = 38400
 _ANSWER: Final = 0.4
 """Seconds within which a robot answers: a cycle and a long report at 9600 baud."""
-_SILENCE: Final = 0.03
-"""Seconds: within a packet bytes follow one another faster, by far."""
+_LOOK: Final = 0.1
+"""Seconds between two looks whether the program is leaving."""
 _SENT: Final = 0.05
 """Seconds after which a command has left, which a change of the bit rate would spoil: 9 bytes are 10 ms at 9600."""
 _BRAKING: Final = 2.5
@@ -39,15 +41,20 @@ class ReceivedPacket:
 
 
 class ArcosLine:
-    """Commands out, packets in, over a port; waiting ends with PortLost once ``closing`` is set."""
+    """Commands out, packets in, over a port; waiting ends with PortLost once ``leaving`` is set."""
 
-    def __init__(self, port: SerialPort, closing: threading.Event) -> None:
+    def __init__(self, port: SerialPort, leaving: threading.Event) -> None:
         self.port = port
-        self._closing = closing
+        self._leaving = leaving
         self._decoder = PacketDecoder()
-        self._began = 0.0
+        self._began = self._heard_at = 0.0
         self.report_when_found_open: ReceivedPacket | None = None
         """Last report of a robot that was found open, standing again; it has counted its travel all the time."""
+
+    @property
+    def refused(self) -> Sequence[bytes]:
+        """Data of the newest packets whose checksums were wrong."""
+        return self._decoder.refused
 
     def send(self, command: Command) -> None:
         """Write one command."""
@@ -55,25 +62,29 @@ class ArcosLine:
 
     def receive(self, timeout: float) -> list[ReceivedPacket]:
         """Return the packets that are whole now; none when nothing comes within ``timeout`` seconds."""
-        pending = self._decoder.pending
-        data = self.port.read(min(timeout, _SILENCE) if pending else timeout)
+        pending, gap = self._decoder.pending, self.port.longest_gap
+        data = self.port.read(min(timeout, gap) if pending else timeout)
         now = time.monotonic()
+        if data:
+            packets, self._heard_at = self._decoder.feed(data), now
+        else:
+            packets = self._decoder.flush() if now - self._heard_at >= gap else []
         if not pending:
             on_the_wire = len(data) * BITS_PER_BYTE / self.port.baud if self.port.has_baud else 0.0
             self._began = now - on_the_wire
         arrivals = []
-        for packet in self._decoder.feed(data) if data else self._decoder.flush():
+        for packet in packets:
             arrivals.append(ReceivedPacket(packet, self._began))
             self._began = now
         return arrivals
 
     def wait_for(self, wanted: Callable[[bytes], bool], timeout: float = _ANSWER) -> bytes | None:
         """Return the first wanted packet that comes in time; others are dropped."""
-        if self._closing.is_set():
-            raise PortLost(f"{self.port.url}: given up")
         until = time.monotonic() + timeout
         while (left := until - time.monotonic()) > 0.0:
-            for arrival in self.receive(left):
+            if self._leaving.is_set():
+                raise PortLost(f"{self.port.url}: given up")
+            for arrival in self.receive(min(left, _LOOK)):
                 if wanted(arrival.data):
                     return arrival.data
         return None
@@ -111,18 +122,43 @@ def connect_robot(line: ArcosLine) -> Identity:
             if answer == "closed":
                 break  # it is back at the bit rate of its FLASH: search again
     tried = f" at {', '.join(map(str, bauds))} baud" if line.port.has_baud else ""
-    raise RobotError(f"{line.port.url}: no ARCOS robot answers{tried}; is it switched on, and its cable right?")
+    raise NoDevice(f"{line.port.url}: no ARCOS robot answers{tried}; is it switched on, and its cable right?")
 
 
-def read_config(line: ArcosLine) -> ArcosConfig:
-    """Return the settings in the robot's FLASH; RobotError when it does not say them."""
+def read_config(line: ArcosLine, otherwise: ArcosConfig | None = None) -> ArcosConfig:
+    """Return the settings in the robot's FLASH; those that it does not say are those of ``otherwise``, with a warning.
+
+    A packet whose checksum is wrong is believed when it comes twice alike. RobotError when nothing comes and there is
+    nothing else to take.
+    """
+    packet = _config_packet(line)
+    config = ArcosConfig() if packet is None else ArcosConfig.decode(packet)
+    if config.watchdog or otherwise is None:
+        if packet is None:
+            raise RobotError(f"{line.port.url}: the robot does not say its settings (CONFIG)")
+        return config
+    config = otherwise if packet is None else ArcosConfig.decode(packet, otherwise)
+    if config.watchdog:
+        _LOG.warning(
+            "%s: the robot does not say its settings (CONFIG); hardware.settings is believed: a watchdog of %g s",
+            line.port.url,
+            config.watchdog,
+        )
+    return config
+
+
+def _config_packet(line: ArcosLine) -> bytes | None:
+    """Ask for CONFIGpac, and return it; None when none comes."""
     for _ in range(_TRIES):
         line.send(Command(CommandId.CONFIG, 1))
         packet = line.wait_for(lambda data: data[0] == CONFIG_PACKET, 2.0 * _ANSWER)
         if packet is not None:
-            with suppress(DecodeError):
-                return ArcosConfig.decode(packet)
-    raise RobotError(f"{line.port.url}: the robot does not say its settings, so its watchdog is unknown; switch it off")
+            return packet
+        damaged = [data for data in line.refused if data[0] == CONFIG_PACKET]
+        if damaged and damaged.count(damaged[-1]) > 1:
+            _LOG.warning("%s: CONFIG has a wrong checksum, but comes twice alike: it is believed", line.port.url)
+            return damaged[-1]
+    return None
 
 
 def speed_up(line: ArcosLine, config: ArcosConfig) -> None:

@@ -1,92 +1,181 @@
-"""Examines serial ports: which device answers there, or what keeps it from answering."""
+"""Examines serial ports: which device answers there, what it says of itself, and what keeps it from driving."""
 
-import os
 import threading
+from collections.abc import Iterator
 from contextlib import closing, suppress
 from dataclasses import dataclass
-from pathlib import Path
-
-from serial.tools.list_ports import comports
+from typing import Final
 
 from hardware import DecodeError
-from hardware.arcos.model import units_of
+from hardware.arcos.config_packet import ArcosConfig
+from hardware.arcos.model import Identity, units_of
 from hardware.arcos.sip import Sip, is_sip
 from hardware.arcos_session import ArcosLine, connect_robot, disconnect_robot, read_config
+from hardware.scip.information import SensorParameters, SensorState
 from hardware.scip.scan_data import ScanData, decode_scan
 from hardware.scip_session import ScipLine, connect_lidar, identify, stop_scans
-from hardware.serial_port import SerialPort
+from hardware.serial_port import NoDevice, PortLost, SerialPort
+from hardware.usb_serial import latency_timer
+from hardware.wire.session import WireSession
 from slam.errors import RobotError
 from slam.scan import LaserScan
+
+_FIRST_ROBOT_BAUD: Final = 9600
+_LONGEST_WATCHDOG: Final = 2.0
+"""Seconds, the default of ``hardware.max_watchdog``."""
+_WORKS: Final = "Sensor works well"
+"""Words of a lidar without a fault (C-42-03320B, II)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """The device at a port, in words, and a scan where it is a lidar."""
+    """What was found at a port, in words."""
 
     port: str
     words: str
+    answered: bool = True
+    faults: tuple[str, ...] = ()
+    """What keeps the device from use, with the next step."""
+    advice: str | None = None
     scan: LaserScan | None = None
+    """One scan, where it is a lidar that measures."""
+
+    @property
+    def fine(self) -> bool:
+        """True where a device answers and nothing is wrong with it."""
+        return self.answered and not self.faults
 
 
-def ports() -> list[str]:
-    """List the serial ports of this machine."""
-    return sorted(port.device for port in comports())
+def examine(port: str, lidar_baud: int, wire: WireSession | None = None) -> Finding:
+    """Find out which device answers at this port, and what it says.
 
-
-def examine(port: str, lidar_baud: int) -> Finding:
-    """Find out which device answers at this port.
-
-    Nothing moves: the robot is opened, read and closed, its motors without power.
+    Nothing moves: the robot is opened, read and closed, its motors without power. A lidar's laser is off afterwards.
     """
-    if "://" not in port and Path(port).exists() and not os.access(port, os.R_OK | os.W_OK):
-        return Finding(port, "not permitted; run: sudo usermod -aG dialout $USER, then log out and in again")
-    reasons = []
-    for look in (_lidar, _robot):
+    tried = []
+    for look in (_examine_lidar, _examine_robot):
         try:
-            return look(port, lidar_baud)
-        except RobotError as error:
-            reasons.append(str(error).removeprefix(f"{port}: "))
-    return Finding(port, reasons[0] if len(set(reasons)) == 1 else "neither a SCIP lidar nor an ARCOS robot answers")
+            return look(port, lidar_baud, wire)
+        except NoDevice as silence:
+            tried.append(str(silence).removeprefix(f"{port}: ").partition(";")[0])
+        except PortLost as lost:
+            return Finding(port, str(lost).removeprefix(f"{port}: "), answered=False)
+        except RobotError as refusal:
+            return Finding(port, "a device answers", faults=(str(refusal).removeprefix(f"{port}: "),))
+    return Finding(port, f"{', and '.join(tried)}; is the device switched on, and its cable right?", answered=False)
 
 
-def _lidar(port: str, baud: int) -> Finding:
-    line = ScipLine(SerialPort(port, baud), threading.Event())
+def _examine_lidar(port: str, baud: int, wire: WireSession | None) -> Finding:
+    line = ScipLine(SerialPort(port, baud, wire), threading.Event())
     with closing(line.port):
         connect_lidar(line, baud)
-        version, parameters = identify(line)
-        line.ask_until_answered("BM")
-        data = _latest(line, parameters.first, parameters.last)
-        stop_scans(line)
+        try:
+            version, parameters = identify(line)
+            faults, scan = _try_laser(line, parameters)
+        finally:
+            stop_scans(line)
     lidar = parameters.lidar
-    scan = LaserScan(0.0, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, data.ranges)
     words = (
         f"lidar {version.product}, firmware {version.firmware}, serial number {version.serial_number}, "
-        f"{version.protocol}, {1.0 / lidar.scan_time:g} scans a second of {lidar.beams} beams, "
-        f"{int(scan.echoes.sum())} with an echo"
+        f"{version.protocol}, {1.0 / lidar.scan_time:g} scans a second of {lidar.beams} beams"
     )
-    return Finding(port, words, scan)
+    if scan is not None:
+        words += f", {int(scan.echoes.sum())} with an echo"
+    return Finding(port, words, faults=tuple(faults), advice=_latency_advice(port), scan=scan)
 
 
-def _latest(line: ScipLine, first: int, last: int) -> ScanData:
+def _try_laser(line: ScipLine, parameters: SensorParameters) -> tuple[list[str], LaserScan | None]:
+    """Ask for the state, switch the laser on and take a scan; what the lidar said where it refused, and the scan."""
+    faults: list[str] = []
+    with suppress(RobotError, DecodeError):  # not every sensor knows II
+        condition = SensorState.decode(line.ask_until_answered("II")).condition
+        if not condition.startswith(_WORKS):
+            faults.append(f'the lidar says of itself: "{condition}"; switch it off and on, and see its manual')
+    try:
+        line.ask_until_answered("BM")
+        data = _latest(line, parameters)
+    except RobotError as refusal:
+        said = str(refusal).removeprefix(f"{line.port.url}: ")
+        return [*faults, f"{said}; switch it off and on; if it says that again, it needs repair"], None
+    lidar = parameters.lidar
+    fan = (lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max)
+    return faults, LaserScan(0.0, *fan, data.ranges)
+
+
+def _latest(line: ScipLine, parameters: SensorParameters) -> ScanData:
     for _ in range(3):
         with suppress(DecodeError):
-            return decode_scan(line.ask_until_answered(f"GD{first:04d}{last:04d}01"))
+            return decode_scan(line.ask_until_answered(f"GD{parameters.first:04d}{parameters.last:04d}01"))
     raise RobotError(f"{line.port.url}: the lidar's scans come damaged; look at its cable")
 
 
-def _robot(port: str, _: int) -> Finding:
-    line = ArcosLine(SerialPort(port, 9600), threading.Event())
+def _examine_robot(port: str, _: int, wire: WireSession | None) -> Finding:
+    line = ArcosLine(SerialPort(port, _FIRST_ROBOT_BAUD, wire), threading.Event())
     with closing(line.port):
-        identity = connect_robot(line)
-        config = read_config(line)
-        report = line.wait_for(is_sip)
-        disconnect_robot(line)
-    battery, units = "unknown", units_of(identity.subclass)
-    if report is not None and units is not None:
+        try:
+            identity = connect_robot(line)
+            config = _config_of(line)
+            report = _report_of(line, identity)
+        finally:
+            with suppress(PortLost):
+                disconnect_robot(line)
+    words = f"robot {identity.name}, class {identity.robot_class}, subclass {identity.subclass}"
+    if config is not None:
+        words += f", firmware {config.firmware or 'unknown'}, watchdog {config.watchdog:g} s"
+    if report is not None:
+        words += f", battery {_volts(report):.1f} V"
+    return Finding(port, words, faults=tuple(_robot_faults(identity, config, report)), advice=_latency_advice(port))
+
+
+def _config_of(line: ArcosLine) -> ArcosConfig | None:
+    with suppress(RobotError):
+        return read_config(line)
+    return None
+
+
+def _report_of(line: ArcosLine, identity: Identity) -> Sip | None:
+    data, units = line.wait_for(is_sip), units_of(identity.subclass)
+    if data is not None and units is not None:
         with suppress(DecodeError):
-            battery = f"{Sip.decode(report, units).battery:.1f} V"
-    words = (
-        f"robot {identity.name}, class {identity.robot_class}, subclass {identity.subclass}, "
-        f"firmware {config.firmware or 'unknown'}, battery {battery}, watchdog {config.watchdog:g} s"
-    )
-    return Finding(port, words)
+            return Sip.decode(data, units)
+    return None
+
+
+def _robot_faults(identity: Identity, config: ArcosConfig | None, report: Sip | None) -> Iterator[str]:
+    if units_of(identity.subclass) is None:
+        yield f"the robot is a {identity.subclass!r}; only p3dx and p3dx-sh are known here"
+    elif report is None:
+        yield "the robot reports nothing that makes sense; look at its cable, and switch it off and on"
+    if config is None:
+        yield "the robot does not say its settings (no CONFIG), so its watchdog is unknown; switch it off and on"
+    elif not 0.0 < config.watchdog <= _LONGEST_WATCHDOG:
+        watchdog = f"{config.watchdog:g} s" if config.watchdog else "off"
+        yield f"its watchdog is {watchdog}; set it to at most {_LONGEST_WATCHDOG:g} s in its FLASH (ARCOScf: watchdog)"
+    if report is not None:
+        yield from _report_faults(report, config.low_battery if config else 0.0)
+
+
+def _report_faults(report: Sip, low_battery: float) -> Iterator[str]:
+    if report.e_stop:
+        yield "its emergency stop is pressed; release it"
+    if report.stalled:
+        sides = [
+            name
+            for name, contacts in (("left", report.left_contacts), ("right", report.right_contacts))
+            if contacts & 1
+        ]
+        yield f"it says that its {' and '.join(sides)} wheel cannot turn; free it"
+    if report.front_bumpers or report.rear_bumpers:
+        yield "one of its bumpers is pressed; push the robot free"
+    if _volts(report) < low_battery:
+        yield f"its battery has {_volts(report):.1f} V, and is low below {low_battery:.1f} V; charge it"
+    if report.faults:
+        yield f"it reports faults, flags {report.faults:#06x}; see its manual"
+
+
+def _volts(report: Sip) -> float:
+    return report.battery if report.fine_battery is None else report.fine_battery
+
+
+def _latency_advice(port: str) -> str | None:
+    timer = latency_timer(port)
+    return timer.advice if timer else None

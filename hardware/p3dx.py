@@ -15,11 +15,12 @@ from hardware.arcos.model import SONAR_REACH
 from hardware.arcos.sip import Sip, is_sip
 from hardware.arcos_session import ArcosLine, ReceivedPacket, disconnect_robot
 from hardware.base_odometry import EncoderOdometry, PositionOdometry, WheelScales, sip_twist
+from hardware.device_thread import DeviceThread
 from hardware.odometry_history import OdometryHistory
 from hardware.p3dx_setup import OpenedP3dx, open_p3dx
-from hardware.serial_port import PortLost, backoff
+from hardware.serial_port import PortLost
 from hardware.speed_commands import BaseSpeeds, SpeedCommands, WheelSpeeds
-from slam.errors import RobotError
+from hardware.wire.session import WireSession
 from slam.odometry import Odometry, Twist2D
 from slam.scenario.hardware_config import HardwareConfig
 from slam.scenario.robot_config import Limits
@@ -36,25 +37,32 @@ class P3dx:
     """Opened when made: the robot is found, asked for its settings, and reports from then on; its motors have no power.
 
     A thread reads the reports, and opens the port again when it is lost. ``drive``, ``halt`` and ``pulse`` may be
-    called from any thread. RobotError when no robot answers, or its watchdog is off.
+    called from any thread. Once ``leaving`` is set, attempts to connect are given up. RobotError when no robot answers,
+    or its watchdog is off.
     """
 
-    def __init__(self, config: HardwareConfig, limits: Limits) -> None:
+    def __init__(self, config: HardwareConfig, limits: Limits, leaving: threading.Event, wire: WireSession) -> None:
         self._config = config
+        self._wire = wire
         self._limits = limits
         self._lock = threading.RLock()
-        self._closing = threading.Event()
+        self._leaving = leaving
+        self._closed = False
         self._history = OdometryHistory()
         self._settings = ArcosConfig()
         self.sip = Sip()
         self._echoes: dict[int, float] = {}
         self.reported_at = self._sent_at = time.monotonic()
-        self.trouble: str | None = None
         self._position: PositionOdometry | None = None
         self._line = self._connect()
         self.reported_at = time.monotonic()
-        self._thread = threading.Thread(target=self._serve, name="p3dx", daemon=True)
+        self._thread = DeviceThread("robot", self._serve, self._lose, self._reconnect)
         self._thread.start()
+
+    @property
+    def trouble(self) -> str | None:
+        """Reason why no reports come; None when they do."""
+        return self._thread.trouble
 
     @property
     def bumpers(self) -> tuple[bool, ...]:
@@ -104,18 +112,19 @@ class P3dx:
                 if self._history.covers(first) and self._history.covers(last):
                     return self._history.between(first, last)
                 known = self._history.last
-            if known is None or known[0] > last or time.monotonic() >= until:
+            if known is None or known[0] > last or time.monotonic() >= until or self._leaving.is_set():
                 return None
             time.sleep(_ODOMETRY_WAIT)
 
     def close(self) -> None:
         """Stop, take the power from the motors, and let go of the robot; closing twice is allowed."""
-        if self._closing.is_set():
+        if self._closed:
             return
-        self._closing.set()
+        self._closed = True
+        self._leaving.set()
         with self._lock, suppress(PortLost):
             disconnect_robot(self._line)
-        self._thread.join()
+        self._thread.close()
         self._line.port.close()
 
     def _send(self, *commands: Command) -> None:
@@ -126,7 +135,7 @@ class P3dx:
             self._sent_at = time.monotonic()
 
     def _connect(self) -> ArcosLine:
-        opened = open_p3dx(self._config, self._limits, self._closing)
+        opened = open_p3dx(self._config, self._limits, self._leaving, self._wire)
         config, half_track = self._config, opened.units.half_track
         scales = WheelScales(half_track, config.left_scale, config.right_scale, config.track_scale)
         by_encoders = config.odometry == "encoders"
@@ -148,12 +157,8 @@ class P3dx:
                 self._position.add(report.stamp, Sip.decode(report.data, opened.units))
 
     def _serve(self) -> None:
-        while not self._closing.is_set():
-            try:
-                for arrival in self._line.receive(_POLL):
-                    self._take(arrival)
-            except PortLost as lost:
-                self._reconnect(str(lost))
+        for arrival in self._line.receive(_POLL):
+            self._take(arrival)
 
     def _take(self, arrival: ReceivedPacket) -> None:
         """Take one packet; damage behind a right checksum is dropped too."""
@@ -166,25 +171,20 @@ class P3dx:
 
     def _take_sip(self, stamp: float, sip: Sip) -> None:
         if self._position is not None and self._position.add(stamp, sip):
-            self.sip, self.reported_at, self.trouble = sip, stamp, None
+            self.sip, self.reported_at, self._thread.trouble = sip, stamp, None
             self._echoes = self._echoes | dict(sip.sonar)
             self._was_armed = (self._was_armed or sip.motors_enabled) and not sip.e_stop
 
-    def _reconnect(self, reason: str) -> None:
-        """Try again and again, and ever less often, until the robot answers or the driver is closed."""
-        self.trouble = reason
-        _LOG.warning("%s; the robot's own watchdog stops it", reason)
+    def _lose(self) -> None:
+        """Stop the robot where its line still carries that, and let go of the line."""
+        self.halt()
+        _LOG.warning("%s: until the robot is found again, only its own watchdog stops it", self._line.port.url)
         self._line.port.close()
-        for _ in backoff(self._closing):
-            try:
-                line = self._connect()
-            except RobotError as error:
-                self.trouble = str(error)
-                continue
-            with self._lock:
-                self._line = line
-            _LOG.warning("%s: the robot is back", line.port.url)
-            return
+
+    def _reconnect(self) -> None:
+        line = self._connect()
+        with self._lock:
+            self._line = line
 
 
 def _bits(mask: int, count: int) -> tuple[bool, ...]:

@@ -1,46 +1,51 @@
-"""The one place that opens ports: a device, ``socket://host:port`` or ``loop://``."""
+"""The one place that opens ports: a device, ``socket://host:port``, ``loop://``, or ``wire:FILE``, a recording."""
 
 import errno
 import os
 import select
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, Final
 
 import serial
 
+from hardware.port_errors import reason_of
+from hardware.wire.session import WireSession
+from hardware.wire.tape import SCHEME
 from slam.errors import RobotError
 
 BITS_PER_BYTE: Final = 10
 """8N1."""
 _AT_ONCE: Final = 4096
 """Bytes that one read returns at most."""
-_FIRST_PAUSE: Final = 0.1
-_LONGEST_PAUSE: Final = 2.0
-"""Seconds between two attempts to open a port again."""
-_CURES: Final = {
-    errno.ENOENT: "there is no such port; plug the device in, and see hopslam doctor for the ports there are",
-    errno.EACCES: "you may not use this port; run: sudo usermod -aG dialout $USER, then log out and in again",
-    errno.EBUSY: "another program is using it; close that one first",
-    errno.EIO: "the device is gone; was it unplugged?",
-    errno.ECONNREFUSED: "nobody listens there; start the emulator or the serial server first",
-}
+_LONGEST_GAP: Final = 0.03
+"""Seconds between two bytes of a message: a USB adapter keeps back what it has for 16 ms ..."""
+_LONGEST_NETWORK_GAP: Final = 0.3
+"""... and over a network a packet may be sent twice, or wait for its turn on a radio link."""
 
 
 class PortLost(RobotError):
     """The port cannot be opened, or is gone: unplugged, hung up."""
 
 
-class SerialPort:
-    """A serial line, open from the start and for nobody else; PortLost when it cannot be, or is lost later."""
+class NoDevice(RobotError):
+    """The port is open, but no device of the kind looked for answers there."""
 
-    def __init__(self, url: str, baud: int) -> None:
+
+class SerialPort:
+    """A serial line, open from the start and for nobody else; PortLost when it cannot be, or is lost later.
+
+    ``wire`` is what the ports of one session share; without it nothing is recorded.
+    """
+
+    def __init__(self, url: str, baud: int, wire: WireSession | None = None) -> None:
         self.url = url
+        self._wire = wire or WireSession()
         try:
-            self._serial: Any = serial.serial_for_url(url, baudrate=baud, timeout=0.0, exclusive=True)
-        except (OSError, ValueError) as error:  # SerialException is an OSError
-            raise PortLost(f"{url}: {_reason(error)}") from error
+            self._serial: Any = self._open(baud)
+        except (OSError, ValueError, OverflowError) as error:  # SerialException is an OSError
+            raise PortLost(f"{url}: {reason_of(url, error)}") from error
+        self._wire.note(url, "=", str(baud))
         self._fileno: int | None = None  # loop:// has none
         with suppress(OSError, AttributeError):
             self._fileno = int(self._serial.fileno())
@@ -48,7 +53,12 @@ class SerialPort:
     @property
     def has_baud(self) -> bool:
         """True where a bit rate means anything; it does not over TCP."""
-        return "://" not in self.url
+        return bool(self._serial.has_baud) if self.url.startswith(SCHEME) else "://" not in self.url
+
+    @property
+    def longest_gap(self) -> float:
+        """Seconds of silence, on this kind of link, after which the rest of a message does not come any more."""
+        return _LONGEST_GAP if self.has_baud else _LONGEST_NETWORK_GAP
 
     @property
     def baud(self) -> int:
@@ -57,27 +67,25 @@ class SerialPort:
 
     @baud.setter
     def baud(self, baud: int) -> None:
+        if baud == self.baud:
+            return
         try:
             self._serial.baudrate = baud
         except (OSError, ValueError) as error:
             raise PortLost(f"{self.url}: cannot be set to {baud} baud: {error}") from error
+        self._wire.note(self.url, "=", str(baud))
 
     def read(self, timeout: float) -> bytes:
         """Return the bytes that have come, as soon as any have; none when none come in ``timeout`` seconds."""
         with self._lost_on_failure():
-            if self._fileno is None:
-                self._serial.timeout = timeout
-                return bytes(self._serial.read(1) + self._serial.read(self._serial.in_waiting))
-            ready, _, _ = select.select([self._fileno], [], [], timeout)
-            if not ready:
-                return b""
-            data = os.read(self._fileno, _AT_ONCE)
-            if not data:
-                raise OSError(errno.EIO, "the device is gone")
-            return data
+            data = self._read(timeout)
+        if data:
+            self._wire.note(self.url, "<", data)
+        return data
 
     def write(self, data: bytes) -> None:
         """Send all bytes."""
+        self._wire.note(self.url, ">", data)
         with self._lost_on_failure():
             self._serial.write(data)
 
@@ -85,25 +93,30 @@ class SerialPort:
         """Give the port back; closing twice is allowed."""
         with suppress(OSError):  # it was unplugged: there is nothing to give back
             self._serial.close()
+        self._wire.note(self.url, "-", "")
+
+    def _open(self, baud: int) -> Any:
+        if self.url.startswith(SCHEME):
+            return self._wire.tape(self.url)
+        return serial.serial_for_url(self.url, baudrate=baud, timeout=0.0, exclusive=True)
+
+    def _read(self, timeout: float) -> bytes:
+        if self._fileno is None:
+            self._serial.timeout = timeout
+            return bytes(self._serial.read(1) + self._serial.read(self._serial.in_waiting))
+        ready, _, _ = select.select([self._fileno], [], [], timeout)
+        if not ready:
+            return b""
+        data = os.read(self._fileno, _AT_ONCE)
+        if not data:
+            raise OSError(errno.EIO, "the device is gone")
+        return data
 
     @contextmanager
     def _lost_on_failure(self) -> Iterator[None]:
         try:
             yield
         except (OSError, TypeError, AttributeError) as error:  # pyserial's own, when the port was closed meanwhile
-            raise PortLost(f"{self.url}: {_reason(error)}") from error
-
-
-def backoff(closing: threading.Event) -> Iterator[None]:
-    """Yield for one attempt after each pause, ever longer pauses from 0.1 s to 2 s, until ``closing`` is set."""
-    pause = _FIRST_PAUSE
-    while not closing.wait(pause):
-        yield
-        pause = min(2.0 * pause, _LONGEST_PAUSE)
-
-
-def _reason(error: Exception) -> str:
-    number = getattr(error, "errno", None)
-    if number == errno.EAGAIN or (number is None and "Could not exclusively lock" in str(error)):
-        number = errno.EBUSY
-    return _CURES.get(number or 0, str(error))
+            reason = reason_of(self.url, error)
+            self._wire.note(self.url, "-", reason)
+            raise PortLost(f"{self.url}: {reason}") from error

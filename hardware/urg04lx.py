@@ -1,27 +1,28 @@
 """The Hokuyo URG-04LX on its serial line."""
 
-import logging
 import threading
 import time
 from collections import deque
 from dataclasses import replace
-from math import inf
 from typing import Final
 
 import numpy as np
 
+from hardware.device_thread import DeviceThread
 from hardware.scip.partial_scans import partial_scans
 from hardware.scip.reply import Reply, find_reply
 from hardware.scip.scan_data import ScanData
 from hardware.scip.status import is_ok, status_meaning
-from hardware.scip.time_stamp import SensorClock
-from hardware.scip_session import RawAnswer, ScipLine, choose_request, connect_lidar, identify, stop_scans
-from hardware.serial_port import SerialPort, backoff
+from hardware.scip.time_stamp import TIME_WRAP
+from hardware.scip_scans import choose_request, reason_for_silence, switch_laser_on
+from hardware.scip_session import RawAnswer, ScipLine, connect_lidar, identify, stop_scans
+from hardware.sensor_clock import SensorClock
+from hardware.serial_port import SerialPort
+from hardware.wire.session import WireSession
 from slam.errors import RobotError
 from slam.scan import LaserScan
 from slam.scenario.hardware_config import HardwareConfig
 
-_LOG: Final = logging.getLogger("hopslam.urg04lx")
 _POLL: Final = 0.1
 """Seconds after which the thread checks whether it should end."""
 _SILENCE: Final = 1.5
@@ -34,20 +35,27 @@ class Urg04lx:
     """Opened when made: the sensor is found, and scans come from then on.
 
     A thread reads them; it opens the port again when it is lost, and the sensor when it falls silent. ``range_max`` is
-    the reach that scans are cut to, metres. RobotError when no sensor answers.
+    the reach that scans are cut to, metres. Once ``leaving`` is set, attempts to connect are given up. RobotError when
+    no sensor answers.
     """
 
-    def __init__(self, config: HardwareConfig, range_max: float) -> None:
+    def __init__(self, config: HardwareConfig, range_max: float, leaving: threading.Event, wire: WireSession) -> None:
         self._config = config
+        self._wire = wire
         self._range_max = range_max
-        self._closing = threading.Event()
+        self._leaving = leaving
         self._news = threading.Condition()
         self._scans: deque[LaserScan] = deque(maxlen=_KEPT)
         self.scanned_at = time.monotonic()
-        self.trouble: str | None = None
-        self._line = self._connect()
-        self._thread = threading.Thread(target=self._serve, name="urg04lx", daemon=True)
+        self._clock = SensorClock(TIME_WRAP)
+        self._connect()
+        self._thread = DeviceThread("lidar", self._serve, self._lose, self._connect)
         self._thread.start()
+
+    @property
+    def trouble(self) -> str | None:
+        """Reason why no scans come; None when they do."""
+        return self._thread.trouble
 
     def take(self, timeout: float, newest: bool = False) -> LaserScan | None:
         """Return the next scan, oldest first, or the ``newest`` of those that wait, stamped in ``time.monotonic``.
@@ -62,41 +70,39 @@ class Urg04lx:
 
     def close(self) -> None:
         """Switch the laser off, and let go of the sensor; closing twice is allowed."""
-        if not self._closing.is_set():
-            self._closing.set()
-            self._thread.join()
+        self._leaving.set()
+        self._thread.close()
+        stop_scans(self._line)
+        self._line.port.close()
 
-    def _connect(self) -> ScipLine:
-        line = ScipLine(SerialPort(self._config.lidar_port, self._config.lidar_baud), self._closing)
+    def _connect(self) -> None:
+        line = ScipLine(SerialPort(self._config.lidar_port, self._config.lidar_baud, self._wire), self._leaving)
         try:
             connect_lidar(line, self._config.lidar_baud)
             _, self._parameters = identify(line)
+            switch_laser_on(line)
             self._request = choose_request(self._parameters, line.port.baud if line.port.has_baud else None)
             line.ask_until_answered(self._request.encode())
         except BaseException:
             line.port.close()
             raise
-        self._clock = SensorClock(self._parameters.step_time * (self._parameters.last + 1))
-        return line
+        end_of_fan = self._parameters.step_time * (self._parameters.last + 1)
+        self._clock = SensorClock(TIME_WRAP, end_of_fan, after=self._clock.latest)
+        self._line, self._last_scan_at = line, time.monotonic()
 
     def _serve(self) -> None:
-        while not self._closing.is_set():
-            try:
-                self._listen()
-            except RobotError as error:
-                self._reconnect(str(error))
-        stop_scans(self._line)
-        self._line.port.close()
+        """Take the scans that come within a short time; RobotError when there are no more."""
+        for frame in self._line.receive(_POLL):
+            if self._take(frame):
+                self._last_scan_at = frame.ended
+        if time.monotonic() - self._last_scan_at > _SILENCE:
+            reason = reason_for_silence(self._line, self._parameters)
+            raise RobotError(
+                f"{self._config.lidar_port}: the lidar sends no scans any more" + (f": {reason}" if reason else "")
+            )
 
-    def _listen(self) -> None:
-        """Take scans until the driver is closed; RobotError when there are no more."""
-        last_scan_at = time.monotonic()
-        while not self._closing.is_set():
-            for frame in self._line.receive(_POLL):
-                if self._take(frame):
-                    last_scan_at = frame.ended
-            if time.monotonic() - last_scan_at > _SILENCE:
-                raise RobotError(f"{self._config.lidar_port}: the lidar sends no scans any more")
+    def _lose(self) -> None:
+        self._line.port.close()
 
     def _take(self, frame: RawAnswer) -> bool:
         """Take the scans in a frame; False where it held none."""
@@ -110,15 +116,18 @@ class Urg04lx:
         return replace(data.request, scans=0) == self._request
 
     def _take_scan(self, data: ScanData, frame: RawAnswer) -> bool:
+        """Keep a scan; False where nobody can know when it was taken."""
         # Of an answer that stood behind the remains of another nobody knows when it began to come.
         whole = frame.lines[0] == data.request.encode().encode()
         if data.time is None or not (whole or self._clock.running):
             return False
-        scan = self._scan(data, data.time, frame.began if whole else inf)
-        with self._news:
-            self._scans.append(scan)
-            self.scanned_at, self.trouble = frame.ended, None
-            self._news.notify_all()
+        scan = self._scan(data, data.time, frame.began if whole else frame.ended)
+        self._thread.trouble = None
+        if self._clock.settled:
+            with self._news:
+                self._scans.append(scan)
+                self.scanned_at = frame.ended
+                self._news.notify_all()
         return True
 
     def _require_fine(self, reply: Reply | None) -> None:
@@ -140,17 +149,3 @@ class Urg04lx:
             time_increment=step_time,
             scan_time=lidar.scan_time * (1 + self._request.interval),
         )
-
-    def _reconnect(self, reason: str) -> None:
-        """Try again and again, and ever less often, until the sensor answers or the driver is closed."""
-        self.trouble = reason
-        _LOG.warning("%s", reason)
-        self._line.port.close()
-        for _ in backoff(self._closing):
-            try:
-                self._line = self._connect()
-            except RobotError as error:
-                self.trouble = str(error)
-                continue
-            _LOG.warning("%s: the lidar is back", self._config.lidar_port)
-            return

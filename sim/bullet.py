@@ -24,8 +24,14 @@ def _silent_stderr() -> Iterator[None]:
         os.close(stderr)
 
 
-with _silent_stderr():  # its import prints its build time
-    import pybullet
+try:
+    with _silent_stderr():  # its import prints its build time
+        import pybullet
+except ModuleNotFoundError as error:
+    raise RobotError(
+        "PyBullet is not installed; it has wheels for CPython 3.11 on Linux x86-64: take that, or build it with a "
+        "compiler: pip install pybullet. Logs are replayed without it: hopslam replay LOG"
+    ) from error
 
 __all__ = ["Bullet", "pybullet"]
 

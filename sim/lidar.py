@@ -5,9 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from sim.lidar_noise import measure
+from sim.moving_outlines import MovingOutlines
 from sim.ray_casters import RAY_CASTERS, RayCaster
-from sim.rays import MovingOutlines, ScanMotion, rays_of, stop_at_legs
+from sim.rays import ScanMotion, fire_beams
 from sim.world import World
+from sim.z_buffer import stop_at_legs
 from slam.pose import FloatArray, unit_vectors
 from slam.scan import LaserScan
 from slam.scenario.furniture import Movable
@@ -32,7 +34,7 @@ class SimulatedLidar:
         self._config = config
         self._lidar = lidar
         self._mount = config.mount.pose.translation
-        self._beams = unit_vectors(config.mount.theta + lidar.angles)
+        self._bearings = config.mount.theta + lidar.angles
         self._leg_radii = np.empty(0) if leg_radii is None else leg_radii
         self._outlines = MovingOutlines(movables, config.height)
         reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
@@ -60,18 +62,20 @@ class SimulatedLidar:
 
         ``motion`` is what moved meanwhile, and ``time`` seconds have passed.
         """
-        ranges = self._cast(motion, unit_vectors(self._config.mount.theta + bearings), increment)
+        ranges = self._cast(motion, self._config.mount.theta + bearings, increment)
         return measure(ranges, time, self._config, rng)
 
     def true_ranges(self, motion: ScanMotion) -> FloatArray:
         """Distance along each beam to what stands there, metres, shape (beams,); inf where nothing is in reach."""
-        return self._cast(motion, self._beams, self._config.time_increment)
+        return self._cast(motion, self._bearings, self._config.time_increment)
 
-    def _cast(self, motion: ScanMotion, beams: FloatArray, increment: float) -> FloatArray:
-        origins, directions = rays_of(motion.path, motion.step, self._mount, beams, increment)
-        ranges = self.caster.cast(origins, directions)
-        self._outlines.stop(origins, directions, ranges, motion.things, increment / motion.step)
+    def _cast(self, motion: ScanMotion, bearings: FloatArray, increment: float) -> FloatArray:
+        rays = np.empty((5, len(bearings)))
+        beams = np.ascontiguousarray(unit_vectors(bearings).T)
+        fire_beams(motion.path, motion.step, self._mount, bearings, beams, increment, rays)
+        ranges = self.caster.cast(rays)
+        self._outlines.stop(rays, ranges, motion.things, increment / motion.step)
         if len(self._leg_radii):
-            stop_at_legs(origins, directions, ranges, motion.legs, self._leg_radii, increment / motion.step)
+            stop_at_legs(rays, ranges, motion.legs, self._leg_radii, increment / motion.step)
         ranges[ranges > self._reach] = np.inf
         return ranges

@@ -25,7 +25,8 @@ class Observation:
     stalled: bool = False
     """True where the base says that a wheel cannot turn as it should."""
     bumpers: tuple[bool, ...] = ()
-    """Which bumper segments are pressed, the front ones from left to right, then the rear ones; () without bumpers."""
+    """True for each bumper segment that is pressed, the front ones from left to right, then the rear
+    ones; () without bumpers."""
     sonar: tuple[float, ...] = ()
     """Ranges of the front sonar ring, metres, inf without an echo, from left to right; () without a ring."""
     people: tuple[tuple[float, float], ...] = ()

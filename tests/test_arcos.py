@@ -62,6 +62,12 @@ def test_the_decoder_holds_less_than_a_packet(noise: bytes) -> None:
         assert len(decoder._buffer) < 200
 
 
+def test_a_burst_of_headers_is_passed_over() -> None:
+    decoder = PacketDecoder()
+    assert decoder.feed(b"\xfa\xfb" * 20_000 + encode_packet(b"\x00")) == [b"\x00"]
+    assert not decoder.pending
+
+
 def test_fuzz() -> None:
     fuzz_arcos(200_000, seed=1)
 

@@ -32,6 +32,7 @@ PARSED_ONLY = {
     r"--backend hardware": "needs a robot",
     r"--rerun (spawn|serve|connect)|hopslam view( runs/latest)?$": "opens a window, or serves until Ctrl-C",
     r"hopslam (doctor|emulate)": "looks for devices, or is one until Ctrl-C; tests/test_hardware_cli.py",
+    r"hopslam wire": "needs a recording; tests/test_wire.py",
     r"hopslam calibrate": "drives for minutes; tests/test_calibration.py",
     r"hopslam bench": "measures for minutes; tests/test_bench_*.py",
     r"hopslam sweep": "many runs in processes of their own; tests/test_sweep_*.py",

@@ -28,7 +28,7 @@ from hardware.emulator.ports import PtyPort, TcpPort
 from hardware.emulator.serial_line import LineNoise
 from hardware.odometry_history import OdometryHistory
 from hardware.robot import HardwareRobot
-from hardware.scip.time_stamp import SensorClock
+from hardware.sensor_clock import SensorClock
 from hardware.serial_port import PortLost, SerialPort
 from slam.errors import RobotError, RobotTimeout, ScenarioError
 from slam.odometry import Twist2D
@@ -254,7 +254,7 @@ def test_an_emulator_that_is_not_a_robot_is_named(tmp_path: Path) -> None:
 def test_the_clock_of_a_sensor_is_followed_through_drift_delay_and_wrap(drift: float, seed: int) -> None:
     wrap, start, delay = 100.0, 97.0, 0.07
     rng = np.random.default_rng(seed)
-    clock = SensorClock(delay, wrap)
+    clock = SensorClock(wrap, delay)
     errors = []
     for k in range(3000):
         at = 1000.0 + 0.1 * k
@@ -262,6 +262,29 @@ def test_the_clock_of_a_sensor_is_followed_through_drift_delay_and_wrap(drift: f
         arrival = at + delay + rng.exponential(0.002)
         errors.append(clock.host_time(sensor_time, arrival) - at)
     assert np.abs(errors[50:]).max() < 0.004
+
+
+@given(st.lists(st.floats(0.0, 2.0), min_size=2, max_size=40), st.floats(0.0, 5.0))
+def test_times_of_a_sensor_rise_whatever_the_link_holds_back(delays: list[float], start: float) -> None:
+    clock = SensorClock(5.0, 0.05, after=100.0)
+    before = 100.0
+    for k, delay in enumerate(delays):
+        at = 101.0 + 0.1 * k
+        stamp = clock.host_time(round(start + 0.1 * k, 3) % 5.0, at + 0.05 + delay)
+        assert stamp > before
+        assert not clock.settled or stamp <= at + delay + 1e-9
+        before = stamp
+
+
+def test_scans_that_a_stall_held_back_do_not_settle_the_clock() -> None:
+    clock = SensorClock(16777.216, 0.07)
+    arrivals = [0.42, 0.42, 0.42, 0.42, 0.47, 0.57]  # 0.35 s late at first, then 0.07 s as ever
+    stamps = [clock.host_time(0.1 * k, at) for k, at in enumerate(arrivals[:4])]
+    assert stamps == sorted(set(stamps))
+    assert not clock.settled
+    stamps = [clock.host_time(0.1 * k, arrivals[k]) for k in (4, 5)]
+    assert stamps == pytest.approx([0.4, 0.5], abs=1e-3)
+    assert clock.settled
 
 
 def test_a_track_interpolates_and_carries_on() -> None:

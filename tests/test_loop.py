@@ -2,11 +2,12 @@
 
 import signal
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from slam.errors import RobotTimeout
+from slam.errors import RobotError, RobotTimeout
 from slam.lidars import Lidar
 from slam.line_slam import Estimate
 from slam.odometry import Odometry, Twist2D
@@ -104,6 +105,29 @@ def test_it_arrives_where_it_believes_to_be(truth: Pose2D, belief: Pose2D, endin
 def test_the_end_of_the_duration_is_told_from_the_end_of_the_scans(duration: float, ending: str) -> None:
     robot = Scripted([TRUTH] * 4)
     assert run_loop(env_of(robot), Oracle([WRONG] * 4), ReplayPilot(4), [], 0, duration=duration) == ending
+
+
+class Stamped(Scripted):
+    """A robot whose scans have these stamps."""
+
+    def __init__(self, stamps: Sequence[float]) -> None:
+        super().__init__([TRUTH] * len(stamps))
+        self._stamps = iter(stamps)
+
+    def observe(self, timeout: float = 1.0) -> Observation | None:
+        observation = super().observe(timeout)
+        if observation is None:
+            return None
+        scan = replace(observation.scan, stamp=next(self._stamps))
+        return replace(observation, scan=scan, odometry=replace(observation.odometry, stamp=scan.stamp))
+
+
+def test_scans_whose_stamps_do_not_rise_are_left_out() -> None:
+    notes = Notes()
+    run_loop(env_of(Stamped([0.0, 0.1, 0.1, 0.05, 0.2])), Oracle([WRONG] * 5), ReplayPilot(4), [notes], 0)
+    assert [step.estimate.stamp for step in notes.steps] == [0.0, 0.1, 0.2]
+    with pytest.raises(RobotError, match="not later than 1"):
+        run_loop(env_of(Stamped([1.0] * 60)), Oracle([WRONG]), ReplayPilot(4), [], 0)
 
 
 @pytest.mark.parametrize("at", [0, 2])

@@ -1,10 +1,13 @@
 """Framing: ``FA FB | count | data | checksum``, where count is the length of data and checksum."""
 
+from collections import deque
 from typing import Final
 
 HEADER: Final = b"\xfa\xfb"
 MAX_DATA: Final = 195
 """Bytes of data in the longest packet, which is 200 bytes long."""
+
+_REFUSED: Final = 8
 
 
 def checksum(data: bytes) -> int:
@@ -30,6 +33,8 @@ class PacketDecoder:
 
     def __init__(self) -> None:
         self._buffer = bytearray()
+        self.refused: deque[bytes] = deque(maxlen=_REFUSED)
+        """Data of the newest packets whose checksums were wrong."""
 
     @property
     def pending(self) -> bool:
@@ -63,18 +68,18 @@ class PacketDecoder:
                 packets.append(data)
                 del self._buffer[:size]
             else:
+                self.refused.append(data)
                 del self._buffer[:1]
         return packets
 
     def _seek(self) -> bool:
         """Drop bytes that cannot begin a packet, and return True once header and count are there."""
-        start = self._buffer.find(HEADER)
-        if start < 0:
-            start = len(self._buffer) - self._buffer.endswith(HEADER[:1])
-        del self._buffer[:start]
-        if len(self._buffer) < 3:
-            return False
-        if not 3 <= self._buffer[2] <= MAX_DATA + 2:
+        while (start := self._buffer.find(HEADER)) >= 0:
+            del self._buffer[:start]
+            if len(self._buffer) < 3:
+                return False
+            if 3 <= self._buffer[2] <= MAX_DATA + 2:
+                return True
             del self._buffer[:1]
-            return self._seek()
-        return True
+        del self._buffer[: len(self._buffer) - self._buffer.endswith(HEADER[:1])]
+        return False

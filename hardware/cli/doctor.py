@@ -7,18 +7,28 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from slam.console.options import RecordWire
 from slam.errors import InputError
 
 if TYPE_CHECKING:
+    from hardware.doctor import Finding
+    from slam.console.terminal import Terminal
     from slam.scan import LaserScan
 
 
 def doctor(
-    ports: Annotated[list[str] | None, typer.Argument(help="Ports to examine; all by default.")] = None,
+    ports: Annotated[list[str] | None, typer.Argument(help="Ports to examine; all likely ones by default.")] = None,
+    every_port: Annotated[
+        bool, typer.Option("--all", help="Examine every serial port, whatever it seems to be.")
+    ] = False,
     lidar_baud: Annotated[int, typer.Option(metavar="RATE", help="First bit rate to try with a lidar.")] = 500000,
     png: Annotated[Path, typer.Option(metavar="FILE", help="Picture of a lidar's scan.")] = Path("scan.png"),
+    record_wire: RecordWire = None,
 ) -> None:
     """Find out which devices answer on the serial ports, or what keeps them from answering. Nothing moves.
+
+    Examined are the ports that are named; without names, those of lidars and of USB adapters, and with --all every
+    one. The exit code is 3 where a named port, or a device that was found, is not fit for use, and where none is found.
 
     [bold]Examples[/bold]
 
@@ -27,21 +37,55 @@ def doctor(
     hopslam doctor /dev/ttyACM0 --png scan.png
 
     hopslam doctor socket://192.168.1.7:4001
+
+    hopslam doctor /dev/ttyUSB0 --record-wire robot.wire
     """
     from hardware.doctor import examine
-    from hardware.doctor import ports as connected_ports
+    from hardware.wire.session import WireSession
     from slam.console.terminal import Terminal
 
     console = Terminal()
-    named = ports or connected_ports()
-    if not named:
-        console.print("no serial ports; plug a device in, and look at the last lines of: sudo dmesg")
-    for port in named:
-        finding = examine(port, lidar_baud)
-        console.print(f"{port}: {finding.words}")
+    findings = []
+    for port in ports or _ports_to_examine(every_port, console):
+        with WireSession(record_wire) as wire:
+            finding = examine(port, lidar_baud, wire)
+        findings.append(finding)
+        _print(finding, console)
         if finding.scan is not None:
-            _draw(png, finding.scan, port)
+            with console.waiting("drawing its scan (the first time on a machine compiles the line extraction)"):
+                _draw(png, finding.scan, port)
             console.print(f"its scan is drawn in {png}")
+    if not _fit_for_use(findings, named=bool(ports)):
+        raise typer.Exit(3)
+
+
+def _ports_to_examine(every_port: bool, console: Terminal) -> list[str]:
+    """List the ports to examine where none is named, and say which ones are left alone."""
+    from hardware.usb_serial import listed_ports
+
+    listed = listed_ports()
+    if not listed:
+        console.print("no serial ports; plug a device in, and look at the last lines of: sudo dmesg")
+    chosen = [port for port in listed if port.likely or every_port]
+    for port in listed:
+        if port not in chosen:
+            console.print(f"{port.device}: {port.description}, left alone; name it, or give --all, to examine it")
+    if listed and not chosen:
+        console.print("none of these ports looks like that of a robot or a lidar")
+    return [port.device for port in chosen]
+
+
+def _print(finding: Finding, console: Terminal) -> None:
+    console.print(f"{finding.port}: {finding.words}")
+    for fault in finding.faults:
+        console.print(f"  fault: {fault}")
+    if finding.advice:
+        console.print(f"  advice: {finding.advice}")
+
+
+def _fit_for_use(findings: list[Finding], named: bool) -> bool:
+    counted = findings if named else [finding for finding in findings if finding.answered]
+    return bool(counted) and all(finding.fine for finding in counted)
 
 
 def _draw(png: Path, scan: LaserScan, port: str) -> None:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from slam.console.options import Rerun, ScenarioName, Settings
+from slam.console.options import RecordWire, Rerun, ScenarioName, Settings
 
 Share = Annotated[float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="Share of the bytes, both directions.")]
 
@@ -27,6 +27,7 @@ def emulate(
     plant: Annotated[str, typer.Option(metavar="NAME", help="Simulation: sim, or plan, without physics.")] = "sim",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the damage to bytes.")] = 0,
     truth: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the true poses there, as TUM text.")] = None,
+    record_wire: RecordWire = None,
     settings: Settings = None,
     rerun: Rerun = None,
 ) -> None:
@@ -52,6 +53,7 @@ def emulate(
 
     from hardware.emulator.serial_line import LineNoise
     from hardware.emulator.serve import EmulatorView, emulator_scene, serve
+    from hardware.wire.session import WireSession
     from slam.console.terminal import Terminal
     from slam.run.backends import make_plant
     from slam.run.viewer.viewers import Viewers
@@ -61,10 +63,11 @@ def emulate(
     loaded = read_scenario(scenario, settings or [])
     emulated_plant = make_plant(plant, loaded)
     with ExitStack() as stack:
+        wire = stack.enter_context(WireSession(record_wire))
         show, viewers = None, stack.enter_context(Viewers(rerun or (), Terminal(stderr=True)))
         if rerun:
             scene = emulator_scene(loaded)
             broadcast = viewers.open(scene)
             assert broadcast is not None  # there are targets
             show = EmulatorView(stack.enter_context(broadcast), scene).show
-        serve(emulated_plant, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog, show)
+        serve(emulated_plant, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog, show, wire)

@@ -18,6 +18,7 @@ from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort
 from hardware.emulator.serial_line import ConnectedDevice, LineNoise
 from hardware.emulator.urg04lx import EmulatedUrg04lx
+from hardware.wire.session import WireSession
 from slam.closing import Closing
 from slam.pose import FloatArray, Pose2D, unit_vectors
 
@@ -47,7 +48,7 @@ class Emulator(Closing):
     """A P3-DX and a URG-04LX at two ports; use it as a context manager.
 
     ``noise`` is on both lines and ``drift`` in the lidar's clock. ``lidar_on_usb`` sets its line free of any bit rate;
-    with ``paced`` it answers as slowly as a real one, one command a turn.
+    with ``paced`` it answers as slowly as a real one, one command a turn. ``wire`` is told what passes at both ports.
 
     All devices belong to the thread; others reach them through ``do``. What happens at one time is done in the order of
     time, however late the thread wakes up.
@@ -64,13 +65,15 @@ class Emulator(Closing):
         paced: bool = True,
         seed: int = 0,
         robot_config: ArcosConfig = FACTORY_CONFIG,
+        wire: WireSession | None = None,
     ) -> None:
         now = time.monotonic()
+        wire = wire or WireSession()
         self._plant = plant
         self.p3dx = EmulatedP3dx(plant, now, robot_config)
         self.urg04lx = EmulatedUrg04lx(plant, now, drift, paced)
-        self.robot = ConnectedDevice(self.p3dx, robot_port or PtyPort(), True, 2 * seed, noise)
-        self.lidar = ConnectedDevice(self.urg04lx, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise)
+        self.robot = ConnectedDevice(self.p3dx, robot_port or PtyPort(), True, 2 * seed, noise, wire)
+        self.lidar = ConnectedDevice(self.urg04lx, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise, wire)
         self._devices = (self.robot, self.lidar)
         self._calls: deque[Callable[[], object]] = deque()
         self._schedule: list[tuple[float, Callable[[], object]]] = []

@@ -101,8 +101,10 @@ class EmulatedP3dx:
     def _handshake(self, command: Command, packet: bytes, now: float) -> bytes:
         """Answer SYNC0, SYNC1 and SYNC2 in this order, then take OPEN, which has the number of SYNC1."""
         if command.id == CommandId.OPEN and self._synced == _SYNC2 + 1:
+            pressed = self.motors.e_stop
             self.open = True
             self._reset()
+            self.motors.press_e_stop(pressed)
             self.motors.feed_watchdog(now)
             return b""
         if command.id not in (_SYNC0, _SYNC1, _SYNC2):

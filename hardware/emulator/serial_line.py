@@ -10,6 +10,7 @@ from hardware.emulator.p3dx import EmulatedP3dx
 from hardware.emulator.ports import Port
 from hardware.emulator.urg04lx import EmulatedUrg04lx
 from hardware.serial_port import BITS_PER_BYTE
+from hardware.wire.session import WireSession
 
 _CHUNK: Final = 16
 """Bytes that arrive together, as from the buffer of a UART."""
@@ -83,13 +84,16 @@ class ConnectedDevice:
     """Moves bytes between a device and a port.
 
     A ``limited`` line takes the time of its bit rate, as RS-232 does; one that is not is USB, for which a bit rate
-    means nothing.
+    means nothing. ``wire`` is told what passes at the port.
     """
 
-    def __init__(self, device: Device, port: Port, limited: bool, seed: int, noise: LineNoise) -> None:
+    def __init__(
+        self, device: Device, port: Port, limited: bool, seed: int, noise: LineNoise, wire: WireSession
+    ) -> None:
         self.device = device
         self.port = port
         self._noise = noise
+        self._wire = wire
         self._limited = limited
         self._rng = Random(seed)
         self._line = SerialLine()
@@ -121,6 +125,7 @@ class ConnectedDevice:
             return
         data = self.port.read()
         if data:
+            self._wire.note(self.port.address, ">", data)
             baud = self._baud
             self._send(self.device.receive(self._through(data, baud), now), now, baud)
 
@@ -134,7 +139,9 @@ class ConnectedDevice:
         """Give the client the bytes that have arrived at its end."""
         if now >= self._stalled_until:
             for data, baud in self._line.take_arrived(now):
-                self.port.write(self._through(data, baud))
+                arriving = self._through(data, baud)
+                self._wire.note(self.port.address, "<", arriving)
+                self.port.write(arriving)
 
     @property
     def _baud(self) -> int | None:

@@ -17,6 +17,7 @@ from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort, TcpPort
 from hardware.emulator.serial_line import LineNoise
+from hardware.wire.session import WireSession
 from slam.errors import InputError
 from slam.files.tum import format_tum
 from slam.pose import Pose2D
@@ -43,6 +44,7 @@ def serve(
     truth: Path | None,
     watchdog: float,
     show: Callable[[EmulatorState], object] | None = None,
+    wire: WireSession | None = None,
 ) -> None:
     """Print one line of JSON with the addresses of both ports when they are ready, and serve until interrupted.
 
@@ -52,7 +54,9 @@ def serve(
     planned = [TimedFault.parse(text) for text in faults]
     robot_port, lidar_port = _ports(link_dir, tcp)
     config = replace(FACTORY_CONFIG, watchdog=watchdog)
-    emulator = Emulator(plant, robot_port, lidar_port, noise, drift, not rs232, seed=seed, robot_config=config)
+    emulator = Emulator(
+        plant, robot_port, lidar_port, noise, drift, not rs232, seed=seed, robot_config=config, wire=wire
+    )
     for fault in planned:
         fault.schedule(emulator)
     with suppress(KeyboardInterrupt), _opened(truth) as file, emulator:

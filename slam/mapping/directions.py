@@ -36,7 +36,7 @@ class Directions:
             self._clusters[: len(clusters)] = clusters
         self.total = total
         """Metres of all wall seen, whatever its direction."""
-        self.main = _main(self._clusters, total)
+        self.main = np.empty((0, 2)) if clusters is None else _main(self._clusters, total)
         """Main directions (K, 2) in [0, pi / 2) and their variances, rad and rad^2; K = 0 where there is none."""
 
     @property

@@ -1,7 +1,9 @@
 """Any ``Robot`` as a gymnasium environment: the one way in which a run steps a robot."""
 
+import logging
 from collections.abc import Callable
-from typing import Any
+from math import inf
+from typing import Any, Final
 
 import gymnasium
 import numpy as np
@@ -14,6 +16,11 @@ from slam.odometry import Twist2D
 from slam.robot import Observation, Robot
 from slam.run.gym_arrays import odometry_array, odometry_space, scan_array, scan_space, twist_action
 
+_LOG: Final = logging.getLogger("hopslam.run")
+_LEAST_STEP: Final = 1e-6
+"""Seconds: trajectories are written to the microsecond."""
+_MOST_LATE: Final = 50
+"""Scans in a row whose stamps do not rise, after which a robot is given up."""
 Float32Array = NDArray[np.float32]
 ObservationDict = dict[str, Float32Array]
 
@@ -34,6 +41,7 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
         self._robot: Robot | None = None
         self._prepared: Robot | None = None
         self._last: ObservationDict = {}
+        self._stamp = -inf
         self.observation_space = Dict(  # type: ignore[assignment]  # gymnasium types its Dict by Any
             scan=scan_space(lidar), odometry=odometry_space()
         )
@@ -61,7 +69,8 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
         if robot is None:
             robot = self._open_robot(int(self.np_random.integers(2**31)) if seed is None else seed)
         self._robot = robot.__enter__()
-        observation = self._robot.observe()
+        self._stamp = -inf
+        observation = self._observe()
         if observation is None:
             raise RobotError("the robot gave no scan at all")
         return self._as_dict(observation), {"observation": observation}
@@ -69,7 +78,7 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
     def step(self, action: Float32Array) -> tuple[ObservationDict, float, bool, bool, dict[str, Any]]:
         """Drive at (v, omega) until the next scan; a collision terminates, the end of the scans truncates."""
         applied = self.robot.drive(twist_action(action))
-        observation = self.robot.observe()
+        observation = self._observe()
         if observation is None:
             return {key: value.copy() for key, value in self._last.items()}, 0.0, False, True, {"applied": applied}
         info = {"observation": observation, "applied": applied}
@@ -80,6 +89,18 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
         robot, self._robot = self._robot, None
         if robot is not None:
             robot.__exit__(None, None, None)
+
+    def _observe(self) -> Observation | None:
+        """Wait for a scan later than the last one; RobotError where none is for long."""
+        for _ in range(_MOST_LATE):
+            observation = self.robot.observe()
+            if observation is None or observation.scan.stamp - self._stamp >= _LEAST_STEP:
+                self._stamp = self._stamp if observation is None else observation.scan.stamp
+                return observation
+            _LOG.warning(
+                "a scan is left out: its stamp %.6f s is not later than %.6f s", observation.scan.stamp, self._stamp
+            )
+        raise RobotError(f"the stamps of {_MOST_LATE} scans in a row are not later than {self._stamp:.6f} s")
 
     def _as_dict(self, observation: Observation) -> ObservationDict:
         scan = scan_array(observation.scan)

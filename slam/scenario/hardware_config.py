@@ -25,9 +25,22 @@ def _port(name: str) -> str:
 Port = Annotated[str, AfterValidator(_port)]
 
 
+class FlashSettings(Section):
+    """Settings in the FLASH of the robot, for one that does not say them: its CONFIG is missing, damaged, or short."""
+
+    watchdog: Positive = 2.0
+    """Seconds without a command after which the robot stops by itself."""
+    ticks_per_metre: Positive | None = None
+    """Ticks of the wheel encoders for each metre; none: unknown, so that odometry=encoders is refused."""
+    front_bumpers: int = Field(0, ge=0, le=7)
+    """Number of segments of the front bumper ..."""
+    rear_bumpers: int = Field(0, ge=0, le=7)
+    """... and of the rear one."""
+
+
 class HardwareConfig(Section):
-    """Devices that ``--backend hardware`` opens. A port is a device, ``socket://host:port``, ``rfc2217://host:port`` or
-    ``loop://``."""
+    """Devices that ``--backend hardware`` opens. A port is a device, ``socket://host:port``, ``rfc2217://host:port``,
+    ``loop://``, or ``wire:FILE#port``: what was recorded with --record-wire, said again."""
 
     robot_port: Port = "/dev/ttyUSB0"
     """Serial port of the P3-DX."""
@@ -53,3 +66,5 @@ class HardwareConfig(Section):
     """Time that a run waits, standing, for a lidar or a base that fell silent, before it ends, seconds."""
     max_watchdog: Positive = 2.0
     """The robot's own watchdog must stop it after this time at the latest, seconds; it is set in its FLASH."""
+    settings: FlashSettings = FlashSettings()
+    """Settings in the robot's FLASH where it does not say them itself."""

@@ -14,7 +14,8 @@ from hardware.scip.reply import Reply, find_reply
 from hardware.scip.scan_data import ScanData
 from hardware.scip.status import is_ok, status_meaning
 from hardware.scip.time_stamp import TIME_WRAP
-from hardware.scip_session import RawAnswer, ScipLine, choose_request, connect_lidar, identify, stop_scans
+from hardware.scip_scans import choose_request, reason_for_silence, switch_laser_on
+from hardware.scip_session import RawAnswer, ScipLine, connect_lidar, identify, stop_scans
 from hardware.sensor_clock import SensorClock
 from hardware.serial_port import SerialPort
 from hardware.wire.session import WireSession
@@ -71,6 +72,7 @@ class Urg04lx:
         try:
             connect_lidar(line, self._config.lidar_baud)
             _, self._parameters = identify(line)
+            switch_laser_on(line)
             self._request = choose_request(self._parameters, line.port.baud if line.port.has_baud else None)
             line.ask_until_answered(self._request.encode())
         except BaseException:
@@ -86,7 +88,10 @@ class Urg04lx:
             if self._take(frame):
                 self._last_scan_at = frame.ended
         if time.monotonic() - self._last_scan_at > max(_SILENCE, _LOST_SCANS * self.period):
-            raise RobotError(f"{self._config.lidar_port}: the lidar sends no scans any more")
+            reason = reason_for_silence(self._line, self._parameters)
+            raise RobotError(
+                f"{self._config.lidar_port}: the lidar sends no scans any more" + (f": {reason}" if reason else "")
+            )
 
     def _lose(self) -> None:
         self._line.port.close()

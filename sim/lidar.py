@@ -6,9 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from sim.lidar_noise import measure
+from sim.moving_outlines import MovingOutlines
 from sim.ray_casters import RAY_CASTERS, RayCaster
-from sim.rays import MovingOutlines, ScanMotion, rays_of, stop_at_legs
+from sim.rays import ScanMotion, fire_beams
 from sim.world import World
+from sim.z_buffer import stop_at_legs
 from slam.lidars import Lidar
 from slam.pose import FloatArray, unit_vectors
 from slam.scan import LaserScan
@@ -34,7 +36,7 @@ class SimulatedLidar:
         self._config = config
         self._lidar = lidar
         self._mount = config.mount.pose.translation
-        self._beams = unit_vectors(config.mount.theta + lidar.angles)
+        self._bearings = config.mount.theta + lidar.angles
         self._leg_radii = np.empty(0) if leg_radii is None else leg_radii
         self._outlines = MovingOutlines(movables, config.height)
         reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
@@ -45,14 +47,14 @@ class SimulatedLidar:
         """Take one scan; its first beam fires at ``stamp``, and the noise comes from ``rng``."""
         lidar = self._turn(rng)
         increment = self._config.time_increment * lidar.angle_increment / self._lidar.angle_increment
-        beams = self._beams if lidar is self._lidar else unit_vectors(self._config.mount.theta + lidar.angles)
+        bearings = self._bearings if lidar is self._lidar else self._config.mount.theta + lidar.angles
         return LaserScan(
             stamp=stamp,
             angle_min=lidar.angle_min,
             angle_increment=lidar.angle_increment,
             range_min=lidar.range_min,
             range_max=lidar.range_max,
-            ranges=measure(self._cast(motion, beams, increment), stamp, self._config, rng),
+            ranges=measure(self._cast(motion, bearings, increment), stamp, self._config, rng),
             time_increment=increment,
             scan_time=lidar.scan_time,
         )
@@ -74,18 +76,20 @@ class SimulatedLidar:
 
         ``motion`` is what moved meanwhile, and ``time`` seconds have passed.
         """
-        ranges = self._cast(motion, unit_vectors(self._config.mount.theta + bearings), increment)
+        ranges = self._cast(motion, self._config.mount.theta + bearings, increment)
         return measure(ranges, time, self._config, rng)
 
     def true_ranges(self, motion: ScanMotion) -> FloatArray:
         """Distance along each beam to what stands there, metres, shape (beams,); inf where nothing is in reach."""
-        return self._cast(motion, self._beams, self._config.time_increment)
+        return self._cast(motion, self._bearings, self._config.time_increment)
 
-    def _cast(self, motion: ScanMotion, beams: FloatArray, increment: float) -> FloatArray:
-        origins, directions = rays_of(motion.path, motion.step, self._mount, beams, increment)
-        ranges = self.caster.cast(origins, directions)
-        self._outlines.stop(origins, directions, ranges, motion.things, increment / motion.step)
+    def _cast(self, motion: ScanMotion, bearings: FloatArray, increment: float) -> FloatArray:
+        rays = np.empty((5, len(bearings)))
+        beams = np.ascontiguousarray(unit_vectors(bearings).T)
+        fire_beams(motion.path, motion.step, self._mount, bearings, beams, increment, rays)
+        ranges = self.caster.cast(rays)
+        self._outlines.stop(rays, ranges, motion.things, increment / motion.step)
         if len(self._leg_radii):
-            stop_at_legs(origins, directions, ranges, motion.legs, self._leg_radii, increment / motion.step)
+            stop_at_legs(rays, ranges, motion.legs, self._leg_radii, increment / motion.step)
         ranges[ranges > self._reach] = np.inf
         return ranges

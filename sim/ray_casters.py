@@ -5,17 +5,17 @@ from typing import Final, Protocol
 
 import numpy as np
 
-from sim.plan_grid import cast_in_plan, plan_grid
+from sim.wall_plan import wall_plan
 from sim.world import World
-from slam.compiled import compiled
+from sim.z_buffer import stop_at_walls
 from slam.pose import FloatArray
 from slam.scenario.solids import outlines_at
 
 
 class RayCaster(Protocol):
-    """Rays from ``origins`` (N, 2) along the unit vectors ``directions`` (N, 2), all at one height."""
+    """Rays (5, N) as in ``sim/rays.py``, all at one height."""
 
-    def cast(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
+    def cast(self, rays: FloatArray) -> FloatArray:
         """Metres to the nearest surface along each, (N,); inf where none is in reach."""
         ...
 
@@ -26,32 +26,24 @@ class BulletCaster:
     def __init__(self, world: World, height: float, reach: float) -> None:
         self._world, self._height, self._reach = world, height, reach
 
-    def cast(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
-        return self._reach * self._world.cast(*_both_ends(origins, directions, self._height, self._reach))
+    def cast(self, rays: FloatArray) -> FloatArray:
+        starts = np.column_stack([rays[0], rays[1], np.full(rays.shape[1], self._height)])
+        ends = starts.copy()
+        ends[:, :2] += self._reach * rays[2:4].T
+        return self._reach * self._world.cast(starts, ends)
 
 
 class ExactCaster:
-    """Rays in the plan of the world, cut at ``height`` metres: a grid of wall segments, walked by compiled code."""
+    """Rays in the plan of the world, cut at ``height`` metres, by an interval z-buffer."""
 
     def __init__(self, world: World, height: float, reach: float) -> None:
-        self._grid = plan_grid(outlines_at(world.prisms, height))
-        self._reach = reach
+        self._plan = wall_plan([outlines_at(world.prisms, height)], reach)
 
-    def cast(self, origins: FloatArray, directions: FloatArray) -> FloatArray:
-        return cast_in_plan(origins, directions, self._reach, *self._grid)
-
-
-@compiled
-def _both_ends(
-    origins: FloatArray, directions: FloatArray, height: float, reach: float
-) -> tuple[FloatArray, FloatArray]:
-    """Start and end points (N, 3) of rays of this length at this height."""
-    starts, ends = np.full((len(origins), 3), height), np.full((len(origins), 3), height)
-    for j in range(len(origins)):
-        for axis in range(2):
-            starts[j, axis] = origins[j, axis]
-            ends[j, axis] = origins[j, axis] + reach * directions[j, axis]
-    return starts, ends
+    def cast(self, rays: FloatArray) -> FloatArray:
+        ranges = np.full(rays.shape[1], np.inf)
+        stop_at_walls(rays, ranges, self._plan, 0)
+        ranges[ranges > self._plan.reach] = np.inf
+        return ranges
 
 
 RAY_CASTERS: Final[dict[str, Callable[[World, float, float], RayCaster]]] = {

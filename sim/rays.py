@@ -1,16 +1,15 @@
-"""The beams of one sweep as rays in the plane: where each starts and where it points. Metres, radians, map frame."""
+"""The beams of one sweep as rays in the plane: where each starts and where it points. Metres, radians, map frame.
 
-from collections.abc import Sequence
+Rays are five rows, (5, N): x, y of the origin, x, y of the unit direction, and the bearing, which is not wrapped.
+"""
+
 from dataclasses import dataclass, field
-from math import cos, sin
+from math import ceil, cos, sin
 
 import numpy as np
 
-from sim.plan_grid import outline_edges
 from slam.compiled import compiled, wrapped
 from slam.pose import FloatArray
-from slam.scenario.furniture import Movable
-from slam.scenario.solids import outlines_at
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,105 +26,58 @@ class ScanMotion:
 
 
 @compiled
-def rays_of(
-    path: FloatArray, step: float, mount: FloatArray, beams: FloatArray, time_increment: float
-) -> tuple[FloatArray, FloatArray]:
-    """Origins (N, 2) and unit directions (N, 2) of the beams, each from where the sensor is when it fires.
+def fire_beams(
+    path: FloatArray, step: float, mount: FloatArray, bearings: FloatArray, beams: FloatArray, time_increment: float,
+    rays: FloatArray,
+) -> None:  # fmt: skip
+    """Write the ``rays`` (5, N) of beams that each start from where the sensor is when it fires.
 
-    ``mount`` (2,) is where the sensor sits on the base and ``beams`` (N, 2) where its beams point, as unit vectors in
-    the frame of the base. Between two rows of ``path`` the pose changes evenly.
+    ``mount`` (2,) is where the sensor sits on the base; ``bearings`` (N,) and the unit vectors ``beams`` (2, N) are
+    where its beams point, in the frame of the base. Between two rows of ``path`` the pose changes evenly.
     """
-    origins, directions = np.empty(beams.shape), np.empty(beams.shape)
-    last = len(path) - 1
-    for j in range(len(beams)):
-        at = j * time_increment / step
-        k = min(int(at), last)
-        n, share = min(k + 1, last), at - k
-        theta = path[k, 2] + share * wrapped(path[n, 2] - path[k, 2])
-        c, s = cos(theta), sin(theta)
-        origins[j, 0] = path[k, 0] + share * (path[n, 0] - path[k, 0]) + c * mount[0] - s * mount[1]
-        origins[j, 1] = path[k, 1] + share * (path[n, 1] - path[k, 1]) + s * mount[0] + c * mount[1]
-        directions[j, 0] = c * beams[j, 0] - s * beams[j, 1]
-        directions[j, 1] = s * beams[j, 0] + c * beams[j, 1]
-    return origins, directions
+    last, j = len(path) - 1, 0
+    for k in range(len(path)):
+        n = min(k + 1, last)
+        end = len(bearings)
+        if k < last and time_increment > 0.0:
+            end = min(end, ceil((k + 1) * step / time_increment))
+        turn = wrapped(path[n, 2] - path[k, 2])
+        _fire(path[k], path[n], turn, mount, bearings, beams, j, end, time_increment / step, float(k), rays)
+        j = max(j, end)
 
 
 @compiled
-def stop_at_legs(
-    origins: FloatArray, directions: FloatArray, ranges: FloatArray,
-    legs: FloatArray, radii: FloatArray, steps: float,
+def _fire(
+    begin: FloatArray, end: FloatArray, turn: float, mount: FloatArray, bearings: FloatArray, beams: FloatArray,
+    first: int, stop: int, steps: float, row: float, rays: FloatArray,
 ) -> None:  # fmt: skip
-    """Shorten ``ranges`` (N,) where a leg, a circle of ``radii`` (L,), stands in the way when the beam fires.
-
-    ``legs`` (C, L, 2) is where they stand; from one beam to the next, ``steps`` rows pass.
-    """
-    last = len(legs) - 1
-    for j in range(len(ranges)):
-        k = min(int(j * steps), last)
-        n, share = min(k + 1, last), j * steps - k
-        for leg in range(len(radii)):
-            x = legs[k, leg, 0] + share * (legs[n, leg, 0] - legs[k, leg, 0]) - origins[j, 0]
-            y = legs[k, leg, 1] + share * (legs[n, leg, 1] - legs[k, leg, 1]) - origins[j, 1]
-            along = x * directions[j, 0] + y * directions[j, 1]
-            across = x * directions[j, 1] - y * directions[j, 0]
-            inside = radii[leg] * radii[leg] - across * across
-            if along > 0.0 and inside > 0.0:
-                ranges[j] = min(ranges[j], max(along - np.sqrt(inside), 0.0))
+    """Fire the beams ``first`` to ``stop``, between two rows of the path."""
+    x0, y0, theta, dx, dy = begin[0], begin[1], begin[2], end[0] - begin[0], end[1] - begin[1]
+    c0, s0, mx, my = cos(theta + turn / 2.0), sin(theta + turn / 2.0), mount[0], mount[1]
+    x, y, ux, uy = rays[0, first:stop], rays[1, first:stop], rays[2, first:stop], rays[3, first:stop]
+    heading = rays[4, first:stop]
+    bx, by, bearing = beams[0, first:stop], beams[1, first:stop], bearings[first:stop]
+    begun = first * steps - row - 0.5
+    for j in range(len(bearing)):  # few arrays in each loop, so that the compiler makes vector code of it
+        c, s = small_rotation((begun + j * steps) * turn)
+        x[j], y[j] = c0 * c - s0 * s, s0 * c + c0 * s  # cosine and sine of the heading, for now
+    for j in range(len(bearing)):
+        ux[j] = x[j] * bx[j] - y[j] * by[j]
+    for j in range(len(bearing)):
+        uy[j] = y[j] * bx[j] + x[j] * by[j]
+    for j in range(len(bearing)):
+        c, s, share = x[j], y[j], begun + j * steps + 0.5
+        x[j], y[j] = x0 + share * dx + c * mx - s * my, y0 + share * dy + s * mx + c * my
+    for j in range(len(bearing)):
+        heading[j] = theta + (begun + j * steps + 0.5) * turn + bearing[j]
 
 
 @compiled
-def stop_at_outlines(
-    origins: FloatArray, directions: FloatArray, ranges: FloatArray,
-    places: FloatArray, segments: FloatArray, steps: float,
-) -> None:  # fmt: skip
-    """Shorten ``ranges`` (N,) where a segment of a moving outline stands in the way when the beam fires.
-
-    ``places`` (C, M, 3) are x, y and theta of the outlines' frames; from one beam to the next, ``steps`` rows pass.
-    ``segments`` (K, 5) are the number of a frame, and in it x, y of one end and from there to the other.
-    """
-    last = len(places) - 1
-    for j in range(len(ranges)):
-        k = min(int(j * steps), last)
-        n, share = min(k + 1, last), j * steps - k
-        owner = -1
-        for row in range(len(segments)):
-            if segments[row, 0] != owner:
-                owner = int(segments[row, 0])
-                theta = places[k, owner, 2] + share * wrapped(places[n, owner, 2] - places[k, owner, 2])
-                c, s = cos(theta), sin(theta)
-                x = origins[j, 0] - places[k, owner, 0] - share * (places[n, owner, 0] - places[k, owner, 0])
-                y = origins[j, 1] - places[k, owner, 1] - share * (places[n, owner, 1] - places[k, owner, 1])
-                ox, oy = c * x + s * y, c * y - s * x  # the ray in the frame of the outline
-                dx = c * directions[j, 0] + s * directions[j, 1]
-                dy = c * directions[j, 1] - s * directions[j, 0]
-            sx, sy, ux, uy = segments[row, 1], segments[row, 2], segments[row, 3], segments[row, 4]
-            det = dx * uy - dy * ux
-            if det == 0.0:
-                continue
-            along = ((sx - ox) * uy - (sy - oy) * ux) / det
-            across = ((sx - ox) * dy - (sy - oy) * dx) / det
-            if 0.0 <= along < ranges[j] and 0.0 <= across <= 1.0:
-                ranges[j] = along
-
-
-class MovingOutlines:
-    """Outlines of things that move, in a horizontal plane at ``height`` metres."""
-
-    def __init__(self, movables: Sequence[Movable], height: float) -> None:
-        ends = [
-            np.insert(outline_edges(outline), 0, owner, axis=1)
-            for owner, thing in enumerate(movables)
-            for outline in outlines_at(thing.prisms, height)
-        ]
-        self._segments = np.concatenate([np.empty((0, 5)), *ends])
-        """(K, 5): the number of the thing; x, y of one end in its frame, and from there to the other."""
-
-    def stop(
-        self, origins: FloatArray, directions: FloatArray, ranges: FloatArray, places: FloatArray, steps: float
-    ) -> None:
-        """Shorten ``ranges`` (N,) in place where an outline stands in the way of a ray when it fires.
-
-        ``places`` (C, M, 3) are x, y and theta of the things; from one ray to the next, ``steps`` rows pass.
-        """
-        if len(self._segments):
-            stop_at_outlines(origins, directions, ranges, places, self._segments, steps)
+def small_rotation(angle: float) -> tuple[float, float]:
+    """Cosine and sine of an angle by their series: right to 1e-15 up to half a radian, to 1e-8 up to a quarter turn."""
+    z = -angle * angle
+    c = 1.0 + z / 2.0 * (1.0 + z / 12.0 * (1.0 + z / 30.0 * (1.0 + z / 56.0 * (1.0 + z / 90.0 * (1.0 + z / 132.0)))))
+    s = angle * (
+        1.0 + z / 6.0 * (1.0 + z / 20.0 * (1.0 + z / 42.0 * (1.0 + z / 72.0 * (1.0 + z / 110.0 * (1.0 + z / 156.0)))))
+    )
+    return c, s

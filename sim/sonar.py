@@ -6,8 +6,9 @@ from typing import Final
 
 import numpy as np
 
-from sim.rays import MovingOutlines, stop_at_legs
+from sim.moving_outlines import MovingOutlines
 from sim.world import World
+from sim.z_buffer import stop_at_legs
 from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.furniture import Movable
 from slam.sonar_ring import FRONT, TRANSDUCERS
@@ -37,12 +38,11 @@ class SonarRing:
     ) -> tuple[float, ...]:
         """Metres, (8,) from left to right; inf without an echo. ``legs`` (L, 2) and ``things`` (M, 3) are there now."""
         bearings = self._bearings + T_map_base.theta
-        directions = unit_vectors(bearings)
-        origins = T_map_base.transform(self._origins)
-        starts = np.insert(origins, 2, HEIGHT, axis=1)
-        ends = np.insert(origins + REACH * directions, 2, HEIGHT, axis=1)
+        rays = np.vstack([T_map_base.transform(self._origins).T, unit_vectors(bearings).T, bearings])
+        starts = np.insert(rays[:2].T, 2, HEIGHT, axis=1)
+        ends = np.insert((rays[:2] + REACH * rays[2:4]).T, 2, HEIGHT, axis=1)
         ranges = REACH * self._world.cast(starts, ends)
-        self._outlines.stop(origins, directions, ranges, things[None], 0.0)
-        stop_at_legs(origins, directions, ranges, legs[None], leg_radii, 0.0)
+        self._outlines.stop(rays, ranges, things[None], 0.0)
+        stop_at_legs(rays, ranges, legs[None], leg_radii, 0.0)
         ranges[ranges > REACH] = np.inf
         return tuple(ranges.reshape(-1, RAYS).min(axis=1).tolist())

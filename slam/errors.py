@@ -10,6 +10,7 @@ HopslamError
 │   ├── BatteryEmpty    the battery of a real robot is at its end
 │   └── OutputLost      nobody watches a real robot any more   (exit code 141)
 ├── StorageError        results cannot be written any more         (exit code 3)
+├── BackEndLost         the process that closes loops has ended    (exit code 3)
 └── ClusterError        the machines that run the jobs cannot      (exit code 3)
 """
 
@@ -65,6 +66,12 @@ class OutputLost(RobotError):
 
 class StorageError(HopslamError):
     """Results cannot be written any more: the disk is full, or the folder is gone."""
+
+    exit_code = 3
+
+
+class BackEndLost(HopslamError):
+    """The process that closes loops ended before it was asked to."""
 
     exit_code = 3
 

@@ -40,6 +40,8 @@ class Estimate:
     """Pose of the frame in which odometry and matching put the robot; it drifts, and jumps where a loop is closed."""
     closure: Closure | None = None
     """The closure that was taken over at this scan: pose and map have changed as a whole."""
+    back_end_lost: str = ""
+    """How the process that closes loops ended before its time; empty where it goes on, and where there is none."""
 
     @property
     def T_local_base(self) -> Pose2D:
@@ -100,7 +102,7 @@ class LineSlam:
 
     @property
     def T_map_local(self) -> Pose2D:
-        """Where the map has the frame in which odometry and matching go on."""
+        """Place in the map of the frame in which odometry and matching go on."""
         return self.loops.T_map_local if self.loops else _ORIGIN
 
     @property
@@ -133,7 +135,10 @@ class LineSlam:
         return self._estimate(scan.stamp, began, segments, match, extraction_time, closure)
 
     def finish(self) -> ClosedRun | None:
-        """There are no more scans: close the last loops, and refine all of the run; None where none are closed."""
+        """There are no more scans: close the last loops, and refine all of the run; None where none are closed.
+
+        BackEndLost where the process that closes them ended before its time: the run stays as it was known on the way.
+        """
         return self.loops.finish(self.T_base_laser) if self.loops else None
 
     def _estimate(
@@ -144,7 +149,7 @@ class LineSlam:
         waited = self.loops.waited if self.loops and segments is not None else 0.0
         return Estimate(
             stamp, self.T_map_base, segments, match.turned(self.T_map_local.theta), len(self.points), extraction_time,
-            perf_counter() - began - waited, self.T_map_local, closure,
+            perf_counter() - began - waited, self.T_map_local, closure, self.loops.back_end_lost if self.loops else "",
         )  # fmt: skip
 
     def _predict(self, odometry: Odometry) -> Pose2D:

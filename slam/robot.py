@@ -34,7 +34,8 @@ class Observation:
     stalled: bool = False
     """True where the base says that a wheel cannot turn as it should."""
     bumpers: tuple[bool, ...] = ()
-    """Which bumper segments are pressed, the front ones from left to right, then the rear ones; () without bumpers."""
+    """True for each bumper segment that is pressed, the front ones from left to right, then the rear
+    ones; () without bumpers."""
     sonar: tuple[float, ...] = ()
     """Ranges of the sonar transducers in the order of ``slam.sonar_ring``, the front ring from left to right and then
     the rear one, metres, inf without an echo; () without a ring."""

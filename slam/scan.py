@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from sys import float_info
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +74,11 @@ class LaserScan:
         return Lidar(
             self.angle_min, self.angle_increment, len(self.ranges), self.range_min, self.range_max, self.scan_time
         )
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Least and greatest range of an echo, metres; finite, so that ``inf`` is beyond it for every lidar."""
+        return self.range_min, min(self.range_max, float_info.max)
 
     @property
     def echoes(self) -> NDArray[np.bool_]:

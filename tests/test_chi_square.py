@@ -1,5 +1,7 @@
 """The project's own line extraction: laws, a plain reference, and what real sensors do."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -14,6 +16,7 @@ from slam.lidars import URG04LX
 from slam.line_slam import LineSlam
 from slam.lines.beam_sums import SUMS, chi_square, prefix_sums
 from slam.lines.chi_square import segments_by_chi_square
+from slam.lines.facets import facets_of
 from slam.lines.range_noise import noise_of_sensor
 from slam.lines.segments import Segments
 from slam.lines.wall_runs import wall_runs
@@ -127,6 +130,15 @@ def test_beams_without_echo_and_errors_are_left_out(lost: float) -> None:
     assert segments.first.tolist() == [0]
     assert segments.last.tolist() == [276]
     assert segments.rho[0] == pytest.approx(1.5)
+
+
+def test_a_lidar_of_unlimited_reach_takes_no_echo_for_none() -> None:
+    ranges = 2.0 / np.cos(np.clip(LIDAR.angles, -1.2, 1.2))
+    ranges[::7] = np.inf
+    limited, unlimited = (replace(scan_of(ranges), range_max=far) for far in (1e6, np.inf))
+    found = [segments_by_chi_square(scan, ChiSquareConfig()) for scan in (limited, unlimited)]
+    assert np.array_equal(found[0].rho, found[1].rho)
+    assert len(facets_of(unlimited, found[1], 0.2)) == len(facets_of(limited, found[0], 0.2)) > 0
 
 
 def test_a_gap_without_echo_parts_a_wall_from_another() -> None:

@@ -5,10 +5,11 @@ import pytest
 
 from sim.bench.stall_drives import FORWARD, drive, scene, wall
 from sim.furniture import friction_arm
-from sim.plan_grid import cast_in_plan, plan_grid
+from sim.moving_outlines import MovingOutlines
 from sim.plant import SimPlant
-from sim.rays import MovingOutlines
 from sim.robot import SimRobot
+from sim.wall_plan import wall_plan
+from sim.z_buffer import stop_at_walls
 from slam.env.p3dx_env import P3DXEnv
 from slam.pose import Pose2D
 from slam.run.experiment_setup import scenario_experiment
@@ -51,8 +52,7 @@ def test_rays_meet_moved_outlines_as_they_meet_fixed_ones(seed):
     things = [movable(piece) for piece in PIECES]
     places = np.column_stack([rng.uniform(-2.0, 2.0, (3, 2)), rng.uniform(-9.0, 9.0, 3)])
     bearings = rng.uniform(-np.pi, np.pi, 500)
-    directions = np.column_stack([np.cos(bearings), np.sin(bearings)])
-    origins = rng.uniform(-3.0, 3.0, directions.shape)
+    rays = np.vstack([rng.uniform(-3.0, 3.0, (2, 500)), np.cos(bearings), np.sin(bearings), bearings])
     outlines = [
         Pose2D(*place).transform(prism.footprint)
         for place, thing in zip(places.tolist(), things, strict=True)
@@ -60,8 +60,10 @@ def test_rays_meet_moved_outlines_as_they_meet_fixed_ones(seed):
         if prism.bottom <= HEIGHT <= prism.top
     ]
     ranges = np.full(500, np.inf)
-    MovingOutlines(things, HEIGHT).stop(origins, directions, ranges, places[None], 0.0)
-    np.testing.assert_allclose(ranges, cast_in_plan(origins, directions, np.inf, *plan_grid(outlines)), atol=1e-9)
+    MovingOutlines(things, HEIGHT).stop(rays, ranges, places[None], 0.0)
+    fixed = np.full(500, np.inf)
+    stop_at_walls(rays, fixed, wall_plan([outlines], np.inf), 0)
+    np.testing.assert_allclose(ranges, fixed, atol=1e-9)
     assert np.isfinite(ranges).sum() > 20
 
 
@@ -69,7 +71,8 @@ def test_a_beam_meets_a_moving_thing_where_it_is_when_it_fires():
     outlines = MovingOutlines([movable(Box(center=(0.0, 0.0), size=(1.0, 1.0, 1.0), mass=1.0))], HEIGHT)
     places = np.array([[[2.0, 0.0, 3.1]], [[2.2, 0.0, 3.1 - 2.0 * np.pi]]])
     ranges = np.full(4, 9.0)
-    outlines.stop(np.zeros((4, 2)), np.tile([1.0, 0.0], (4, 1)), ranges, places, 0.25)
+    rays = np.tile([[0.0], [0.0], [1.0], [0.0], [0.0]], 4)
+    outlines.stop(rays, ranges, places, 0.25)
     half = 0.5 / np.cos(np.pi - 3.1)
     np.testing.assert_allclose(ranges, [2.0 - half, 2.05 - half, 2.1 - half, 2.15 - half])
 

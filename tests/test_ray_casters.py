@@ -6,10 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sim.ray_casters import BulletCaster, ExactCaster
-from sim.rays import rays_of, stop_at_legs
+from sim.rays import fire_beams
+from sim.wall_plan import CELL, SLACK, outline_edges, wall_plan
 from sim.world import World
-from slam.pose import FloatArray, Pose2D
-from slam.scenario.solids import Prism, rectangle
+from sim.z_buffer import ROUGH, rough_bearing, stop_at_legs, stop_at_walls
+from slam.pose import FloatArray, Pose2D, unit_vectors
+from slam.scenario.solids import Prism, outlines_at, rectangle
 
 HEIGHT, REACH = 0.3, 4.3
 GRAZING = 2e-4
@@ -29,20 +31,47 @@ def random_world(rng: np.random.Generator) -> list[Prism]:
     return prisms
 
 
-def turned(directions: FloatArray, angle: float) -> FloatArray:
-    return Pose2D(0.0, 0.0, angle).transform(directions)
+def rays_along(origins: FloatArray, bearings: FloatArray) -> FloatArray:
+    return np.vstack([origins.T, unit_vectors(bearings).T, bearings])
+
+
+def brute_force(rays: FloatArray, walls: FloatArray, reach: float) -> FloatArray:
+    """Every ray with every wall, from two equations in two unknowns: o + along d = s + share u."""
+    ox, oy, dx, dy = rays[:4, :, None]
+    sx, sy, ux, uy = walls.T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        det = dx * uy - dy * ux
+        along = ((sx - ox) * uy - (sy - oy) * ux) / det
+        share = ((sx - ox) * dy - (sy - oy) * dx) / det
+    hits = np.where((along >= 0.0) & (along <= reach) & (share >= 0.0) & (share <= 1.0), along, np.inf)
+    return hits.min(axis=1, initial=np.inf)
+
+
+def walls_of(prisms: list[Prism]) -> FloatArray:
+    return np.concatenate([np.empty((0, 4)), *map(outline_edges, outlines_at(prisms, HEIGHT))])
+
+
+def swept_rays(rng: np.random.Generator, speed: float, turn_speed: float) -> FloatArray:
+    """Rays of a lidar of random fan on a robot that drives, from four rows of its path."""
+    step, beams = 1.0 / 60.0, int(rng.integers(2, 700))
+    bearings = rng.uniform(-np.pi, np.pi) + np.linspace(0.0, rng.uniform(0.1, 2.0 * np.pi), beams)
+    path = np.cumsum(np.tile([speed * step, 0.3 * speed * step, turn_speed * step], (5, 1)), axis=0)
+    path += [*rng.uniform(-8.0, 8.0, 2), rng.uniform(-np.pi, np.pi)]
+    rays = np.empty((5, beams))
+    directions = np.ascontiguousarray(unit_vectors(bearings).T)
+    fire_beams(path, step, rng.uniform(-0.3, 0.3, 2), bearings, directions, 4.0 * step / beams, rays)
+    return rays
 
 
 @pytest.mark.parametrize("seed", range(8))
 def test_both_casters_agree_within_a_tenth_of_a_millimetre(seed):
     rng = np.random.default_rng(seed)
     bearings = np.concatenate([rng.uniform(-np.pi, np.pi, 3000), np.pi / 2 * np.arange(-2, 2)])
-    directions = np.column_stack([np.cos(bearings), np.sin(bearings)])
-    origins = rng.uniform(-10.0, 10.0, directions.shape)
+    origins = rng.uniform(-10.0, 10.0, (len(bearings), 2))
     with World(random_world(rng), 240) as world:
         exact, bullet = ExactCaster(world, HEIGHT, REACH), BulletCaster(world, HEIGHT, REACH)
-        ranges, others = exact.cast(origins, directions), bullet.cast(origins, directions)
-        beside = [exact.cast(origins, turned(directions, angle)) for angle in (-GRAZING, GRAZING)]
+        ranges, others = (caster.cast(rays_along(origins, bearings)) for caster in (exact, bullet))
+        beside = [exact.cast(rays_along(origins, bearings + angle)) for angle in (-GRAZING, GRAZING)]
     both = np.isfinite(ranges) & np.isfinite(others)
     with np.errstate(invalid="ignore"):
         smooth = [(np.isinf(ranges) & np.isinf(b)) | (abs(b - ranges) < 0.02) for b in beside]
@@ -53,48 +82,106 @@ def test_both_casters_agree_within_a_tenth_of_a_millimetre(seed):
     assert both.sum() > 200
 
 
-@settings(max_examples=25)
+@settings(max_examples=60)
+@given(st.integers(0, 10_000), st.sampled_from([0.0, 0.5, 2.0, 30.0]), st.sampled_from([0.0, -0.8, 5.0, 25.0]))
+def test_a_rolling_fan_agrees_with_brute_force(seed, speed, turn_speed):
+    rng = np.random.default_rng(seed)
+    prisms, rays = random_world(rng), swept_rays(rng, speed, turn_speed)
+    with World(prisms, 240) as world:
+        ranges = ExactCaster(world, HEIGHT, REACH).cast(rays)
+    np.testing.assert_allclose(ranges, brute_force(rays, walls_of(prisms), REACH), rtol=0.0, atol=1e-9)
+
+
+@settings(max_examples=15)
 @given(st.integers(0, 10_000))
-def test_the_grid_loses_no_wall(seed):
-    """Against every ray with every segment, in plain numpy."""
+def test_any_rays_at_all_agree_with_brute_force(seed):
     rng = np.random.default_rng(seed)
     bearings = np.concatenate([rng.uniform(-np.pi, np.pi, 200), np.pi / 2 * np.arange(-2, 2)])
-    directions = np.column_stack([np.cos(bearings), np.sin(bearings)])
-    origins = rng.uniform(-10.0, 10.0, directions.shape)
-    with World(random_world(rng), 240) as world:
-        caster = ExactCaster(world, HEIGHT, REACH)
-    sx, sy, ux, uy = caster._grid.segments.T
-    (ox, oy), (dx, dy) = (column.T[:, :, None] for column in (origins, directions))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        det = dx * uy - dy * ux
-        along = ((sx - ox) * uy - (sy - oy) * ux) / det
-        share = ((sx - ox) * dy - (sy - oy) * dx) / det
-    hits = np.where((along >= 0.0) & (along <= REACH) & (share >= 0.0) & (share <= 1.0), along, np.inf)
-    np.testing.assert_allclose(caster.cast(origins, directions), hits.min(axis=1), atol=1e-9)
+    prisms, rays = random_world(rng), rays_along(rng.uniform(-10.0, 10.0, (204, 2)), bearings)
+    with World(prisms, 240) as world:
+        ranges = ExactCaster(world, HEIGHT, REACH).cast(rays)
+    np.testing.assert_allclose(ranges, brute_force(rays, walls_of(prisms), REACH), rtol=0.0, atol=1e-9)
+
+
+def test_a_cell_lists_all_walls_in_reach_in_any_world():
+    """A hundred metres square with 2000 boxes, beside a small world and an empty one; also from just outside."""
+    rng = np.random.default_rng(5)
+    large = [rectangle(tuple(rng.uniform(0.0, 100.0, 2)), *rng.uniform(0.1, 2.0, 2), 0.3) for _ in range(2000)]
+    worlds = [large, [rectangle((0.0, 0.0), 1.0, 1.0, 0.0)], []]
+    plan = wall_plan(worlds, REACH)
+    assert len(plan.listed) < 40 * len(plan.walls)
+    for world, outlines in enumerate(worlds):
+        walls = np.concatenate([np.empty((0, 4)), *map(outline_edges, outlines)])
+        for middle in [*rng.uniform(-5.0, 105.0, (40, 2)), *(plan.corner[world] - [[SLACK / 2, 0.0], [CELL, CELL]])]:
+            rays = rays_along(middle + rng.uniform(-0.2, 0.2, (300, 2)), np.linspace(-3.0, 3.0, 300))
+            ranges = np.full(300, np.inf)
+            stop_at_walls(rays, ranges, plan, world)
+            ranges[ranges > REACH] = np.inf
+            np.testing.assert_allclose(ranges, brute_force(rays, walls, REACH), rtol=0.0, atol=1e-9)
+
+
+def test_no_ray_passes_between_two_walls_that_meet():
+    outline = rectangle((0.0, 0.0), 2.0, 2.0, 0.0)
+    with World([Prism(outline, 0.0, 1.0)], 240) as world:
+        caster = ExactCaster(world, HEIGHT, 10.0)
+        rays = rays_along(np.zeros((8, 2)), np.pi / 4 * np.arange(8))
+        rays[2:4] = np.sign(np.round(rays[2:4], 3)) / np.hypot(*np.sign(np.round(rays[2:4], 3)))
+        assert caster.cast(rays) == pytest.approx([1.0, np.sqrt(2.0)] * 4)
+
+
+def test_a_rough_bearing_is_within_its_bound():
+    bearings = np.linspace(-np.pi, np.pi, 5001)[1:-1]
+    found = [rough_bearing(*point) for point in unit_vectors(bearings)]
+    assert abs(found - bearings).max() < ROUGH
 
 
 @pytest.mark.parametrize("caster", [BulletCaster, ExactCaster])
 def test_in_an_empty_world_there_is_nothing(caster):
     with World([], 240) as world:
-        assert caster(world, HEIGHT, REACH).cast(np.zeros((2, 2)), np.eye(2)).tolist() == [np.inf, np.inf]
+        rays = rays_along(np.zeros((2, 2)), np.array([0.0, np.pi / 2]))
+        assert caster(world, HEIGHT, REACH).cast(rays).tolist() == [np.inf, np.inf]
 
 
 def test_rays_start_where_the_sensor_is_when_the_beam_fires():
     path = np.array([[0.0, 0.0, 3.1], [0.2, 0.1, 3.3], [0.4, 0.2, -2.8]])  # over the end of the circle
     T_base_laser, angles = Pose2D(0.16, 0.02, 0.1), np.linspace(-2.0, 2.0, 9)
-    beams = np.column_stack([np.cos(angles + 0.1), np.sin(angles + 0.1)])
-    origins, directions = rays_of(path, 0.1, T_base_laser.translation, beams, 0.02)
+    beams, rays = np.ascontiguousarray(unit_vectors(angles + 0.1).T), np.empty((5, 9))
+    fire_beams(path, 0.1, T_base_laser.translation, angles + 0.1, beams, 0.02, rays)
     theta = np.interp(0.02 * np.arange(9), [0.0, 0.1, 0.2], [3.1, 3.3, 2.0 * np.pi - 2.8])
     for j in range(9):
         T_map_laser = Pose2D(0.04 * j, 0.02 * j, theta[j]) @ T_base_laser
-        assert origins[j] == pytest.approx(T_map_laser.translation)
+        assert rays[:2, j] == pytest.approx(T_map_laser.translation)
         bearing = T_map_laser.theta + angles[j]
-        assert directions[j] == pytest.approx([np.cos(bearing), np.sin(bearing)])
+        assert rays[2:4, j] == pytest.approx([np.cos(bearing), np.sin(bearing)])
+        assert np.cos(rays[4, j] - bearing) == pytest.approx(1.0)
 
 
 def test_a_leg_stops_the_beams_that_meet_it_when_they_fire():
-    directions = np.tile([1.0, 0.0], (4, 1))
+    rays = rays_along(np.zeros((4, 2)), np.zeros(4))
     ranges = np.array([3.0, 3.0, 1.0, 3.0])
     legs = np.array([[[2.0, 0.0]], [[2.0, 0.3]]])  # it leaves the way between the rows
-    stop_at_legs(np.zeros((4, 2)), directions, ranges, legs, np.array([0.1]), 0.25)
+    stop_at_legs(rays, ranges, legs, np.array([0.1]), 0.25)
     assert ranges == pytest.approx([1.9, 2.0 - np.sqrt(0.1**2 - 0.075**2), 1.0, 3.0])
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 10_000))
+def test_legs_stop_a_fan_as_the_quadratic_says(seed):
+    rng = np.random.default_rng(seed)
+    rays = swept_rays(rng, 1.0, 1.0)
+    beams = rays.shape[1]
+    centre = rays[:2].mean(axis=1)
+    legs = centre + rng.uniform(-2.0, 2.0, (1, 6, 2)) + np.array([0.0, 0.05, 0.1])[:, None, None]
+    radii = rng.uniform(0.02, 0.2, 6)
+    ranges = np.full(beams, 5.0)
+    stop_at_legs(rays, ranges, legs, radii, 2.0 / beams)
+    share = np.arange(beams) * 2.0 / beams
+    expected = np.full(beams, 5.0)
+    for leg in range(6):
+        places = np.column_stack([np.interp(share, range(3), legs[:, leg, axis]) for axis in range(2)])
+        to_leg = places - rays[:2].T
+        b, c = (to_leg * rays[2:4].T).sum(axis=1), (to_leg**2).sum(axis=1) - radii[leg] ** 2
+        root = b - np.sqrt(np.maximum(b * b - c, 0.0))
+        hit = (b * b > c) & (b > 0.0)
+        expected[hit] = np.minimum(expected[hit], np.maximum(root[hit], 0.0))
+    np.testing.assert_allclose(ranges, expected, atol=1e-9)

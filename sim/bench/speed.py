@@ -17,6 +17,7 @@ from sim.ray_casters import ExactCaster
 from sim.robot import SimRobot
 from slam.env.p3dx_env import P3DXEnv
 from slam.odometry import Twist2D
+from slam.pose import FloatArray
 from slam.scenario.schema import Scenario
 
 SEED = 0
@@ -81,9 +82,9 @@ def recording(tape: Tape) -> Iterator[None]:
 
         return call
 
-    def cast(self: ExactCaster, *rays: Any) -> Any:
-        tape.append(partial(real_cast, self, *rays))
-        return real_cast(self, *rays)
+    def cast(self: ExactCaster, rays: FloatArray) -> FloatArray:
+        tape.append(partial(real_cast, self, rays))
+        return real_cast(self, rays)
 
     with patch.object(Bullet, "prepared", prepared), patch.object(ExactCaster, "cast", cast):
         yield

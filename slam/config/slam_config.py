@@ -26,7 +26,7 @@ class SlamConfig(Section):
     """Matching of a scan to the map."""
     localization: LocalizationConfig = LocalizationConfig()
     loops: Literal["auto", "never"] = "auto"
-    """Whether loops are closed: ``auto`` finds a place again whenever a submap is finished, and corrects pose and map;
+    """Closing of loops: ``auto`` finds a place again whenever a submap is finished, and corrects pose and map;
     with ``never`` the map is what was seen first. Only this project's own matcher and map close loops."""
     deskew: bool = True
     """Undo the motion of the robot while the beams were taken, where they carry time; off in paper mode."""
@@ -37,6 +37,10 @@ class SlamConfig(Section):
     every scan is used."""
     update_angle: float = Field(0.2, gt=0)
     """Extract, match and map also after this much turning, radians, where ``update_distance`` is above 0."""
+
+    def without_odometry(self) -> Self:
+        """These settings for scans alone: every scan is used, for nothing tells how far the robot came between two."""
+        return self.model_copy(update={"odometry": False, "update_distance": 0.0})
 
     @model_validator(mode="before")
     @classmethod

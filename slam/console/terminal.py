@@ -6,6 +6,7 @@ Text is printed as it is, character by character: rich's markup would take ``[m]
 from __future__ import annotations
 
 import sys
+import warnings
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -57,6 +58,14 @@ class Terminal(Console):
         from rich.markdown import Markdown
 
         self.print(Markdown(text), soft_wrap=False)
+
+    def warn(self, *texts: str) -> None:
+        """Print warnings on standard error, a line each; a quiet console makes Python warnings of them."""
+        for text in texts:
+            if self.quiet:
+                warnings.warn(text, stacklevel=3)
+            else:
+                print(f"hopslam: warning: {text}", file=sys.stderr)
 
     def _watched(self) -> Console:
         """The console on which a user sees what moves: this one, or standard error."""

@@ -1,7 +1,8 @@
 """The back end in a process of its own: what it searches costs the loop of the robot nothing.
 
 Key scans go in by its standard input, closures come out by its standard output, both in order. Two threads move them,
-so that neither side waits for the other. It ends with its input, however this process ends.
+so that neither side waits for the other. It ends with its input, however this process ends. Signals that end a program
+are for the loop, which asks for the last result then.
 """
 
 import os
@@ -12,11 +13,13 @@ import sys
 import weakref
 from collections.abc import Iterable
 from contextlib import suppress
+from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import IO, Any
+from typing import IO, Any, Final
 
 from slam.config import LeastSquaresConfig, SurfelMapConfig
+from slam.errors import BackEndLost
 from slam.graph.back_end import BackEnd
 from slam.graph.closure import ClosedRun, Closure
 from slam.graph.graph_size import GraphSize
@@ -25,10 +28,17 @@ from slam.graph.known_graph import KnownGraph
 from slam.pose import FloatArray
 
 _END = None
+IGNORED: Final = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)
+)
+"""Signals that may be sent to a whole group of processes."""
 
 
 class BackEndProcess:
-    """Takes key scans, and gives what was found for each submap that they finish."""
+    """Takes key scans, and gives what was found for each submap that they finish.
+
+    BackEndLost where the process cannot be started, and where a result is asked for that it cannot give any more.
+    """
 
     def __init__(
         self,
@@ -40,11 +50,14 @@ class BackEndProcess:
         self._out: SimpleQueue[Any] = SimpleQueue()
         self._in: SimpleQueue[Any] = SimpleQueue()
         command = [sys.executable, "-m", "slam.graph.back_end_process"]
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        try:
+            process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        except OSError as error:
+            raise BackEndLost(f"the process that closes loops cannot be started: {error.strerror}") from error
         sender = Thread(target=_send, args=(self._out, process), name="to the back end", daemon=True)
         receiver = Thread(target=_receive, args=(process, self._in), name="from the back end", daemon=True)
         self.size = GraphSize()
-        """Of the graph, as the last result told."""
+        """Size of the graph by the last result."""
         self._let_go = weakref.finalize(self, _end, self._out, process, (sender, receiver))
         sender.start()
         receiver.start()
@@ -57,33 +70,45 @@ class BackEndProcess:
         self._out.put(key)
 
     def next_result(self, wait: bool) -> tuple[bool, Closure | None]:
-        """What was found for the next submap that is finished; False and None where it is not known yet, which cannot
-        be where one waits."""
+        """Return True and the closure, if any, for the next finished submap; False and None where it is not known yet,
+        which is impossible with ``wait``."""
         try:
-            return True, self._result(self._in.get(block=wait))
+            closure, self.size = self._received(wait)
         except Empty:
             return False, None
+        return True, closure
 
-    def finish(self, T_base_laser: FloatArray) -> ClosedRun | None:
-        """There are no more key scans: the whole run, refined; results that nobody asked for are dropped. None where
-        the process has ended."""
+    def finish(self, T_base_laser: FloatArray) -> ClosedRun:
+        """There are no more key scans: the whole run, refined; results that nobody asked for are dropped."""
         self._out.put(T_base_laser)
-        result = self._in.get()
-        while not isinstance(result, ClosedRun | _Ended):
-            result = self._in.get()
+        while not isinstance(result := self._received(wait=True), ClosedRun):
+            pass
         self._let_go()
-        return result if isinstance(result, ClosedRun) else None
+        return result
 
-    def _result(self, result: Any) -> Closure | None:
+    def _received(self, wait: bool) -> Any:
+        result = self._in.get(block=wait)
         if isinstance(result, _Ended):
             self._in.put(result)  # for whoever asks next
-            return None
-        closure, self.size = result
-        return closure if isinstance(closure, Closure) else None
+            self._let_go()
+            raise BackEndLost(f"the process that closes loops {result.how}")
+        return result
 
 
+@dataclass(frozen=True, slots=True)
 class _Ended:
     """The process has ended: there will be no more results."""
+
+    code: int
+    """Exit code; less than zero after a signal."""
+
+    @property
+    def how(self) -> str:
+        """As in ``was killed by SIGKILL, as where memory runs out``."""
+        if self.code >= 0:
+            return f"ended with exit code {self.code}"
+        name = signal.Signals(-self.code).name
+        return f"was killed by {name}" + (", as where memory runs out" if name == "SIGKILL" else "")
 
 
 def _send(queue: "SimpleQueue[Any]", process: "subprocess.Popen[bytes]") -> None:
@@ -99,8 +124,7 @@ def _receive(process: "subprocess.Popen[bytes]", queue: "SimpleQueue[Any]") -> N
     with suppress(EOFError, OSError, pickle.UnpicklingError), stream:
         while True:
             queue.put(pickle.load(stream))
-    process.wait()
-    queue.put(_Ended())
+    queue.put(_Ended(process.wait()))
 
 
 def _stream(stream: IO[bytes] | None) -> IO[bytes]:
@@ -118,7 +142,8 @@ def _end(queue: "SimpleQueue[Any]", process: "subprocess.Popen[bytes]", threads:
 
 def main() -> None:
     """The process: take key scans until there are no more."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the loop, which asks for the last result then
+    for number in IGNORED:
+        signal.signal(number, signal.SIG_IGN)
     messages, results = sys.stdin.buffer, os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # nobody's print shall be taken for a result
     with suppress(EOFError, BrokenPipeError):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Final, Self
 
+from slam.errors import BackEndLost
 from slam.graph.back_end import BackEnd
 from slam.graph.back_end_process import BackEndProcess
 from slam.graph.closed_map import ClosedMap
@@ -29,7 +30,7 @@ close."""
 
 @dataclass(frozen=True, slots=True)
 class Timing:
-    """When closures are taken over.
+    """Rule that says when closures are taken over.
 
     A stepped run takes each over at a fixed later scan, and waits for it there, so that it gives the same bits whatever
     the machine has to do beside it. A run in real time never waits. One that repeats another takes each over where that
@@ -60,6 +61,8 @@ class LoopClosing:
         self._submap = mapper.number  # that the last key scan was matched to
         self.waited = 0.0
         """Seconds that the last ``follow`` waited for the back end, as a stepped run does."""
+        self.back_end_lost = ""
+        """How the back end ended before its time; from then on no loop is closed. Empty where it goes on."""
 
     @classmethod
     def beside(cls, mapper: object, timing: Timing = STEPPED, known: KnownGraph | None = None) -> Self | None:
@@ -74,16 +77,19 @@ class LoopClosing:
 
     @property
     def size(self) -> GraphSize:
-        """Of the graph, as far as it is known here."""
+        """Size of the graph, as far as it is known here."""
         return self._process.size if self._process is not None else GraphSize(len(self._early))
 
     def follow(self, index: int) -> Closure | None:
         """Take the last scan, number ``index`` of the run, where it became a key scan; returns the closure that is
         taken over now, if one is."""
         if self._mapper.key is not None:
-            self._send(replace(self._mapper.key, index=index), index)
-        began = perf_counter()
-        closure = self._closure_at(index)
+            self._take(replace(self._mapper.key, index=index), index)
+        began, closure = perf_counter(), None
+        try:
+            closure = self._closure_at(index)
+        except BackEndLost as error:
+            self._go_on_alone(error)
         self.waited = perf_counter() - began
         if closure is not None:
             self._take_over(closure)
@@ -91,7 +97,9 @@ class LoopClosing:
 
     def finish(self, T_base_laser: Pose2D) -> ClosedRun | None:
         """The whole run, refined, whose map is that of this object from now on; there are no more key scans. None where
-        no scan came, or the back end has ended."""
+        no scan came; BackEndLost where the back end has ended, now or before."""
+        if self.back_end_lost:
+            raise BackEndLost(self.back_end_lost)
         run = self._finished(T_base_laser.as_array())
         if run is not None:
             self.T_map_local, self._closed = Pose2D.from_array(run.T_map_local), ClosedMap(run.map)
@@ -107,8 +115,13 @@ class LoopClosing:
             back_end.take(key)
         return back_end.finish(T_base_laser)
 
+    def _take(self, key: KeyScan, index: int) -> None:
+        """Give a key scan to the back end, and put it into the map where it is thought to be."""
+        if not self.back_end_lost:
+            self._send(key, index)
+        self._add(key)
+
     def _send(self, key: KeyScan, index: int) -> None:
-        """Send a key scan to the back end, and put it into the map where it is thought to be."""
         finished, self._submap = self._submap, key.submaps[0]
         if self._process is None:
             self._early.append(key)
@@ -117,10 +130,20 @@ class LoopClosing:
         if key.submaps[0] > finished:
             self._jobs.append((finished, index + DELAY))
         self._since.append(key)
-        self._add(key)
         if self._process is None and len(self._jobs) == (ALONE_UNTIL if self._graph is None else 1):
+            self._start()
+
+    def _start(self) -> None:
+        try:
             self._process = BackEndProcess(self._mapper.config, self._mapper.map.config, self._early, self._graph)
-            self._early = []
+        except BackEndLost as error:
+            self._go_on_alone(error)
+        self._early = []
+
+    def _go_on_alone(self, error: BackEndLost) -> None:
+        self.back_end_lost = str(error)
+        self._jobs.clear()
+        self._since.clear()
 
     def _closure_at(self, index: int) -> Closure | None:
         """The closure to take over at this scan."""

@@ -28,8 +28,7 @@ class MapTracking:
         self._information = np.diag(SIGMAS**-2.0)
 
     def T_map_local(self, key: KeyScan, T_map_local: FloatArray, grid: Grid) -> FloatArray:
-        """Where ``local`` lies in the map (3,) by a key scan, if that agrees with it, and where it was thought to lie
-        (3,)."""
+        """Return the pose of ``local`` in the map (3,) by a key scan; where they disagree, ``T_map_local`` as it is."""
         prior = composed(T_map_local, key.T_local_laser)
         fit = solve(key.facets, prior, prior, self._information, grid, self._settings)
         if fit.inliers < min(AGREEING[0], AGREEING[1] * key.share) * len(key.facets):

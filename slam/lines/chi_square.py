@@ -36,7 +36,7 @@ def segments_by_chi_square(scan: LaserScan, config: ChiSquareConfig, noise: Rang
     Beams without echo (``inf``, ``nan``, or outside the reach of the sensor) are left out; a wall goes on behind them
     where the gap allows it.
     """
-    ranges, fan, reach = scan.ranges, scan.fan, (scan.range_min, scan.range_max)
+    ranges, fan, reach = scan.ranges, scan.fan, scan.reach
     noise = noise or LearntNoise.start(config).observe(scan)
     runs, totals = wall_runs(ranges, fan, reach, noise, config.merge_cost, config.min_points)
     spacing = float(fan[BEARING, -1] - fan[BEARING, 0]) / max(len(ranges) - 1, 1) if len(ranges) else 0.0
@@ -63,7 +63,7 @@ def segments_of_scans(
 def _lines_of_batch(scans: Sequence[LaserScan], config: ChiSquareConfig, noise: RangeNoise) -> tuple[NDArray[Any], ...]:
     """Find the runs in these scans, segments a scan, lines, their covariance, their ends, and the ends' covariance."""
     first = scans[0]
-    ranges, reach = np.stack([scan.ranges for scan in scans]), (first.range_min, first.range_max)
+    ranges, reach = np.stack([scan.ranges for scan in scans]), first.reach
     runs, totals, counts = wall_runs_of_scans(ranges, first.fan, reach, noise, config.merge_cost, config.min_points)
     used = np.arange(runs.shape[1]) < counts[:, None]
     runs, totals = runs[used], totals[used]

@@ -20,7 +20,7 @@ TRUNCATED_SIGMAS = 2.5  # from the end of the reach: nearer to it, only readings
 
 def facets_of(scan: LaserScan, segments: Segments, length: float) -> FloatArray:
     """Cut segments, and the points beside them, into facets (F, 7) of at most ``length`` metres, sensor frame."""
-    fan, reach = scan.fan, (scan.range_min, scan.range_max)
+    fan, reach = scan.fan, scan.reach
     noise = (segments.noise or LearntNoise.start().observe(scan))._replace(floor=RANGE_FLOOR)
     return _facets(scan.ranges, fan, reach, segments.first, segments.last, segments.theta, noise, length)
 

@@ -104,7 +104,7 @@ class LearntNoise:
 
     def observe(self, scan: LaserScan) -> RangeNoise:
         """Learn from the next scan, and return the noise that is likely now."""
-        _count_differences(self.counts, scan.ranges, scan.fan, (scan.range_min, scan.range_max))
+        _count_differences(self.counts, scan.ranges, scan.fan, scan.reach)
         return self.noise
 
     @property

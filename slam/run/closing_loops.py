@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from slam.console.terminal import Terminal
+from slam.errors import BackEndLost
 from slam.files.atomic_files import write_atomic
 from slam.files.graphs.file import write_graph
 from slam.files.graphs.key_scans import write_key_scans
@@ -63,6 +64,8 @@ class LoopCloser:
     def __init__(self, slam: Estimator) -> None:
         self._slam = slam
         self._rows: list[tuple[float, float, float, float]] = []
+        self.back_end_lost = ""
+        """What closes loops ended before its time, and when that was known: one sentence; empty where it did not."""
 
     @property
     def steps(self) -> int:
@@ -75,11 +78,14 @@ class LoopCloser:
 
     def add(self, estimate: Estimate) -> None:
         """Take note of one estimate."""
+        if estimate.back_end_lost and not self.back_end_lost:
+            self.back_end_lost = f"{estimate.back_end_lost}; no loop is closed from scan {self.steps} on"
         local = estimate.T_local_base
         self._rows.append((estimate.stamp, local.x, local.y, local.theta))
 
     def close_loops(self, console: Terminal) -> ClosedLoops | None:
-        """Close them; None for a method that closes none, before the first scan, and where Ctrl-C ends it."""
+        """Close them; None for a method that closes none, before the first scan, and where Ctrl-C ends it or what
+        closes them is lost: the run stays as it was known on the way."""
         if not self._rows:
             return None
         began, table = perf_counter(), np.array(self._rows)
@@ -87,6 +93,9 @@ class LoopCloser:
             with console.waiting("closing loops"):
                 run = finish(self._slam)
         except KeyboardInterrupt:
+            return None
+        except BackEndLost as error:
+            self.back_end_lost = self.back_end_lost or f"{error}; the run is not closed as a whole"
             return None
         if run is None:
             return None

@@ -69,7 +69,8 @@ def noise_learnt_by(estimator: Estimator) -> RangeNoise | None:
 
 
 def finish(estimator: Estimator) -> ClosedRun | None:
-    """There are no more scans: the run with all its loops closed; None where the method closes none."""
+    """There are no more scans: the run with all its loops closed; None where the method closes none. BackEndLost where
+    what closes them has ended."""
     slam = _method_of(estimator)
     return slam.finish() if isinstance(slam, LineSlam) else None
 
@@ -81,7 +82,7 @@ def map_made_by(estimator: Estimator, closed: ClosedRun | None = None) -> SavedS
 
 
 def _method_of(estimator: Estimator) -> Estimator | None:
-    """What maps, or would: of LocalizeThenMap None until it does."""
+    """The estimator that maps; of LocalizeThenMap None until it does."""
     return estimator.slam if isinstance(estimator, LocalizeThenMap) else estimator
 
 

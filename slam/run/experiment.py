@@ -103,11 +103,13 @@ class Experiment:
     def _run_in(self, folder: Path, viewers: Viewers, console: Terminal, pictures: bool) -> Outcome:
         write_atomic(folder / "config.yaml", dump_scenario(self.scenario))
         began, date = perf_counter(), datetime.now().astimezone().isoformat(timespec="seconds")
-        seen = SeenWalls(self.outlines, self.slam.T_base_laser)
+        seen, closer = SeenWalls(self.outlines, self.slam.T_base_laser), LoopCloser(self.slam)
         with Interruption() as interruption:
-            ending, error, closed = self._drive(folder, viewers, console, seen, interruption)
+            ending, error, closed = self._drive(folder, viewers, console, seen, closer, interruption)
             wall_time = perf_counter() - began - (closed.seconds if closed else 0.0)
             metrics = self._measure(folder, ending, wall_time, seen, closed) | {"began": date}
+            if closer.back_end_lost:
+                metrics["back_end_lost"] = closer.back_end_lost
             if error is not None:
                 metrics["error"] = str(error)
             write_atomic(folder / "metrics.json", json.dumps(metrics, indent=2) + "\n")
@@ -127,10 +129,10 @@ class Experiment:
             draw_errors(folder)
 
     def _drive(
-        self, folder: Path, viewers: Viewers, console: Terminal, seen: SeenWalls, interruption: Interruption
-    ) -> tuple[Ending, HopslamError | None, ClosedLoops | None]:
+        self, folder: Path, viewers: Viewers, console: Terminal, seen: SeenWalls, closer: LoopCloser,
+        interruption: Interruption,
+    ) -> tuple[Ending, HopslamError | None, ClosedLoops | None]:  # fmt: skip
         """The loop, and its loops closed when it is over, shown and written."""
-        closer = LoopCloser(self.slam)
         with ExitStack() as shown:
             viewer = None
             if (broadcast := viewers.open(self.scene, folder)) is not None:
@@ -141,6 +143,8 @@ class Experiment:
             if viewer is not None:
                 if closed is not None:
                     viewer.show_closed(closed.graph, closed.trajectory, closed.run.map)
+                if closer.back_end_lost:
+                    viewer.warn(closer.back_end_lost)
                 viewer.end(ending, error)
         if closed is not None:
             closed.write(folder)

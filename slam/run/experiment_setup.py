@@ -60,9 +60,7 @@ def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None =
     """
     log = read_log(path, topics)
     name = re.sub(r"[^A-Za-z0-9._ -]", "-", path.resolve().name.lstrip(".")).split(".")[0] or "log"
-    slam = scenario.slam
-    if not log.has_odometry:
-        slam = slam.model_copy(update={"odometry": False, "update_distance": 0.0})
+    slam = scenario.slam if log.has_odometry else scenario.slam.without_odometry()
     scenario = Scenario(name=name, description=f"replay of {path.name}", slam=slam, seed=scenario.seed)
     return Experiment(
         scenario=scenario,
@@ -76,8 +74,8 @@ def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None =
 
 
 def _timing_of(path: Path, config: SlamConfig) -> Timing:
-    """When the run of this log took its closures over, where it had the same settings: a real robot's waits for none,
-    and gives the same bits when it is replayed; STEPPED for any other log."""
+    """Scans at which the run of this log took its closures over, where it had the same settings, so that the replay of
+    a real robot's run, which waits for none, gives the same bits; STEPPED for any other log."""
     folder = path if path.is_dir() else path.parent
     if not (folder / "config.yaml").is_file() or read_scenario(folder / "config.yaml").slam != config:
         return STEPPED
@@ -103,7 +101,7 @@ def continue_mapping(experiment: Experiment, path: Path, start: Literal["given",
 
 
 def _graph_of(path: Path, config: SlamConfig) -> KnownGraph | None:
-    """What a map rests on, by the files beside it; None where they are not there, or no loops are to be closed."""
+    """Graph that a map rests on, from the files beside it; None without them, or where no loops are to be closed."""
     graph, keys = path.with_name("graph.json"), path.with_name("key_scans.npz")
     if config.loops == "never" or not (graph.is_file() and keys.is_file()):
         return None

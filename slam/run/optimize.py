@@ -58,7 +58,8 @@ class Optimization:
         with _new_files(folder) as draft:
             closed.write(draft)
             metrics = (record.metrics or {}) | measure(draft) | closed.metrics | walls
-            metrics.pop("optimized", None)
+            for outdated in ("optimized", "back_end_lost"):
+                metrics.pop(outdated, None)
             if self.changed:
                 write_atomic(draft / "closed.yaml", dump_scenario(self.scenario))
                 metrics["optimized"] = self.changed

@@ -28,6 +28,19 @@ Port = Annotated[str, AfterValidator(_port)]
 Voltage = Annotated[float, Field(ge=0, le=60)]
 
 
+class FlashSettings(Section):
+    """Settings in the FLASH of the robot, for one that does not say them: its CONFIG is missing, damaged, or short."""
+
+    watchdog: Positive = 2.0
+    """Seconds without a command after which the robot stops by itself."""
+    ticks_per_metre: Positive | None = None
+    """Ticks of the wheel encoders for each metre; none: unknown, so that odometry=encoders is refused."""
+    front_bumpers: int = Field(0, ge=0, le=7)
+    """Number of segments of the front bumper ..."""
+    rear_bumpers: int = Field(0, ge=0, le=7)
+    """... and of the rear one."""
+
+
 class HardwareConfig(Section):
     """Devices that ``--backend hardware`` opens. A port is a device, ``socket://host:port``, ``rfc2217://host:port``,
     ``loop://``, or ``wire:FILE#port``: what was recorded with --record-wire, said again."""
@@ -37,7 +50,8 @@ class HardwareConfig(Section):
     lidar_port: Port = "/dev/ttyACM0"
     """Serial port of the lidar."""
     lidar_baud: Literal[19200, 38400, 57600, 115200, 250000, 500000, 750000] = 500000
-    """Bits a second of a URG-04LX; below 250000 an RS-232 line has no room for ten full scans a second. Over USB it means nothing."""
+    """Bits a second of a URG-04LX; below 250000 an RS-232 line has no room for ten full scans a second. Over USB it
+    means nothing."""
     drive_by: Literal["velocity", "wheels"] = "velocity"
     """Commands for the base in steps of 1 mm/s and 1 deg/s, or for each wheel in steps of 20 mm/s."""
     odometry: Literal["position", "encoders"] = "position"
@@ -63,3 +77,5 @@ class HardwareConfig(Section):
     """Time that a run waits, standing, for a lidar or a base that fell silent, before it ends, seconds."""
     max_watchdog: Positive = 2.0
     """The robot's own watchdog must stop it after this time at the latest, seconds; it is set in its FLASH."""
+    settings: FlashSettings = FlashSettings()
+    """Settings in the robot's FLASH where it does not say them itself."""

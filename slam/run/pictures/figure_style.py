@@ -1,6 +1,7 @@
 """Look of all pictures: colours, axes, and margins when a figure is saved."""
 
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -59,6 +60,13 @@ def save_figure(figure: Figure, file: str | Path | IO[Any], **options: Any) -> N
     ``options`` are those of ``Figure.savefig``.
     """
     figure.savefig(file, bbox_inches="tight", pad_inches=_MARGIN, **options)
+
+
+def png_of(figure: Figure, dpi: float = 100.0) -> bytes:
+    """The figure as the content of a PNG file."""
+    file = BytesIO()
+    save_figure(figure, file, format="png", dpi=dpi)
+    return file.getvalue()
 
 
 def plain_axes(axes: Axes, colours: Palette) -> None:

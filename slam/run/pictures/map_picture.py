@@ -39,14 +39,14 @@ class MapContents:
     """(M, 2, 2): start and end of each line of the map."""
     estimate: FloatArray
     """(K, 3) poses: x, y, heading."""
-    odometry: FloatArray
+    odometry: FloatArray | None = None
     truth: FloatArray | None = None
     outlines: Sequence[FloatArray] = ()
     """(C, 2) each: the true walls."""
     points: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
     loops: LoopLines | None = None
     name: str = "SLAM"
-    """Of the estimate."""
+    """Name of the estimate."""
 
     @property
     def extent(self) -> tuple[FloatArray, FloatArray]:
@@ -115,8 +115,9 @@ def draw_contents(axes: Axes, contents: MapContents, colours: Palette) -> None:
 
 
 def _draw_ways(axes: Axes, contents: MapContents, colours: Palette) -> None:
-    axes.plot(*contents.odometry.T[:2], color=colours.odometry, linewidth=1.3, label="dead reckoning", zorder=4)
-    axes.plot(*contents.odometry[-1, :2], "o", color=colours.odometry, markersize=4, zorder=4)
+    if contents.odometry is not None:
+        axes.plot(*contents.odometry.T[:2], color=colours.odometry, linewidth=1.3, label="dead reckoning", zorder=4)
+        axes.plot(*contents.odometry[-1, :2], "o", color=colours.odometry, markersize=4, zorder=4)
     axes.plot(*contents.estimate.T[:2], color=colours.slam, linewidth=2.0, label=contents.name, zorder=5)
     if contents.truth is not None:
         axes.plot(*contents.truth.T[:2], color=colours.truth, linewidth=0.8, dashes=(4, 3), label="truth", zorder=6)
@@ -170,9 +171,9 @@ def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float =
 
 def end_error_text(contents: MapContents, truth: FloatArray) -> str:
     """Distances of the ends of both trajectories from the true one."""
-    ends = (way[min(len(way), len(truth)) - 1] for way in (contents.estimate, contents.odometry))
-    ours, off = (distance_text(float(np.hypot(*(end - truth[-1])[:2]))) for end in ends)
-    return f"{contents.name} ends {ours} from the truth, dead reckoning {off}"
+    ends = (way[min(len(way), len(truth)) - 1] for way in (contents.estimate, contents.odometry) if way is not None)
+    ours, *off = (distance_text(float(np.hypot(*(end - truth[-1])[:2]))) for end in ends)
+    return ", dead reckoning ".join([f"{contents.name} ends {ours} from the truth", *off])
 
 
 def distance_text(metres: float) -> str:

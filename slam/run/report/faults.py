@@ -34,7 +34,10 @@ def _how_it_ended(record: RunRecord, metrics: Mapping[str, Any]) -> Iterator[str
     ending, last = metrics.get("ending"), record.traces.stamps[-1]
     if record.metrics is None:
         yield f"The run did not end: it was killed, or is still going. Its last scan is at {last:.1f} s."
-    if record.traces.jumps.any() and record.traces.closed is None:
+    if record.traces.closed is None and "back_end_lost" in metrics:
+        lost = metrics["back_end_lost"]
+        yield f"{lost[:1].upper()}{lost[1:]}: all is shown as it was known on the way; try hopslam optimize."
+    elif record.traces.jumps.any() and record.traces.closed is None:
         yield "Its loops were not closed at the end: all is shown as it was known on the way; try hopslam optimize."
     if ending == "collided":
         yield f"The robot hit something at {last:.1f} s."

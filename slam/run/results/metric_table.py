@@ -100,7 +100,9 @@ _METRICS: Final = (
     Metric("segments", "segments", "", "", "Line segments seen in all mapped scans.", "d"),
 )
 
-_TEXTS: Final = frozenset({"began", "ending", "error", "version", "log", "log_report", "map", "start", "backend"})
+_TEXTS: Final = frozenset(
+    {"began", "ending", "error", "version", "log", "log_report", "map", "start", "backend", "back_end_lost"}
+)
 _LARGEST: Final = 1e18
 METRICS: Final = {metric.key: metric for metric in _METRICS}
 """Every metric by its key, in the order in which tables show them."""

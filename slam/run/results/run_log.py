@@ -31,7 +31,7 @@ class KnownMap(NamedTuple):
     map: str
     """Its path, as it was given."""
     start: str
-    """Where the robot was in it: see ``--start``."""
+    """Place of the robot in it: see ``--start``."""
 
     @classmethod
     def of(cls, notes: Mapping[str, Any]) -> Self | None:

@@ -64,6 +64,11 @@ class RunRecord:
         return self.metrics is not None
 
     @property
+    def warnings(self) -> list[str]:
+        """A sentence for the user on each damaged file."""
+        return [f"{damage}; what comes after that is left out" for damage in self.damage]
+
+    @property
     def outlines(self) -> list[FloatArray]:
         """The true walls that the lidar could see, (K, 2) each, metres, map frame; none of a replay."""
         return list(self.config.world.outlines(self.config.lidar.height))

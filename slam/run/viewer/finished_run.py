@@ -88,12 +88,14 @@ def _show_end(record: RunRecord, broadcast: Broadcast) -> None:
         broadcast.send(list(loop_chunks(scan, stamp, LoopsShown.of_graph(graph, traces.closed))))
         last = Pose2D.from_array(traces.estimate[-1]), Pose2D.from_array(traces.closed[-1])
         broadcast.add_event(Event(scan, stamp, "INFO", end_text(graph, *last)))
+    if record.metrics is not None and "back_end_lost" in record.metrics:
+        broadcast.add_event(Event(scan, stamp, "WARN", record.metrics["back_end_lost"]))
     ending = "cut off" if record.metrics is None else str(record.metrics["ending"])
     broadcast.add_event(Event(scan, stamp, "INFO", ending))
 
 
 def _jumps(record: RunRecord) -> dict[int, str]:
-    """What is told of the closures that were taken over on the way, by the numbers of their scans."""
+    """Texts on the closures that were taken over on the way, by the numbers of their scans."""
     traces, graph = record.traces, record.graph
     if traces.local is None:
         return {}

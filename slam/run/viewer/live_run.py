@@ -25,7 +25,7 @@ if TYPE_CHECKING:  # it imports rerun
 
 News = tuple[Level, str]
 LOST: Final[tuple[News, News]] = ("WARN", "lost: the scans do not fit the map"), ("INFO", "sure of its place again")
-"""What is told when it begins, and when it ends."""
+"""Texts for its beginning and its end."""
 ODOMETRY_ONLY: Final[tuple[News, News]] = (
     ("WARN", "odometry alone: the scan says nothing that can be trusted"),
     ("INFO", "the scans say where it is again"),
@@ -63,6 +63,10 @@ class RunViewer:
         text = end_text(graph, self._T_map_base, Pose2D.from_array(poses[-1]))
         self._broadcast.add_event(Event(self._scan, self._stamp, "INFO", text))
 
+    def warn(self, text: str) -> None:
+        """Show a warning with the last scan."""
+        self._broadcast.add_event(Event(self._scan, self._stamp, "WARN", text))
+
     def end(self, ending: str, error: Exception | None = None) -> None:
         """Say how the run ended."""
         text = ending if error is None else f"{ending}: {error}"
@@ -97,6 +101,8 @@ class EventDetector:
         if (closure := step.estimate.closure) is not None:
             before = self._T_map_local @ step.estimate.T_local_base
             yield "INFO", closure_text(closure.loops, before, step.estimate.T_map_base)
+        if self._changed("back end lost", bool(step.estimate.back_end_lost)):
+            yield "WARN", step.estimate.back_end_lost
         self._T_map_local = step.estimate.T_map_local
         if (stalled := self._changed("stalled", seen.stalled)) is not None:
             yield ("WARN", "stalled: a wheel cannot turn") if stalled else ("INFO", "the wheels turn again")

@@ -1,0 +1,154 @@
+"""Arguments of the API, checked: a fault is one InputError that names argument, value, index and cure."""
+
+from math import isfinite, pi
+from numbers import Real
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from slam.errors import InputError
+from slam.limits import BEAMS
+from slam.pose import FloatArray, Pose2D
+
+LEAST_BEAMS: Final = 3
+"""Two points always lie on a line."""
+_FULL_TURN: Final = 2.0 * pi + 1e-6
+_FARTHEST: Final = 200.0
+"""Metres: half of the ranges of a scan are shorter than this, or they are no metres."""
+_FARTHEST_WHOLE: Final = 20.0
+"""The same where all ranges are whole numbers, as millimetres are and metres are not."""
+_WHAT_MISSES: Final = "write inf where nothing came back, nan for an erroneous reading"
+
+
+def checked_ranges(given: Any) -> FloatArray:
+    """The ranges of a scan, (N,), metres; ``inf``, ``-inf`` and ``nan`` are taken as REP-117 has them."""
+    ranges = _row("ranges", given, _WHAT_MISSES)
+    if len(ranges) < LEAST_BEAMS:
+        raise InputError(f"ranges has {len(ranges)} values; a scan needs {LEAST_BEAMS} or more")
+    if excess := BEAMS.excess(len(ranges)):
+        raise InputError(f"ranges: {excess}")
+    measured = ranges[np.isfinite(ranges)]
+    if (measured < 0.0).any():
+        k = int(np.flatnonzero(np.isfinite(ranges) & (ranges < 0.0))[0])
+        raise InputError(f"ranges[{k}] is {ranges[k]:g}, below 0; {_WHAT_MISSES}")
+    whole = np.array_equal(measured, np.round(measured))
+    middle = float(np.median(measured)) if len(measured) else 0.0
+    if middle > (_FARTHEST_WHOLE if whole else _FARTHEST):
+        raise InputError(f"ranges look like millimetres: their median is {middle:g}; give metres: divide by 1000")
+    return ranges
+
+
+def checked_angles(given: Any, count: int) -> FloatArray:
+    """The bearings of so many beams, (N,), radians."""
+    angles = _row("angles", given, "each beam has a bearing")
+    if len(angles) != count:
+        raise InputError(f"angles has {len(angles)} values for {count} ranges; give one angle for each range")
+    for k in np.flatnonzero(~np.isfinite(angles)):
+        raise InputError(f"angles[{k}] is {angles[k]}, not finite; each beam has a bearing, also one without an echo")
+    k = np.abs(angles).argmax()
+    if abs(angles[k]) > _FULL_TURN:
+        raise InputError(f"angles look like degrees: angles[{k}] is {angles[k]:g}; give numpy.radians(angles)")
+    if np.ptp(angles) > _FULL_TURN:
+        raise InputError(
+            f"angles go from {angles.min():g} to {angles.max():g}, more than one turn of 2 pi radians; "
+            "give one turn of the lidar at a time"
+        )
+    if np.ptp(angles) == 0.0:
+        raise InputError(f"angles are all {angles[0]:g}; give the bearing of each beam, radians")
+    return angles
+
+
+def checked_pose(name: str, given: Any) -> Pose2D:
+    """A pose given as Pose2D or as x, y, theta; metres and radians."""
+    if isinstance(given, Pose2D):
+        given = (given.x, given.y, given.theta)
+    row = _row(name, given, "give x, y, theta in metres and radians")
+    if len(row) != 3:
+        raise InputError(f"{name} has {len(row)} values; give three: x, y, theta in metres and radians")
+    for k in np.flatnonzero(~np.isfinite(row)):
+        part = ("x", "y", "theta")[k]
+        raise InputError(f"{name}[{k}], {part}, is {row[k]}, not finite; leave scans without a pose out")
+    return Pose2D.from_array(row)
+
+
+def checked_start(name: str, given: Any) -> Pose2D:
+    """A pose whose angle is within one turn, or it is in degrees."""
+    pose = checked_pose(name, given)
+    if abs(pose.theta) > _FULL_TURN:
+        raise InputError(f"{name}[2], theta, is {pose.theta:g} and looks like degrees; give radians")
+    return pose
+
+
+def checked_number(name: str, given: Any, least: float | None = None, cure: str = "") -> float:
+    """A number that is not nan; with ``least``, of that or more."""
+    end = f"; {cure}" if cure else ""
+    if not isinstance(given, Real | np.number) or isinstance(given, bool | np.bool_):
+        raise InputError(f"{name} is {_shown(given)}, no number{end}")
+    number = float(given)
+    if number != number or (least is not None and number < least):
+        raise InputError(f"{name} is {number:g}, not {f'{least:g} or more' if least is not None else 'a number'}{end}")
+    return number
+
+
+class LidarTraits(NamedTuple):
+    """Least and greatest range, metres, and seconds between two beams, 0 where they are not known."""
+
+    range_min: float
+    range_max: float
+    time_increment: float
+
+
+def checked_lidar(range_min: Any, range_max: Any, time_increment: Any) -> LidarTraits:
+    """What is known of the lidar beside its ranges and angles."""
+    near = checked_number("range_min", range_min, 0.0, "give metres")
+    far = checked_number("range_max", range_max, near, "give metres, or leave it out")
+    return LidarTraits(
+        near, far, checked_number("time_increment", time_increment, 0.0, "give the seconds between beams")
+    )
+
+
+def checked_stamp(given: Any) -> float:
+    """A time in seconds."""
+    stamp = checked_number("stamp", given, cure="give the time of the first beam in seconds")
+    if not isfinite(stamp):
+        raise InputError(f"stamp is {stamp:g}, not finite; give the time of the first beam in seconds")
+    return stamp
+
+
+def _row(name: str, given: Any, cure: str) -> FloatArray:
+    """A row of numbers as an array of its own."""
+    if given is None:
+        raise InputError(f"{name} is None; {cure}")
+    if isinstance(given, np.ma.MaskedArray):
+        given = np.ma.filled(given.astype(np.float64), np.nan)
+    try:
+        array = np.asarray(given)
+    except ValueError as error:  # ragged
+        raise InputError(f"{name}{_fault_of_items(given)}; {cure}") from error
+    if array.ndim != 1:
+        raise InputError(f"{name} has shape {array.shape}; {_cure_of_shape(name, array)}")
+    if len(array) and array.dtype.kind not in "iuf":
+        raise InputError(f"{name}{_fault_of_items(given)}; {cure}")
+    return np.array(array, np.float64)
+
+
+def _cure_of_shape(name: str, array: Any) -> str:
+    if array.ndim == 0:
+        return "give a row of numbers"
+    if 1 in array.shape:
+        return f"give a row of numbers, such as numpy.ravel({name})"
+    return "give one scan at a time, a row of numbers"
+
+
+def _fault_of_items(items: Any) -> str:
+    """The first item that is no number, as in ``[3] is None``."""
+    for k, item in enumerate(items):
+        if isinstance(item, bool | np.bool_) or not isinstance(item, Real | np.number):
+            return f"[{k}] is {_shown(item)}, no number"
+    return " is no row of numbers"
+
+
+def _shown(item: Any) -> str:
+    """A value in a few characters."""
+    text = repr(item)
+    return text if len(text) <= 40 else f"{text[:37]}..."

@@ -1,0 +1,132 @@
+"""One turn of the user's lidar."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import inf
+from typing import Any, Final
+
+import numpy as np
+
+from hopslam.arguments import checked_angles, checked_lidar, checked_ranges, checked_stamp
+from hopslam.segments import Segments
+from hopslam.settings import slam_config
+from slam.config import SlamConfig
+from slam.errors import InputError
+from slam.lines.extraction import extract_segments
+from slam.lines.segments import IntArray
+from slam.pose import FloatArray, unit_vectors, wrap_angles
+from slam.scan import LaserScan, even_fan
+
+RANGE_MIN: Final = 0.02
+"""Metres: many drivers write 0 for an erroneous reading."""
+_EVEN: Final = 1e-6
+"""Radians: angles that are so near to even steps are even."""
+
+
+class Scan:
+    """One turn of a planar lidar: ranges in metres at angles in radians, in the frame of the sensor.
+
+    A range of ``inf`` means no echo, ``-inf`` too close and ``nan`` an erroneous reading (REP-117). A reading below
+    ``range_min`` counts as erroneous, one above ``range_max`` as no echo. The angles may be uneven, clockwise or
+    unsorted. ``stamp`` is the time of the first beam in seconds, ``time_increment`` that between two beams, 0 where it
+    is not known; beams that carry time need angles in the order in which they were taken. InputError names the argument
+    that is wrong.
+    """
+
+    def __init__(
+        self,
+        ranges: Any,
+        angles: Any,
+        stamp: float | None = None,
+        *,
+        range_min: float = RANGE_MIN,
+        range_max: float = inf,
+        time_increment: float = 0.0,
+    ) -> None:
+        measured = checked_ranges(ranges)
+        bearings = checked_angles(angles, len(measured))
+        near, far, between = checked_lidar(range_min, range_max, time_increment)
+        measured[np.isfinite(measured) & (measured > far)] = inf
+        order, bearings = _counter_clockwise(bearings)
+        self.stamp = None if stamp is None else checked_stamp(stamp)
+        """Seconds: the time of the beam that was taken first; None where nobody told."""
+        first, between = _timing(order, between)
+        step = float(bearings[-1] - bearings[0]) / (len(bearings) - 1)
+        self._scan = LaserScan(
+            first, float(bearings[0]), step, near, far, measured[order], between, beam_fan=_fan(bearings, step)
+        )
+
+    @property
+    def ranges(self) -> FloatArray:
+        """Metres, (N,), counter-clockwise; not to be written to."""
+        return _read_only(self._scan.ranges)
+
+    @property
+    def angles(self) -> FloatArray:
+        """Radians, (N,), rising; not to be written to."""
+        return _read_only(self._scan.bearings)
+
+    @property
+    def points(self) -> FloatArray:
+        """End points of the beams that came back, (M, 2), metres, sensor frame."""
+        return self._scan.points()
+
+    def laser_scan(self, stamp: float = 0.0) -> LaserScan:
+        """The scan in the form of the package ``slam``, its first beam taken at ``stamp``; not of the stable API."""
+        return replace(self._scan, stamp=stamp + self._scan.stamp)
+
+    def segments(self, settings: str | Sequence[str] | SlamConfig = ()) -> Segments:
+        """The line segments of this scan, by the method of these settings; see ``Slam``."""
+        found = extract_segments(self._scan, slam_config(settings).lines)
+        return Segments(found, self.points)
+
+    def __len__(self) -> int:
+        return len(self._scan.ranges)
+
+    def __repr__(self) -> str:
+        angles, echoes = self.angles, int(self._scan.echoes.sum())
+        return f"Scan({len(self)} beams from {angles[0]:.3f} to {angles[-1]:.3f} rad, {echoes} with an echo)"
+
+    def _repr_png_(self) -> bytes:
+        from slam.run.pictures.figure_style import png_of
+        from slam.run.pictures.scan_picture import scan_figure
+
+        return png_of(scan_figure(self.points, None, f"{len(self)} beams", inches=6.0))
+
+
+def _counter_clockwise(angles: FloatArray) -> tuple[IntArray, FloatArray]:
+    """The order in which the beams turn counter-clockwise, and their bearings in it, rising: as they stand where they
+    run one way round, else sorted by bearing."""
+    turned, places = np.unwrap(angles), np.arange(len(angles))
+    steps = np.diff(turned)
+    if (steps > 0.0).all():
+        return places, turned
+    if (steps < 0.0).all():
+        return places[::-1], turned[::-1]
+    wrapped = wrap_angles(angles)
+    order = np.argsort(wrapped, kind="stable")
+    return order, wrapped[order]
+
+
+def _timing(order: IntArray, between: float) -> tuple[float, float]:
+    """Seconds from the beam that was taken first to the first in this order, and to the next, below 0 where the lidar
+    turns clockwise."""
+    if between == 0.0 or order[0] < order[-1] == len(order) - 1:
+        return 0.0, between
+    if order[0] != len(order) - 1 or order[-1] != 0:
+        raise InputError("time_increment needs angles in the order of the beams, and these go to and fro; leave it out")
+    return between * (len(order) - 1), -between
+
+
+def _fan(angles: FloatArray, step: float) -> FloatArray | None:
+    """The fan of uneven beams; None of even ones."""
+    even = even_fan(float(angles[0]), step, len(angles))[0]
+    if np.abs(angles - even).max() <= _EVEN:
+        return None
+    return np.vstack([angles, unit_vectors(angles).T])
+
+
+def _read_only(array: FloatArray) -> FloatArray:
+    view = array.view()
+    view.flags.writeable = False
+    return view

@@ -1,0 +1,57 @@
+"""The line segments of one scan."""
+
+import numpy as np
+
+from slam.lines.segments import Segments as FoundSegments
+from slam.pose import FloatArray, Pose2D
+
+
+class Segments:
+    """M line segments in one frame, metres and radians: of a scan, that of the sensor.
+
+    Segment m lies on the line ``x cos(theta[m]) + y sin(theta[m]) = rho[m]``.
+    """
+
+    def __init__(self, found: FoundSegments, points: FloatArray) -> None:
+        self._found, self._points = found, points
+
+    @property
+    def ends(self) -> FloatArray:
+        """Start and end of each, (M, 2, 2): [segment, start or end, x or y]."""
+        return np.stack([self._found.start, self._found.end], axis=1)
+
+    @property
+    def lengths(self) -> FloatArray:
+        """Metres, (M,)."""
+        return np.asarray(np.hypot(*(self._found.end - self._found.start).T))
+
+    @property
+    def rho(self) -> FloatArray:
+        """Distance of each line from the origin, metres, (M,)."""
+        return self._found.rho
+
+    @property
+    def theta(self) -> FloatArray:
+        """Direction of each line's normal, radians, (M,)."""
+        return self._found.theta
+
+    @property
+    def covariance(self) -> FloatArray | None:
+        """Covariance (M, 2, 2) of [rho, theta] of each; None where the method gives none, as the paper's."""
+        return self._found.covariance
+
+    def moved(self, pose: Pose2D) -> "Segments":
+        """The segments as seen from where ``pose`` is given: of the sensor in the map, the segments in the map."""
+        return Segments(self._found.transformed(pose), pose.transform(self._points))
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    def __repr__(self) -> str:
+        return f"Segments({len(self)}, {self.lengths.sum():.2f} m in all)"
+
+    def _repr_png_(self) -> bytes:
+        from slam.run.pictures.figure_style import png_of
+        from slam.run.pictures.scan_picture import scan_figure
+
+        return png_of(scan_figure(self._points, self._found, f"{len(self)} segments", inches=6.0))

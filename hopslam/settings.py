@@ -1,0 +1,23 @@
+"""Settings of the method as a user gives them."""
+
+from collections.abc import Sequence
+
+from slam.config import SlamConfig
+from slam.errors import ScenarioError
+from slam.scenario.file import load_scenario
+from slam.scenario.settings import one_or_several
+
+SettingsLike = str | Sequence[str] | SlamConfig
+
+
+def slam_config(settings: SettingsLike) -> SlamConfig:
+    """The settings themselves, or the defaults with these ``slam.key=value`` on top; ScenarioError for a wrong one."""
+    if isinstance(settings, SlamConfig):
+        return settings
+    given = one_or_several(settings)
+    for setting in given:
+        if not isinstance(setting, str) or not setting.strip().startswith("slam."):
+            raise ScenarioError(
+                f"settings: {setting!r} is no setting of the method; write slam.key=value, see docs/api.md"
+            )
+    return load_scenario("replay", given).slam

@@ -13,7 +13,9 @@ from hardware.p3dx import P3dx
 from hardware.scip_session import ScipLine, connect_lidar, identify
 from hardware.serial_port import SerialPort
 from hardware.urg04lx import Urg04lx
+from hardware.wire.session import WireSession
 from slam.errors import RobotError
+from slam.lidars import URG04LX
 from slam.scenario.hardware_config import FlashSettings, HardwareConfig
 from slam.scenario.robot_config import Limits
 from tests.scripted_devices import LIDAR, VERSION, config, device, entries, lidar, packet, robot, scip, sip
@@ -29,7 +31,7 @@ def quiet(caplog: pytest.LogCaptureFixture) -> None:
 def open_robot(on_config: bytes, settings: FlashSettings | None = None, subclass: str = "p3dx-sh") -> None:
     with device(robot(subclass, on_config)) as url:
         hardware = HardwareConfig(robot_port=url, settings=settings or FlashSettings())
-        P3dx(hardware, Limits(), threading.Event()).close()
+        P3dx(hardware, Limits(), threading.Event(), WireSession()).close()
 
 
 def test_a_robot_that_does_not_say_its_settings(caplog: pytest.LogCaptureFixture) -> None:
@@ -127,7 +129,7 @@ def test_firmware_that_is_too_old_is_named() -> None:
 
 
 def open_lidar(url: str) -> Urg04lx:
-    return Urg04lx(HardwareConfig(lidar_port=url), 4.0, threading.Event())
+    return Urg04lx(HardwareConfig(lidar_port=url), URG04LX, threading.Event(), WireSession())
 
 
 def test_a_sensor_that_refuses_to_stop_is_named() -> None:
@@ -149,7 +151,7 @@ def test_a_faulty_laser_is_named() -> None:
 def test_a_sensor_without_single_scans_works() -> None:
     with device(lidar(LIDAR)) as url:
         sensor = open_lidar(url)
-        scan = sensor.take(20.0)
+        scan = sensor.scans.take(20.0)
         sensor.close()
     assert scan is not None
     assert np.array_equal(scan.ranges, np.full(682, 1.0))

@@ -71,6 +71,11 @@ class Sip:
         return bool((self.left_contacts | self.right_contacts) & 1)
 
     @property
+    def volts(self) -> float:
+        """Voltage of the battery, as finely as the robot says it."""
+        return self.battery if self.fine_battery is None else self.fine_battery
+
+    @property
     def front_bumpers(self) -> int:
         """A bit for each segment, the first in bit 0."""
         return self.right_contacts >> 1

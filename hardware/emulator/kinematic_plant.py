@@ -12,6 +12,8 @@ from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.schema import Scenario
 
 _HALF_TRACK = 0.165
+_REACH = 5.6
+"""Metres that a real URG-04LX says it can see."""
 
 
 def scenario_plant(scenario: Scenario) -> KinematicPlant:
@@ -19,13 +21,16 @@ def scenario_plant(scenario: Scenario) -> KinematicPlant:
     outlines = scenario.world.outlines(scenario.lidar.height)
     if not outlines:
         raise ScenarioError(f"{scenario.name}: nothing to see: the world is empty; choose a scenario with walls")
-    return KinematicPlant(outlines, scenario.robot.start.pose, scenario.lidar.mount.pose)
+    reach = max(_REACH, scenario.lidar.description.lidar.range_max)
+    return KinematicPlant(outlines, scenario.robot.start.pose, scenario.lidar.mount.pose, reach)
 
 
 class KinematicPlant:
     """Walls are closed outlines (N, 2) in the map frame, metres; the robot drives through them, and has no sonar."""
 
-    def __init__(self, outlines: Sequence[FloatArray], start: Pose2D, T_base_laser: Pose2D, reach: float = 5.6) -> None:
+    def __init__(
+        self, outlines: Sequence[FloatArray], start: Pose2D, T_base_laser: Pose2D, reach: float = _REACH
+    ) -> None:
         self._begins = np.concatenate(outlines)
         self._sides = np.concatenate([np.roll(outline, -1, axis=0) for outline in outlines]) - self._begins
         self._start = self.T_map_base = start

@@ -76,6 +76,10 @@ class EmulatedP3dx:
         """Time up to which its plant has moved."""
         return self.due - _TICK
 
+    def set_battery(self, volts: float) -> None:
+        """Charge or discharge the battery."""
+        self.reports.battery = volts
+
     def step(self) -> bytes:
         """Do one turn of the firmware's loop: motors, then a report every cycle."""
         now = self.due

@@ -7,6 +7,7 @@ from math import inf
 from random import Random
 from typing import Final
 
+from hardware.emulator.ld19 import EmulatedLd19
 from hardware.emulator.p3dx import EmulatedP3dx
 from hardware.emulator.ports import Port
 from hardware.emulator.urg04lx import EmulatedUrg04lx
@@ -79,7 +80,7 @@ class SerialLine:
             yield chunk, baud
 
 
-Device = EmulatedP3dx | EmulatedUrg04lx
+Device = EmulatedP3dx | EmulatedUrg04lx | EmulatedLd19
 """A machine of bytes and time: it acts in ``step`` and ``receive`` only, and time never goes back."""
 
 

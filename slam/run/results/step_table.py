@@ -16,7 +16,8 @@ _NEEDED: Final = (
     "lost",
 )  # fmt: skip
 """Columns that every run has."""
-_MAY_BE_EMPTY: Final = "cov_"
+_MAY_BE_EMPTY: Final = ("cov_", "battery", "sonar_")
+"""Columns of which these are the beginnings."""
 _LARGEST: Final = 1e18
 
 

@@ -54,6 +54,13 @@ class Traces:
         return np.asarray((self.steps["odometry_only"] == 1) & (self.steps["mapped"] == 1))
 
     @property
+    def volts(self) -> FloatArray:
+        """(K,): voltage of the base's battery; nan where nobody knows."""
+        if "battery" not in (self.steps.dtype.names or ()):
+            return np.full(len(self.steps), np.nan)
+        return np.asarray(self.steps["battery"])
+
+    @property
     def jumps(self) -> NDArray[np.bool_]:
         """True for a scan at which a closure was taken over: pose and map changed as a whole, (K,)."""
         if "closure" not in (self.steps.dtype.names or ()):

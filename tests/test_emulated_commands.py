@@ -48,6 +48,19 @@ def cycle(robot: EmulatedP3dx, sent: bytes = b"", count: int = 1) -> dict[int, l
     return found
 
 
+def test_a_closed_robot_answers_the_handshake_in_its_order() -> None:
+    walls = np.array([[-2.0, -2.0], [3.0, -2.0], [3.0, 2.0]])
+    robot = EmulatedP3dx(KinematicPlant([walls], Pose2D(), Pose2D()))
+    for number in (2, 1, 4, 18):  # a CLOSE sent just in case, and what else may come too early
+        assert robot.receive(command(number), robot.due) == b""
+    for number in (0, 0, 1, 1):  # an echo that was lost is asked for again
+        assert robot.receive(command(number), robot.due) == command(number)
+    assert robot.receive(command(2), robot.due)[3:4] == b"\x02"
+    assert not robot.open
+    assert robot.receive(command(1), robot.due) == b""
+    assert robot.open
+
+
 def sip_flags(found: dict[int, list[bytes]]) -> tuple[int, int]:
     """Flags, and the number of sonar readings, of the last report (Table 8)."""
     data = found[0x32][-1]

@@ -98,7 +98,7 @@ def identity_and_beams(answers: dict[str, str]) -> tuple[str, int]:
 )
 def test_a_damaged_identity_only_warns(answer: str, serial_number: str, caplog: pytest.LogCaptureFixture) -> None:
     assert identity_and_beams({"VV": answer}) == (serial_number, 682)
-    assert "answer to VV is damaged" in caplog.text
+    assert "its answer to VV is damaged, or a refusal" in caplog.text
 
 
 @pytest.mark.parametrize("status", ["0E", "10"])  # of a URG-04LX, and of urg_sim

@@ -1,19 +1,18 @@
 """The emulated P3-DX against the Pioneer 3 Operations Manual: bytes in, bytes out, decoded by hand."""
 
-import numpy as np
 import pytest
 
-from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.emulator.p3dx import EmulatedP3dx
 from hardware.emulator.p3dx_commands import COMMANDS
-from slam.pose import Pose2D
+from sim.plant import SimPlant
+from tests.rooms import room_scenario
 from tests.scripted_devices import packet
 
 SONAR, IOREQUEST, ENCODER, DIGOUT, ADSEL, TTY2, GETAUX = 28, 40, 19, 30, 35, 42, 43
 BATTEST, RESET = 250, 253
 
 
-class RingedPlant(KinematicPlant):
+class RingedPlant(SimPlant):
     """A plant with a front ring that measures a metre everywhere."""
 
     def sonar(self) -> tuple[float, ...]:
@@ -25,9 +24,12 @@ def command(number: int, argument: int | None = None) -> bytes:
     return packet(data if argument is None else data + b"\x3b" + argument.to_bytes(2, "little"))
 
 
+def closed() -> EmulatedP3dx:
+    return EmulatedP3dx(RingedPlant(room_scenario((-2.0, 3.0), (-2.0, 2.0))))
+
+
 def opened() -> EmulatedP3dx:
-    walls = np.array([[-2.0, -2.0], [3.0, -2.0], [3.0, 2.0], [-2.0, 2.0]])
-    robot = EmulatedP3dx(RingedPlant([walls], Pose2D(), Pose2D()))
+    robot = closed()
     for number in (0, 1, 2, 1):
         robot.receive(command(number), robot.due)
     return robot
@@ -49,8 +51,7 @@ def cycle(robot: EmulatedP3dx, sent: bytes = b"", count: int = 1) -> dict[int, l
 
 
 def test_a_closed_robot_answers_the_handshake_in_its_order() -> None:
-    walls = np.array([[-2.0, -2.0], [3.0, -2.0], [3.0, 2.0]])
-    robot = EmulatedP3dx(KinematicPlant([walls], Pose2D(), Pose2D()))
+    robot = closed()
     for number in (2, 1, 4, 18):  # a CLOSE sent just in case, and what else may come too early
         assert robot.receive(command(number), robot.due) == b""
     for number in (0, 0, 1, 1):  # an echo that was lost is asked for again

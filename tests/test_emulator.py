@@ -12,7 +12,6 @@ from hardware.arcos.encoder_packet import WheelTravel
 from hardware.arcos.model import P3DX_SH, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import Sip
-from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
 from hardware.emulator.serial_line import ConnectedDevice, Device, LineNoise, SerialLine
 from hardware.emulator.urg04lx import TABLE1_PARAMETERS, EmulatedUrg04lx
@@ -20,14 +19,13 @@ from hardware.scip.frames import FrameDecoder
 from hardware.scip.reply import Reply, decode_old_reply, find_reply
 from hardware.scip.scan_data import ScanData, decode_scan
 from hardware.wire.session import WireSession
+from sim.plant import SimPlant
 from slam.odometry import Twist2D
-from slam.pose import Pose2D
-
-ROOM = np.array([[-2.0, -2.0], [3.0, -2.0], [3.0, 2.0], [-2.0, 2.0]])
+from tests.rooms import room_plant
 
 
-def plant() -> KinematicPlant:
-    return KinematicPlant([ROOM], Pose2D(), Pose2D())
+def plant() -> SimPlant:
+    return room_plant((-2.0, 3.0), (-2.0, 2.0))
 
 
 def run(device: Device, seconds: float) -> bytes:
@@ -316,7 +314,7 @@ def test_clusters_give_the_least_range() -> None:
 
 
 def test_beams_see_what_is_there_when_they_fire() -> None:
-    moving = KinematicPlant([ROOM * [0.5, 2.0]], Pose2D(), Pose2D())
+    moving = room_plant((-1.0, 1.5), (-4.0, 4.0))
     lidar = EmulatedUrg04lx(moving)
     answers(lidar, "SCIP2.0")
     said = lidar.receive(b"MD0044072501000\n", 0.0)

@@ -3,16 +3,20 @@
 import threading
 from collections.abc import Iterator
 from contextlib import closing, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from hardware import DecodeError
 from hardware.arcos.config_packet import ArcosConfig
-from hardware.arcos.model import Identity, units_of
+from hardware.arcos.model import UNITS, Identity, units_of
 from hardware.arcos.sip import Sip, is_sip
 from hardware.arcos_session import ArcosLine, connect_robot, disconnect_robot, read_config
+from hardware.scip.commands import ScanRequest
 from hardware.scip.information import SensorParameters, SensorState
+from hardware.scip.reply import Reply
 from hardware.scip.scan_data import ScanData, decode_scan
+from hardware.scip.status import is_ok
+from hardware.scip_scans import switch_laser_on
 from hardware.scip_session import ScipLine, connect_lidar, identify, stop_scans
 from hardware.serial_port import NoDevice, PortLost, SerialPort
 from hardware.usb_serial import latency_timer
@@ -91,7 +95,7 @@ def _try_laser(line: ScipLine, parameters: SensorParameters) -> tuple[list[str],
         if not condition.startswith(_WORKS):
             faults.append(f'the lidar says of itself: "{condition}"; switch it off and on, and see its manual')
     try:
-        line.ask_until_answered("BM")
+        switch_laser_on(line)
         data = _latest(line, parameters)
     except RobotError as refusal:
         said = str(refusal).removeprefix(f"{line.port.url}: ")
@@ -102,10 +106,26 @@ def _try_laser(line: ScipLine, parameters: SensorParameters) -> tuple[list[str],
 
 
 def _latest(line: ScipLine, parameters: SensorParameters) -> ScanData:
+    """Ask for one scan, by MD where the sensor does not know GD."""
+    single = ScanRequest("GD", parameters.first, parameters.last)
     for _ in range(3):
         with suppress(DecodeError):
-            return decode_scan(line.ask_until_answered(f"GD{parameters.first:04d}{parameters.last:04d}01"))
+            reply = line.ask(single.encode())
+            if reply is not None and is_ok(reply.status):
+                return decode_scan(reply)
+            if reply is not None and reply.status.isdigit():
+                line.ask_until_answered(single.encode())  # raises what the sensor said
+            return decode_scan(_streamed(line, parameters))
     raise RobotError(f"{line.port.url}: the lidar's scans come damaged; look at its cable")
+
+
+def _streamed(line: ScipLine, parameters: SensorParameters) -> Reply:
+    request = ScanRequest("MD", parameters.first, parameters.last, scans=1)
+    line.ask_until_answered(request.encode())
+    reply = line.wait_for(replace(request, scans=0).encode(), 10.0 * parameters.scan_time)
+    if reply is None:
+        raise RobotError(f"{line.port.url}: the lidar obeys {request.encode()}, but sends no scan")
+    return reply
 
 
 def _examine_robot(port: str, _: int, wire: WireSession | None) -> Finding:
@@ -142,7 +162,7 @@ def _report_of(line: ArcosLine, identity: Identity) -> Sip | None:
 
 def _robot_faults(identity: Identity, config: ArcosConfig | None, report: Sip | None) -> Iterator[str]:
     if units_of(identity.subclass) is None:
-        yield f"the robot is a {identity.subclass!r}; only p3dx and p3dx-sh are known here"
+        yield f"the units of a robot of subclass {identity.subclass!r} are not known here, but {', '.join(UNITS)}"
     elif report is None:
         yield "the robot reports nothing that makes sense; look at its cable, and switch it off and on"
     if config is None:

@@ -77,7 +77,7 @@ def serving(answer: Callable[[str], str]) -> Iterator[SimpleNamespace]:
 @pytest.mark.parametrize(
     ("statuses", "state", "said"),
     [
-        ({"BM": "01"}, "Sensor works well.", "refuses BM: status 01, the laser is faulty"),
+        ({"BM": "01"}, "Sensor works well.", "the laser is faulty (BM, status 01)"),
         ({"GD": "50"}, "Sensor works well.", "status 50, the sensor has a hardware fault"),
         ({"BM": "01"}, "Laser malfunction", '"Laser malfunction"'),
     ],

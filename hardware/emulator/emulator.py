@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
+from functools import partial
 from typing import Final, Self, TypeVar
 
 import numpy as np
@@ -18,7 +19,7 @@ from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort
 from hardware.emulator.serial_line import ConnectedDevice, LineNoise
-from hardware.emulator.urg04lx import EmulatedUrg04lx
+from hardware.emulator.urg04lx import TABLE1_PARAMETERS, EmulatedUrg04lx
 from hardware.wire.session import WireSession
 from slam.closing import Closing
 from slam.pose import FloatArray, Pose2D, unit_vectors
@@ -50,7 +51,16 @@ class EmulatorState:
 
 _T = TypeVar("_T")
 MakeScanner = Callable[[Plant, float, float, bool], EmulatedUrg04lx | EmulatedLd19]
-EMULATED_LIDARS: Final[dict[str, MakeScanner]] = {"urg04lx": EmulatedUrg04lx, "ld19": EmulatedLd19}
+EMULATED_LIDARS: Final[dict[str, MakeScanner]] = {
+    "urg04lx": EmulatedUrg04lx,
+    "table1": partial(EmulatedUrg04lx, parameters=TABLE1_PARAMETERS),
+    "ld19": EmulatedLd19,
+}
+
+
+def device_name(lidar: str) -> str:
+    """Return the name of the device that this model is: Table 1 describes a URG-04LX with fewer beams."""
+    return "urg04lx" if lidar == "table1" else lidar
 
 
 class Emulator(Closing):
@@ -109,7 +119,7 @@ class Emulator(Closing):
     def port_settings(self) -> list[str]:
         """Settings of a scenario that name both ports."""
         ports = [f"hardware.robot_port={self.robot.port.address}", f"hardware.lidar_port={self.lidar.port.address}"]
-        return [*ports, f"lidar.model={self._model}"]
+        return [*ports, f"lidar.model={device_name(self._model)}"]
 
     @property
     def now(self) -> float:

@@ -7,9 +7,8 @@ import numpy as np
 
 from sim.lidar_noise import measure
 from sim.moving_outlines import MovingOutlines
-from sim.ray_casters import RAY_CASTERS, RayCaster
+from sim.ray_casters import RayCaster, Surroundings
 from sim.rays import ScanMotion, fire_beams
-from sim.world import World
 from sim.z_buffer import stop_at_legs
 from slam.lidars import Lidar
 from slam.pose import FloatArray, unit_vectors
@@ -26,7 +25,7 @@ class SimulatedLidar:
 
     def __init__(
         self,
-        world: World,
+        surroundings: Surroundings,
         config: LidarConfig,
         leg_radii: FloatArray | None = None,
         movables: Sequence[Movable] = (),
@@ -41,7 +40,7 @@ class SimulatedLidar:
         self._outlines = MovingOutlines(movables, config.height)
         reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
         self._reach = reach
-        self.caster: RayCaster = RAY_CASTERS[config.caster](world, config.height, reach)
+        self.caster: RayCaster = surroundings.caster(config.caster, config.height, reach)
 
     def scan(self, motion: ScanMotion, stamp: float, rng: np.random.Generator) -> LaserScan:
         """Take one scan; its first beam fires at ``stamp``, and the noise comes from ``rng``."""

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from sim.moving_outlines import MovingOutlines
-from sim.world import World
+from sim.ray_casters import Surroundings
 from sim.z_buffer import stop_at_legs
 from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.furniture import Movable
@@ -26,8 +26,8 @@ RAYS: Final = 5
 class SonarRing:
     """Reads the ring against walls, furniture and people's legs; without noise."""
 
-    def __init__(self, world: World, movables: Sequence[Movable] = ()) -> None:
-        self._world = world
+    def __init__(self, surroundings: Surroundings, movables: Sequence[Movable] = ()) -> None:
+        self._caster = surroundings.caster("bullet", HEIGHT, REACH)
         self._outlines = MovingOutlines(movables, HEIGHT)
         ring = TRANSDUCERS[:FRONT]
         self._origins = np.repeat(ring[:, :2], RAYS, axis=0)
@@ -39,9 +39,7 @@ class SonarRing:
         """Metres, (8,) from left to right; inf without an echo. ``legs`` (L, 2) and ``things`` (M, 3) are there now."""
         bearings = self._bearings + T_map_base.theta
         rays = np.vstack([T_map_base.transform(self._origins).T, unit_vectors(bearings).T, bearings])
-        starts = np.insert(rays[:2].T, 2, HEIGHT, axis=1)
-        ends = np.insert((rays[:2] + REACH * rays[2:4]).T, 2, HEIGHT, axis=1)
-        ranges = REACH * self._world.cast(starts, ends)
+        ranges = self._caster.cast(rays)
         self._outlines.stop(rays, ranges, things[None], 0.0)
         stop_at_legs(rays, ranges, legs[None], leg_radii, 0.0)
         ranges[ranges > REACH] = np.inf

@@ -16,15 +16,12 @@ from hardware.arcos.model import P3DX_SH
 from hardware.arcos.sip import Sip
 from hardware.battery_watch import BatteryWatch
 from hardware.emulator.emulator import Emulator
-from hardware.emulator.kinematic_plant import KinematicPlant
 from slam.cli.main import main
-from slam.pose import Pose2D
 from slam.run.results.metrics import measure
 from slam.run.results.step_table import read_steps
 from slam.scenario.hardware_config import HardwareConfig
 from slam.sonar_ring import FRONT, TRANSDUCERS, echo_points
-
-ROOM = np.array([[-2.0, -2.0], [30.0, -2.0], [30.0, 2.0], [-2.0, 2.0]])
+from tests.rooms import room_plant
 
 
 def watched(volts: list[float], settings: ArcosConfig = ArcosConfig()) -> list[str]:  # noqa: B008  # frozen
@@ -84,7 +81,7 @@ def test_an_empty_battery_ends_the_run_with_words(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "run"
-    with Emulator(KinematicPlant([ROOM], Pose2D(), Pose2D(0.16)), paced=False) as emulator:
+    with Emulator(room_plant((-2.0, 30.0), (-2.0, 2.0), 0.16), paced=False) as emulator:
         emulator.do(lambda: emulator.p3dx.set_battery(10.8))
         words = [word for setting in [*emulator.port_settings, "duration=60"] for word in ("--set", setting)]
         arguments = ["hopslam", "run", "corridor", "--backend", "hardware", "--yes", "--out", str(out), *words]

@@ -12,30 +12,30 @@ from hypothesis import strategies as st
 
 from hardware.doctor import examine
 from hardware.emulator.emulator import Emulator
-from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.emulator.ld19 import EmulatedLd19
 from hardware.ldrobot import SIZE, LdDecoder, LdPacket
 from hardware.lidars.ld_turns import TurnCollector
 from hardware.robot import HardwareRobot
+from sim.plant import SimPlant
 from sim.robot import SimRobot
 from slam.deskew import deskewed
 from slam.lidars import LD19, LIDARS, Lidar
 from slam.odometry import Twist2D
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray
 from slam.run.gym_arrays import nearest_beams, scan_array
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
+from tests.rooms import room_plant
 
 MANUAL = bytes.fromhex(
     "54 2C 68 08 AB 7E E0 00 E4 DC 00 E2 D9 00 E5 D5 00 E3 D3 00 E4 D0 00 E9 CD 00 E4 CA 00 E2 C7 00 E9 C5 00 E5"
     "C2 00 E5 C0 00 E5 BE 82 3A 1A 50"
 )
 """The example of the LD19 Development Manual."""
-ROOM = np.array([[-2.0, -2.0], [3.5, -2.0], [3.5, 2.0], [-2.0, 2.0]])
 
 
-def plant() -> KinematicPlant:
-    return KinematicPlant([ROOM], Pose2D(), Pose2D(0.16), reach=12.0)
+def plant() -> SimPlant:
+    return room_plant((-2.0, 3.5), (-2.0, 2.0), 0.16, "ld19")
 
 
 def to_walls(points: FloatArray) -> FloatArray:

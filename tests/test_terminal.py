@@ -22,8 +22,8 @@ from slam.console.terminal_table import TerminalTable
 from slam.errors import InputError
 from slam.run.run_and_report import summary_tables
 from slam.run.watchers import RunProgress
+from slam.sweep.launch import Sweep
 from slam.sweep.report.write import write_report
-from slam.sweep.sweep import SweepOutcome
 
 ROOT = Path(__file__).parents[1]
 WILD = "[/x] [m] [bold]b[/bold] :smile: [link=a]"
@@ -152,6 +152,6 @@ def test_a_printed_command_can_be_pasted(tmp_path: Path, monkeypatch: pytest.Mon
     with pytest.raises(InputError) as raised:
         write_report(out)
     assert command_in(str(raised.value)) == ["hopslam", "sweep", "SCENARIO", "--out", out]
-    monkeypatch.setattr("slam.sweep.sweep.run_sweep", lambda *_: SweepOutcome(1, 0, 0, False))
+    monkeypatch.setattr("slam.sweep.launch.sweep", lambda *_, **given: Sweep(given["out"], done=1))
     done = CliRunner().invoke(app, ["sweep", "paper_simulation", "--out", out])
     assert command_in(done.output) == ["hopslam", "sweep", "report", out]

@@ -20,7 +20,7 @@ def emulate(
         list[str] | None,
         typer.Option(
             metavar="DEVICE:KIND@AT+SECONDS",
-            help="robot or lidar: unplug, stall, e-stop, motors-off, battery-low, battery-empty, dead.",
+            help="robot or lidar: unplug, stall, e-stop, motors-off, battery-low, battery-empty, dead, reboot.",
         ),
     ] = None,
     bit_errors: Share = 0.0,
@@ -29,7 +29,7 @@ def emulate(
     drift: Annotated[float, typer.Option(metavar="SHARE", help="Share by which the lidar's clock runs faster.")] = 0.0,
     rs232: Annotated[bool, typer.Option("--rs232", help="The lidar on RS-232: its bit rate limits it.")] = False,
     watchdog: Annotated[float, typer.Option(min=0.0, max=60.0, metavar="S", help="The robot's; 0 is none.")] = 2.0,
-    plant: Annotated[str, typer.Option(metavar="NAME", help="Simulation: sim, or plan, without physics.")] = "sim",
+    plant: Annotated[str, typer.Option(metavar="NAME", help="Simulation: sim, or plan, without PyBullet.")] = "sim",
     seed: Annotated[int, typer.Option(min=0, help="Seed of the damage to bytes.")] = 0,
     truth: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the true poses there, as TUM text.")] = None,
     record_wire: RecordWire = None,

@@ -108,6 +108,15 @@ class Run:
         write_report([self.record], Path(path))
         return Path(path)
 
+    def view(self, width: int = 950, height: int = 600) -> Any:
+        """The run in rerun's viewer, a widget for notebooks; ``hopslam view`` opens a window of its own.
+
+        InputError where rerun-notebook is not installed.
+        """
+        from slam.run.viewer.finished_run import notebook_viewer, recording_of
+
+        return notebook_viewer(recording_of(self.folder, lambda scans, _: scans), width, height)
+
     def __repr__(self) -> str:
         return f"Run({str(self.folder)!r}, {self.ending or 'cut off'}, {self.metrics['scans']} scans)"
 

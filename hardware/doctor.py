@@ -122,7 +122,7 @@ def _examine_robot(port: str, _: int, wire: WireSession | None) -> Finding:
     if config is not None:
         words += f", firmware {config.firmware or 'unknown'}, watchdog {config.watchdog:g} s"
     if report is not None:
-        words += f", battery {_volts(report):.1f} V"
+        words += f", battery {report.volts:.1f} V"
     return Finding(port, words, faults=tuple(_robot_faults(identity, config, report)), advice=_latency_advice(port))
 
 
@@ -166,14 +166,10 @@ def _report_faults(report: Sip, low_battery: float) -> Iterator[str]:
         yield f"it says that its {' and '.join(sides)} wheel cannot turn; free it"
     if report.front_bumpers or report.rear_bumpers:
         yield "one of its bumpers is pressed; push the robot free"
-    if _volts(report) < low_battery:
-        yield f"its battery has {_volts(report):.1f} V, and is low below {low_battery:.1f} V; charge it"
+    if report.volts < low_battery:
+        yield f"its battery has {report.volts:.1f} V, and is low below {low_battery:.1f} V; charge it"
     if report.faults:
         yield f"it reports faults, flags {report.faults:#06x}; see its manual"
-
-
-def _volts(report: Sip) -> float:
-    return report.battery if report.fine_battery is None else report.fine_battery
 
 
 def _latency_advice(port: str) -> str | None:

@@ -13,7 +13,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hardware.emulator.emulator import Emulator
-from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.robot import HardwareRobot
 from hardware.scip_session import ScipLine
 from hardware.serial_port import PortLost, SerialPort
@@ -24,8 +23,8 @@ from hardware.wire.recorder import WireRecorder
 from hardware.wire.session import WireSession
 from slam.errors import InputError
 from slam.odometry import Twist2D
-from slam.pose import Pose2D
 from slam.scenario.file import load_scenario
+from tests.rooms import room_plant
 
 REAL = Path(__file__).parents[2] / "shared" / "data" / "real_urg04lx_hokuyoaist.txt"
 """What a real URG-04LX and hokuyoaist said to each other, as others recorded it."""
@@ -142,9 +141,8 @@ def drive(robot: HardwareRobot, scans: int) -> Iterator[tuple[np.ndarray, float]
 
 
 def test_a_recorded_drive_is_driven_again(tmp_path: Path) -> None:
-    room = np.array([[-2.0, -2.0], [3.5, -2.0], [3.5, 2.0], [-2.0, 2.0]])
     record = tmp_path / "drive.wire"
-    with Emulator(KinematicPlant([room], Pose2D(), Pose2D(0.16))) as emulator:
+    with Emulator(room_plant((-2.0, 3.5), (-2.0, 2.0), 0.16)) as emulator:
         scenario = load_scenario("corridor", emulator.port_settings)
         with HardwareRobot(scenario, yes=True, record_wire=record) as robot:
             driven = list(drive(robot, 15))
@@ -162,7 +160,7 @@ def test_a_recorded_drive_is_driven_again(tmp_path: Path) -> None:
 def test_both_ends_of_a_wire_are_recorded(tmp_path: Path) -> None:
     with (
         WireSession(tmp_path / "emulator.wire") as wire,
-        Emulator(KinematicPlant([np.eye(2)], Pose2D(), Pose2D()), wire=wire) as emulator,
+        Emulator(room_plant((-2.0, 2.0), (-2.0, 2.0)), wire=wire) as emulator,
     ):
         port = SerialPort(emulator.robot.port.address, 9600)
         port.write(bytes.fromhex("FA FB 03 00 00 00"))

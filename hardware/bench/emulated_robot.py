@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from hardware.emulator.emulator import Emulator
+from hardware.emulator.emulator import Emulator, emulated_lidar
 from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.ports import PtyPort
 from hardware.robot import HardwareRobot
@@ -82,8 +82,10 @@ def emulated_devices(
     """
     config = replace(FACTORY_CONFIG, watchdog=watchdog)
     with TemporaryDirectory(prefix="hopslam-") as links:
-        ports = PtyPort(Path(links) / "p3dx"), PtyPort(Path(links) / "urg04lx")
-        yield Emulator(make_plant(plant, scenario), *ports, seed=scenario.seed, robot_config=config)
+        ports = PtyPort(Path(links) / "p3dx"), PtyPort(Path(links) / "lidar")
+        yield Emulator(
+            make_plant(plant, scenario), *ports, seed=scenario.seed, robot_config=config, lidar=emulated_lidar(scenario)
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from typing import Final, Self, TypeVar
 import numpy as np
 
 from hardware.arcos.config_packet import ArcosConfig
+from hardware.emulator.ld19 import EmulatedLd19
 from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort
@@ -21,11 +22,17 @@ from hardware.emulator.urg04lx import EmulatedUrg04lx
 from hardware.wire.session import WireSession
 from slam.closing import Closing
 from slam.pose import FloatArray, Pose2D, unit_vectors
+from slam.scenario.schema import Scenario
 
 _FARTHEST_BEHIND: Final = 1.0
 """Seconds by which the emulated world may fall behind the clock; beyond, it skips time."""
 _LONGEST_WAIT: Final = 60.0
 """Seconds to wait at most, since a stall without an end has no time at which it ends."""
+
+
+def emulated_lidar(scenario: Scenario) -> str:
+    """Return the model of the scenario's lidar; a URG-04LX for one that has no emulator."""
+    return scenario.lidar.model if scenario.lidar.model in EMULATED_LIDARS else "urg04lx"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,13 +49,16 @@ class EmulatorState:
 
 
 _T = TypeVar("_T")
+MakeScanner = Callable[[Plant, float, float, bool], EmulatedUrg04lx | EmulatedLd19]
+EMULATED_LIDARS: Final[dict[str, MakeScanner]] = {"urg04lx": EmulatedUrg04lx, "ld19": EmulatedLd19}
 
 
 class Emulator(Closing):
-    """A P3-DX and a URG-04LX at two ports; use it as a context manager.
+    """A P3-DX and a lidar at two ports; use it as a context manager.
 
     ``noise`` is on both lines and ``drift`` in the lidar's clock. ``lidar_on_usb`` sets its line free of any bit rate;
-    with ``paced`` it answers as slowly as a real one, one command a turn. ``wire`` is told what passes at both ports.
+    with ``paced`` it answers as slowly as a real one, one command a turn. ``wire`` is told what passes at both
+    ports, and ``lidar`` is the model of the lidar.
 
     All devices belong to the thread; others reach them through ``do``. What happens at one time is done in the order of
     time, however late the thread wakes up.
@@ -66,14 +76,16 @@ class Emulator(Closing):
         seed: int = 0,
         robot_config: ArcosConfig = FACTORY_CONFIG,
         wire: WireSession | None = None,
+        lidar: str = "urg04lx",
     ) -> None:
         now = time.monotonic()
         wire = wire or WireSession()
         self._plant = plant
         self.p3dx = EmulatedP3dx(plant, now, robot_config)
-        self.urg04lx = EmulatedUrg04lx(plant, now, drift, paced)
+        self._model = lidar
+        self.scanner = EMULATED_LIDARS[lidar](plant, now, drift, paced)
         self.robot = ConnectedDevice(self.p3dx, robot_port or PtyPort(), True, 2 * seed, noise, wire)
-        self.lidar = ConnectedDevice(self.urg04lx, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise, wire)
+        self.lidar = ConnectedDevice(self.scanner, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise, wire)
         self._devices = (self.robot, self.lidar)
         self._calls: deque[Callable[[], object]] = deque()
         self._schedule: list[tuple[float, Callable[[], object]]] = []
@@ -88,9 +100,16 @@ class Emulator(Closing):
         return self
 
     @property
+    def urg04lx(self) -> EmulatedUrg04lx:
+        """The lidar, where it is a URG-04LX."""
+        assert isinstance(self.scanner, EmulatedUrg04lx)
+        return self.scanner
+
+    @property
     def port_settings(self) -> list[str]:
         """Settings of a scenario that name both ports."""
-        return [f"hardware.robot_port={self.robot.port.address}", f"hardware.lidar_port={self.lidar.port.address}"]
+        ports = [f"hardware.robot_port={self.robot.port.address}", f"hardware.lidar_port={self.lidar.port.address}"]
+        return [*ports, f"lidar.model={self._model}"]
 
     @property
     def now(self) -> float:
@@ -129,8 +148,8 @@ class Emulator(Closing):
             os.close(self._wake_write)
 
     def _state(self) -> EmulatorState:
-        bearings, ranges = self.urg04lx.sweep
-        echoes = np.isfinite(ranges) & self.urg04lx.laser
+        bearings, ranges = self.scanner.sweep
+        echoes = np.isfinite(ranges) & self.scanner.laser
         near = ranges[echoes, None] * unit_vectors(bearings[echoes])
         plant = self._plant
         return EmulatorState(self.p3dx.moved_until - self._began, plant.T_map_base, plant.odometry, near, plant.stalled)

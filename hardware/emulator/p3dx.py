@@ -31,6 +31,7 @@ FACTORY_CONFIG: Final = ArcosConfig(
     pwm_max=500,
     name="emulated",
     sip_cycle=0.1,
+    front_sonar=1,
     low_battery=11.5,
     rev_count=16570,
     watchdog=2.0,
@@ -54,7 +55,7 @@ class EmulatedP3dx:
 
     def __init__(self, plant: Plant, now: float = 0.0, config: ArcosConfig = FACTORY_CONFIG) -> None:
         self._plant = plant
-        self._config = config
+        self.config = config
         self.due = now + _TICK
         self._sip_at = now + config.sip_cycle
         self._decoder = PacketDecoder()
@@ -62,7 +63,7 @@ class EmulatedP3dx:
         self._synced = 0
         self.open = False
         self.baud = BAUDS[config.host_baud]
-        self._reports = P3dxReports(plant, config)
+        self.reports = P3dxReports(plant, config)
         self._reset()
 
     @property
@@ -75,6 +76,10 @@ class EmulatedP3dx:
         """Time up to which its plant has moved."""
         return self.due - _TICK
 
+    def set_battery(self, volts: float) -> None:
+        """Charge or discharge the battery."""
+        self.reports.battery = volts
+
     def step(self) -> bytes:
         """Do one turn of the firmware's loop: motors, then a report every cycle."""
         now = self.due
@@ -83,8 +88,8 @@ class EmulatedP3dx:
         self._plant.advance(_TICK, self.motors.setpoint)
         if now < self._sip_at - _TICK / 2.0:
             return b""
-        self._sip_at += self._config.sip_cycle
-        return self._reports.packets(self.motors) if self.open else b""
+        self._sip_at += self.config.sip_cycle
+        return self.reports.packets(self.motors) if self.open else b""
 
     def receive(self, data: bytes, now: float) -> bytes:
         """Execute the commands in these bytes; some are answered at once."""
@@ -114,20 +119,15 @@ class EmulatedP3dx:
 
     def _execute(self, command: Command, now: float) -> bytes:
         self.motors.feed_watchdog(now)
-        if command.id == CommandId.CONFIG:
-            return encode_packet(self._config.encode())
-        if command.id == CommandId.CLOSE:
-            self.open, self._synced = False, 0
-            self.motors.enable(False)
-            self.baud = BAUDS[self._config.host_baud]
-        elif command.id == CommandId.HOSTBAUD:
-            if isinstance(command.argument, int) and 0 <= command.argument < len(BAUDS):
-                self.baud = BAUDS[command.argument]
-        else:
-            execute(command, self.motors, self._reports)
-        return b""
+        return execute(command, self)
+
+    def close(self) -> None:
+        """End the connection: motors without power, and the bit rate of the FLASH."""
+        self.open, self._synced = False, 0
+        self.motors.enable(False)
+        self.baud = BAUDS[self.config.host_baud]
 
     def _reset(self) -> None:
         """Reset all but the odometry as at power-up, with the settings of the FLASH."""
-        self.motors = MotorController(self._config)
-        self._reports.encoders, self._reports.sonar = False, True
+        self.motors = MotorController(self.config)
+        self.reports.reset()

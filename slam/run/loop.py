@@ -15,7 +15,7 @@ from slam.run.pilots import Pilot
 from slam.run.robot_env import RobotEnv
 from slam.run.step import Step, Watcher
 
-Ending = Literal["arrived", "collided", "duration over", "no more scans", "interrupted", "failed"]
+Ending = Literal["arrived", "collided", "duration over", "no more scans", "interrupted", "battery empty", "failed"]
 """Reason for which a run ends, as in ``metrics.json``. Until 0.1 ``no more scans`` also meant ``duration over``."""
 _NO_TIME: Final = 2.5
 """Scan times before the end of the duration: where fewer are left, it is the reason why no scan comes."""

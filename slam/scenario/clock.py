@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import ceil
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -10,8 +10,11 @@ from slam.config import Section
 
 
 class Physics(Section):
-    """The clock of the simulation."""
+    """The engine of the simulation, and its clock."""
 
+    engine: Literal["bullet", "plan"] = "bullet"
+    """``bullet``: PyBullet, with forces. ``plan``: a compiled kinematic model in the plan of the world, many times as
+    fast; what the robot meets stops it, and nothing can be pushed. See docs/simulator.md."""
     rate: Annotated[int, Field(ge=60, le=10_000)] = 240
     """Physics steps a second."""
 

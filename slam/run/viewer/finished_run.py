@@ -17,7 +17,7 @@ from slam.run.results.run_record import RunRecord
 from slam.run.viewer.live_run import LOST, ODOMETRY_ONLY
 from slam.run.viewer.loop_events import LoopsShown, closure_text, end_text
 from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
-from slam.run.viewer.scene import Event, Frame, Scene, planned_route
+from slam.run.viewer.scene import Event, Frame, Scene, planned_route, plots
 
 if TYPE_CHECKING:  # it imports rerun
     from slam.run.viewer.broadcast import Broadcast
@@ -63,7 +63,8 @@ def scene_of(record: RunRecord) -> Scene:
     """Scene of a run, as its folder has it."""
     around = np.concatenate([record.traces.estimate[:, :2], record.walls.reshape(-1, 2)])
     route = planned_route(record.config)
-    return Scene(record.T_base_laser, outlines=tuple(record.outlines), route=route, around=around)
+    curves = plots(battery=bool(np.isfinite(record.traces.volts).any()))
+    return Scene(record.T_base_laser, outlines=tuple(record.outlines), route=route, around=around, plots=curves)
 
 
 def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:
@@ -160,6 +161,7 @@ def frames_of(record: RunRecord) -> Iterator[Frame]:
             1e-3 * float(row["extraction_ms"]),
             1e-3 * float(row["slam_ms"]),
             (float(row["v"]), float(row["omega"])),
+            float(traces.volts[index]),
         )
 
 

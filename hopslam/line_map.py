@@ -73,12 +73,16 @@ class Map:
         length = float(np.hypot(*(self.walls[:, 1] - self.walls[:, 0]).T).sum())
         return f"Map({len(self.walls)} walls, {length:.1f} m in all, {len(self.trajectory)} scans)"
 
-    def _repr_png_(self) -> bytes:
+    def picture(self) -> bytes:
+        """The walls, and the way of the robot, as the content of a PNG file."""
         from slam.run.pictures.figure_style import png_of
         from slam.run.pictures.map_picture import MapContents, map_figure
 
         way = self.trajectory if len(self.trajectory) else self.pose.as_array()[None]
         return png_of(map_figure(MapContents(self.walls, way, points=self.points), longest=9.0))
+
+    def _repr_png_(self) -> bytes:
+        return self.picture()
 
 
 def load_map(path: str | Path, settings: SettingsLike = ()) -> Map:

@@ -141,7 +141,7 @@ class Slam:
         return f"Slam({len(self._way)} scans, at {pose.x:.3f}, {pose.y:.3f} m, {pose.theta:.3f} rad)"
 
     def _repr_png_(self) -> bytes | None:
-        return self.map._repr_png_() if self._way else None
+        return self.map.picture() if self._way else None
 
     def _begun(self, measured: bool) -> tuple[LineSlam, LoopCloser]:
         """The method, made at the first scan: with odometry or without."""

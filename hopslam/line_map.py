@@ -112,7 +112,9 @@ def closed_map(closed: ClosedLoops) -> Map:
 
 def state_of(given: Map | str | Path, config: SlamConfig) -> SavedSlam:
     """The state of the method in a map, to go on from: a copy, so that the map stays as it is."""
-    saved = load_map(given, config).saved if isinstance(given, str | Path) else deepcopy(given.saved)
+    if not isinstance(given, Map | str | Path):
+        raise InputError(f"saved_map is of type {type(given).__name__}; give a Map, or the path of one")
+    saved = deepcopy(given.saved) if isinstance(given, Map) else load_map(given, config).saved
     if saved is None:
         raise InputError("saved_map: a map of paper mode cannot be gone on in; map again with slam.mode=hopslam")
     return saved if config.loops != "never" else replace(saved, graph=None)

@@ -1,4 +1,4 @@
-"""What mkdocs asks for while it builds the site: pages made from the code, links into the code, formulas as MathML."""
+"""Hooks that mkdocs calls to build the site: pages made from the code, links into the code, formulas as MathML."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 """The dialogue with an ARCOS robot: finds it on the line, opens it, asks for its settings, closes it."""
 
+import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -16,6 +17,7 @@ from hardware.arcos.sip import is_sip, is_standing
 from hardware.serial_port import BITS_PER_BYTE, NoDevice, PortLost, SerialPort
 from slam.errors import RobotError
 
+_LOG: Final = logging.getLogger("hopslam.p3dx")
 _BAUD_SEARCH: Final = (9600, 38400, 19200, 115200, 57600)
 _FAST_BAUD: Final = 38400
 _ANSWER: Final = 0.4
@@ -48,6 +50,11 @@ class ArcosLine:
         self._began = self._heard_at = 0.0
         self.report_when_found_open: ReceivedPacket | None = None
         """Last report of a robot that was found open, standing again; it has counted its travel all the time."""
+
+    @property
+    def refused(self) -> Sequence[bytes]:
+        """Data of the newest packets whose checksums were wrong."""
+        return self._decoder.refused
 
     def send(self, command: Command) -> None:
         """Write one command."""
@@ -118,15 +125,40 @@ def connect_robot(line: ArcosLine) -> Identity:
     raise NoDevice(f"{line.port.url}: no ARCOS robot answers{tried}; is it switched on, and its cable right?")
 
 
-def read_config(line: ArcosLine) -> ArcosConfig:
-    """Return the settings in the robot's FLASH; RobotError when it does not say them."""
+def read_config(line: ArcosLine, otherwise: ArcosConfig | None = None) -> ArcosConfig:
+    """Return the settings in the robot's FLASH; those that it does not say are those of ``otherwise``, with a warning.
+
+    A packet whose checksum is wrong is believed when it comes twice alike. RobotError when nothing comes and there is
+    nothing else to take.
+    """
+    packet = _config_packet(line)
+    config = ArcosConfig() if packet is None else ArcosConfig.decode(packet)
+    if config.watchdog or otherwise is None:
+        if packet is None:
+            raise RobotError(f"{line.port.url}: the robot does not say its settings (CONFIG)")
+        return config
+    config = otherwise if packet is None else ArcosConfig.decode(packet, otherwise)
+    if config.watchdog:
+        _LOG.warning(
+            "%s: the robot does not say its settings (CONFIG); hardware.settings is believed: a watchdog of %g s",
+            line.port.url,
+            config.watchdog,
+        )
+    return config
+
+
+def _config_packet(line: ArcosLine) -> bytes | None:
+    """Ask for CONFIGpac, and return it; None when none comes."""
     for _ in range(_TRIES):
         line.send(Command(CommandId.CONFIG, 1))
         packet = line.wait_for(lambda data: data[0] == CONFIG_PACKET, 2.0 * _ANSWER)
         if packet is not None:
-            with suppress(DecodeError):
-                return ArcosConfig.decode(packet)
-    raise RobotError(f"{line.port.url}: the robot does not say its settings, so its watchdog is unknown; switch it off")
+            return packet
+        damaged = [data for data in line.refused if data[0] == CONFIG_PACKET]
+        if damaged and damaged.count(damaged[-1]) > 1:
+            _LOG.warning("%s: CONFIG has a wrong checksum, but comes twice alike: it is believed", line.port.url)
+            return damaged[-1]
+    return None
 
 
 def speed_up(line: ArcosLine, config: ArcosConfig) -> None:

@@ -2,17 +2,19 @@
 
 import logging
 import threading
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from typing import Final
 
 from hardware.arcos.commands import Command, CommandId
 from hardware.arcos.config_packet import ArcosConfig
-from hardware.arcos.model import ArcosUnits, units_of
-from hardware.arcos_session import ArcosLine, connect_robot, read_config, speed_up
-from hardware.serial_port import SerialPort
+from hardware.arcos.model import UNITS, ArcosUnits, units_of
+from hardware.arcos_session import ArcosLine, connect_robot, disconnect_robot, read_config, speed_up
+from hardware.serial_port import PortLost, SerialPort
+from hardware.wire.session import WireSession
 from slam.errors import RobotError
-from slam.scenario.hardware_config import HardwareConfig
+from slam.scenario.hardware_config import FlashSettings, HardwareConfig
 from slam.scenario.robot_config import Limits
 
 _LOG: Final = logging.getLogger("hopslam.p3dx")
@@ -30,26 +32,35 @@ class OpenedP3dx:
     settings: ArcosConfig
 
 
-def open_p3dx(config: HardwareConfig, limits: Limits, closing: threading.Event) -> OpenedP3dx:
+def open_p3dx(config: HardwareConfig, limits: Limits, closing: threading.Event, wire: WireSession) -> OpenedP3dx:
     """Open the robot; RobotError when no P3-DX answers, its watchdog is off or too slow, or it hides its ticks."""
-    line = ArcosLine(SerialPort(config.robot_port, _FIRST_BAUD), closing)
+    line = ArcosLine(SerialPort(config.robot_port, _FIRST_BAUD, wire), closing)
     try:
-        return _set_up(line, config, limits)
+        subclass = connect_robot(line).subclass
+        try:
+            return _set_up(line, subclass, config, limits)
+        except RobotError:
+            with suppress(PortLost):
+                disconnect_robot(line)
+            raise
     except BaseException:
         line.port.close()
         raise
 
 
-def _set_up(line: ArcosLine, config: HardwareConfig, limits: Limits) -> OpenedP3dx:
-    subclass = connect_robot(line).subclass
+def _set_up(line: ArcosLine, subclass: str, config: HardwareConfig, limits: Limits) -> OpenedP3dx:
     units = units_of(subclass)
     if units is None:
-        raise RobotError(f"{line.port.url}: the robot is a {subclass!r}; only p3dx and p3dx-sh are known here")
-    settings = read_config(line)
+        known = ", ".join(UNITS)
+        raise RobotError(
+            f"{line.port.url}: the units of a robot of subclass {subclass!r} are not known here, but {known}"
+        )
+    settings = read_config(line, _stated_settings(config.settings))
     _check_watchdog(line, settings.watchdog, config.max_watchdog)
     by_encoders = config.odometry == "encoders"
     if by_encoders and not settings.ticks_per_metre:
-        raise RobotError(f"{line.port.url}: the robot does not say its ticks; set hardware.odometry=position")
+        cure = "set hardware.odometry=position, or hardware.settings.ticks_per_metre"
+        raise RobotError(f"{line.port.url}: the robot does not say the ticks of its wheels; {cure}")
     speed_up(line, settings)
     for command, quantity in (
         (CommandId.SETV, limits.linear),
@@ -63,6 +74,16 @@ def _set_up(line: ArcosLine, config: HardwareConfig, limits: Limits) -> OpenedP3
     line.send(Command(CommandId.ENABLE, 0))
     line.send(Command(CommandId.ENCODER, 2 * by_encoders))
     return OpenedP3dx(line, units, settings)
+
+
+def _stated_settings(settings: FlashSettings) -> ArcosConfig:
+    """Return the settings that the scenario states, for a robot that says none."""
+    return ArcosConfig(
+        watchdog=settings.watchdog,
+        ticks_per_metre=settings.ticks_per_metre or 0.0,
+        front_bumpers=settings.front_bumpers,
+        rear_bumpers=settings.rear_bumpers,
+    )
 
 
 def _check_watchdog(line: ArcosLine, watchdog: float, longest: float) -> None:

@@ -1,21 +1,22 @@
 """The dialogue with a SCIP sensor: finds it on the line whatever state it is in, asks, stops scans."""
 
+import logging
 import threading
 import time
 from contextlib import suppress
 from dataclasses import dataclass
-from math import ceil
 from typing import Final
 
 from hardware import DecodeError
-from hardware.scip.commands import TO_SCIP2, ScanRequest, set_baud
+from hardware.scip.commands import TO_SCIP2, set_baud
 from hardware.scip.frames import FrameDecoder, Lines
 from hardware.scip.information import SensorParameters, VersionInfo
-from hardware.scip.reply import DATA_LINE, Reply, decode_old_reply, find_reply
+from hardware.scip.reply import Reply, decode_old_reply, decode_reply, find_reply
 from hardware.scip.status import is_ok, status_meaning
-from hardware.serial_port import BITS_PER_BYTE, NoDevice, PortLost, SerialPort
+from hardware.serial_port import NoDevice, PortLost, SerialPort
 from slam.errors import RobotError
 
+_LOG: Final = logging.getLogger("hopslam.urg04lx")
 _BAUD_SEARCH: Final = (19200, 115200, 57600, 38400, 500000, 750000, 250000)
 _ANSWER: Final = 0.5
 """Seconds: an answer comes at the end of a turn, and may stand behind a scan at 115200 baud."""
@@ -24,12 +25,16 @@ _LOOK: Final = 0.1
 _LAST_ANSWER: Final = 0.3
 """Seconds to wait for the answer to the last QT."""
 _TRIES: Final = 3
+_ROUNDS: Final = 5
+"""Questions in all by which a sensor is brought to SCIP 2.0."""
+_IN_TIME_MODE: Final = ("0E", "10")
+"""Status of a command that is refused between TM0 and TM2: of a URG-04LX, and of later sensors."""
+_UPDATE: Final = (
+    "speaks SCIP 1 only: update the firmware to 3.0 or later with the tool of Hokuyo's download page (Windows, over "
+    "USB), or have the dealer do it"
+)
 _SILENCES: Final = 2
 """Questions without an answer after which a bit rate is given up."""
-_HEAD: Final = 30
-"""Characters of an answer before its data, at most."""
-_FILL: Final = 0.9
-"""Share of the line that scans may take."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,20 +122,12 @@ def connect_lidar(line: ScipLine, baud: int) -> None:
 
 
 def identify(line: ScipLine) -> tuple[VersionInfo, SensorParameters]:
-    """Ask the sensor for its identity and its abilities."""
+    """Ask the sensor for its identity, which informs people only, and for its abilities, without which nothing goes."""
+    version = _version(line)
     try:
-        return VersionInfo.decode(line.ask_until_answered("VV")), SensorParameters.decode(line.ask_until_answered("PP"))
+        return version, SensorParameters.decode(line.ask_until_answered("PP"))
     except DecodeError as error:
         raise RobotError(f"{line.port.url}: the lidar's description makes no sense: {error}") from error
-
-
-def choose_request(parameters: SensorParameters, baud: int | None) -> ScanRequest:
-    """Choose the fullest scans that a line of this bit rate has room for; None is a line without one."""
-    full = ScanRequest("MD", parameters.first, parameters.last)
-    if baud is None or _fits(full, parameters, baud) <= 1:
-        return full
-    short = ScanRequest("MS", parameters.first, parameters.last)
-    return ScanRequest("MS", short.first, short.last, interval=min(9, _fits(short, parameters, baud) - 1))
 
 
 def stop_scans(line: ScipLine) -> None:
@@ -143,26 +140,59 @@ def stop_scans(line: ScipLine) -> None:
                 return
 
 
-def _fits(request: ScanRequest, parameters: SensorParameters, baud: int) -> int:
-    """Return the turns that the answer of one scan takes on the line."""
-    size = request.values * request.width
-    length = size + 2 * ceil(size / DATA_LINE) + _HEAD
-    return ceil(length * BITS_PER_BYTE / baud / (parameters.scan_time * _FILL))
-
-
 def _silence(line: ScipLine) -> bool:
-    """Silence a sensor and bring it to SCIP 2.0; False where none answers at this bit rate."""
+    """Silence a sensor and bring it to SCIP 2.0; False where none answers at this bit rate.
+
+    RobotError for a sensor that answers, but cannot.
+    """
     line.send("")  # ends what an earlier client may have left unfinished
-    silences = 0
-    while silences < _SILENCES:
-        reply = line.ask("QT")
-        if reply is None:
+    reply, silences = None, 0
+    for _ in range(_ROUNDS):
+        answer = line.ask("QT")
+        if answer is None:
             silences += 1
-        elif reply.status == "00":
+            if silences == _SILENCES:
+                break
+            continue
+        reply = answer
+        if reply.status == "00":
             return True
-        else:
-            silences += line.ask("TM2" if reply.status == "0E" else TO_SCIP2) is None
-    return False
+        line.ask("TM2" if reply.status in _IN_TIME_MODE else TO_SCIP2)
+    if reply is None:
+        return False
+    if len(reply.status) == 1:
+        raise RobotError(f"{line.port.url}: {_too_old(line)}")
+    why = status_meaning("QT", reply.status)
+    raise RobotError(f"{line.port.url}: the lidar does not stop: status {reply.status} to QT, {why}")
+
+
+def _too_old(line: ScipLine) -> str:
+    """Return what to do with a sensor that knows SCIP 1 only."""
+    reply = line.ask("V")
+    with suppress(DecodeError):
+        if reply is not None:
+            firmware = VersionInfo.decode(reply).firmware
+            return f"the lidar's firmware, {firmware}, {_UPDATE}"
+    return f"the lidar's firmware {_UPDATE}"
+
+
+def _version(line: ScipLine) -> VersionInfo:
+    """Ask for the sensor's identity; what is damaged or missing of it is unknown, with a warning."""
+    lines: Lines = ()
+    for _ in range(_TRIES):
+        line.send("VV")
+        until = time.monotonic() + _ANSWER
+        while not lines and (left := until - time.monotonic()) > 0.0:
+            lines = next((frame.lines for frame in line.receive(left) if frame.lines[0].endswith(b"VV")), ())
+        if lines:
+            break
+    with suppress(DecodeError):
+        return VersionInfo.decode(decode_reply(lines))
+    _LOG.warning(
+        "%s: the lidar does not say who it is, its answer to VV is damaged, or a refusal",
+        line.port.url,
+    )
+    return VersionInfo.decode_leniently(lines)
 
 
 def _change_baud(line: ScipLine, baud: int) -> None:

@@ -1,4 +1,4 @@
-"""The one place that opens ports: a device, ``socket://host:port`` or ``loop://``."""
+"""The one place that opens ports: a device, ``socket://host:port``, ``loop://``, or ``wire:FILE``, a recording."""
 
 import errno
 import os
@@ -10,6 +10,8 @@ from typing import Any, Final
 import serial
 
 from hardware.port_errors import reason_of
+from hardware.wire.session import WireSession
+from hardware.wire.tape import SCHEME
 from slam.errors import RobotError
 
 BITS_PER_BYTE: Final = 10
@@ -31,14 +33,19 @@ class NoDevice(RobotError):
 
 
 class SerialPort:
-    """A serial line, open from the start and for nobody else; PortLost when it cannot be, or is lost later."""
+    """A serial line, open from the start and for nobody else; PortLost when it cannot be, or is lost later.
 
-    def __init__(self, url: str, baud: int) -> None:
+    ``wire`` is what the ports of one session share; without it nothing is recorded.
+    """
+
+    def __init__(self, url: str, baud: int, wire: WireSession | None = None) -> None:
         self.url = url
+        self._wire = wire or WireSession()
         try:
-            self._serial: Any = serial.serial_for_url(url, baudrate=baud, timeout=0.0, exclusive=True)
+            self._serial: Any = self._open(baud)
         except (OSError, ValueError, OverflowError) as error:  # SerialException is an OSError
             raise PortLost(f"{url}: {reason_of(url, error)}") from error
+        self._wire.note(url, "=", str(baud))
         self._fileno: int | None = None  # loop:// has none
         with suppress(OSError, AttributeError):
             self._fileno = int(self._serial.fileno())
@@ -46,7 +53,7 @@ class SerialPort:
     @property
     def has_baud(self) -> bool:
         """True where a bit rate means anything; it does not over TCP."""
-        return "://" not in self.url
+        return bool(self._serial.has_baud) if self.url.startswith(SCHEME) else "://" not in self.url
 
     @property
     def longest_gap(self) -> float:
@@ -60,27 +67,25 @@ class SerialPort:
 
     @baud.setter
     def baud(self, baud: int) -> None:
+        if baud == self.baud:
+            return
         try:
             self._serial.baudrate = baud
         except (OSError, ValueError) as error:
             raise PortLost(f"{self.url}: cannot be set to {baud} baud: {error}") from error
+        self._wire.note(self.url, "=", str(baud))
 
     def read(self, timeout: float) -> bytes:
         """Return the bytes that have come, as soon as any have; none when none come in ``timeout`` seconds."""
         with self._lost_on_failure():
-            if self._fileno is None:
-                self._serial.timeout = timeout
-                return bytes(self._serial.read(1) + self._serial.read(self._serial.in_waiting))
-            ready, _, _ = select.select([self._fileno], [], [], timeout)
-            if not ready:
-                return b""
-            data = os.read(self._fileno, _AT_ONCE)
-            if not data:
-                raise OSError(errno.EIO, "the device is gone")
-            return data
+            data = self._read(timeout)
+        if data:
+            self._wire.note(self.url, "<", data)
+        return data
 
     def write(self, data: bytes) -> None:
         """Send all bytes."""
+        self._wire.note(self.url, ">", data)
         with self._lost_on_failure():
             self._serial.write(data)
 
@@ -88,10 +93,30 @@ class SerialPort:
         """Give the port back; closing twice is allowed."""
         with suppress(OSError):  # it was unplugged: there is nothing to give back
             self._serial.close()
+        self._wire.note(self.url, "-", "")
+
+    def _open(self, baud: int) -> Any:
+        if self.url.startswith(SCHEME):
+            return self._wire.tape(self.url)
+        return serial.serial_for_url(self.url, baudrate=baud, timeout=0.0, exclusive=True)
+
+    def _read(self, timeout: float) -> bytes:
+        if self._fileno is None:
+            self._serial.timeout = timeout
+            return bytes(self._serial.read(1) + self._serial.read(self._serial.in_waiting))
+        ready, _, _ = select.select([self._fileno], [], [], timeout)
+        if not ready:
+            return b""
+        data = os.read(self._fileno, _AT_ONCE)
+        if not data:
+            raise OSError(errno.EIO, "the device is gone")
+        return data
 
     @contextmanager
     def _lost_on_failure(self) -> Iterator[None]:
         try:
             yield
         except (OSError, TypeError, AttributeError) as error:  # pyserial's own, when the port was closed meanwhile
-            raise PortLost(f"{self.url}: {reason_of(self.url, error)}") from error
+            reason = reason_of(self.url, error)
+            self._wire.note(self.url, "-", reason)
+            raise PortLost(f"{self.url}: {reason}") from error

@@ -23,20 +23,32 @@ if TYPE_CHECKING:
     from slam.config import OwnMethod, SlamConfig
     from slam.errors import HopslamError, InputError
     from slam.pose import Pose2D
+    from slam.run.launch import localize, replay, run
+    from slam.run.run import Run
+    from slam.run.scoring.evaluate import Evaluation, evaluate
+    from slam.sweep.launch import Sweep, sweep
 
 __all__ = [
     "Estimate",
+    "Evaluation",
     "HopslamError",
     "InputError",
     "Localizer",
     "Map",
     "OwnMethod",
     "Pose2D",
+    "Run",
     "Scan",
     "Segments",
     "Slam",
     "SlamConfig",
+    "Sweep",
+    "evaluate",
     "load_map",
+    "localize",
+    "replay",
+    "run",
+    "sweep",
 ]
 
 _MODULES: Final = {
@@ -48,6 +60,10 @@ _MODULES: Final = {
     "slam.config": ("OwnMethod", "SlamConfig"),
     "slam.errors": ("HopslamError", "InputError"),
     "slam.pose": ("Pose2D",),
+    "slam.run.launch": ("localize", "replay", "run"),
+    "slam.run.run": ("Run",),
+    "slam.run.scoring.evaluate": ("Evaluation", "evaluate"),
+    "slam.sweep.launch": ("Sweep", "sweep"),
 }
 """The names of this package by the module that has them; each is imported when one of its names is first asked for."""
 _PLACES: Final = {name: module for module, names in _MODULES.items() for name in names}

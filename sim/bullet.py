@@ -30,7 +30,8 @@ try:
 except ModuleNotFoundError as error:
     raise RobotError(
         "PyBullet is not installed; it has wheels for CPython 3.11 on Linux x86-64: take that, or build it with a "
-        "compiler: pip install pybullet. Logs are replayed without it: hopslam replay LOG"
+        "compiler: pip install pybullet. The kinematic model needs none: --set physics.engine=plan; nor do logs: "
+        "hopslam replay LOG"
     ) from error
 
 __all__ = ["Bullet", "pybullet"]

@@ -1,15 +1,17 @@
 """Collisions, and the bumper segments that were pressed, from the contacts of the robot's body."""
 
 from collections.abc import Iterable
-from math import atan2, cos, pi, sin
+from math import atan2, cos, floor, pi, sin
 from typing import Final, NamedTuple
 
-from slam.pose import wrap_angle
+from slam.compiled import compiled
 
 SEGMENTS: Final = 5
 """Number of segments of the front bumper, and of the rear one."""
 SEGMENT_ANGLE: Final = pi / 6.0
 """Angle of each segment, seen from the middle of the axle; the flanks between front and rear have none. Ours."""
+TOUCH: Final = 1e-3
+"""Two bodies touch when closer than this, metres; PyBullet lists contacts from 20 mm on."""
 
 Place = tuple[float, float, float]
 """x, y, theta of the base in the map."""
@@ -54,10 +56,21 @@ def segment_at(contact: Contact, place: Place) -> int | None:
     """The number of the segment in that direction from the base; None on a flank."""
     x, y, theta = place
     dx, dy = contact.x - x, contact.y - y
-    ahead, left = cos(theta) * dx + sin(theta) * dy, cos(theta) * dy - sin(theta) * dx
+    number = bumper_segment(cos(theta) * dx + sin(theta) * dy, cos(theta) * dy - sin(theta) * dx)
+    return None if number < 0 else number
+
+
+@compiled
+def bumper_segment(ahead: float, left: float) -> int:
+    """The number of the segment in the direction of a point in the frame of the base; -1 on a flank."""
     in_front = ahead > 0.0
-    bearing = atan2(left, ahead) if in_front else -wrap_angle(atan2(left, ahead) - pi)  # from straight, left positive
-    number = int((SEGMENTS * SEGMENT_ANGLE / 2.0 - bearing) // SEGMENT_ANGLE)
+    bearing = atan2(left, abs(ahead))  # from straight ahead or straight back, left positive
+    number = floor((SEGMENTS * SEGMENT_ANGLE / 2.0 - bearing) / SEGMENT_ANGLE)
     if not 0 <= number < SEGMENTS:
-        return None
+        return -1
     return number if in_front else SEGMENTS + number
+
+
+def segments_of(pressed: int) -> tuple[bool, ...]:
+    """The segments that are pressed, of a number with a bit for each."""
+    return tuple(bool(pressed >> k & 1) for k in range(2 * SEGMENTS))

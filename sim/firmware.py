@@ -1,15 +1,24 @@
-"""The parts of the base's firmware that move its motors: the speed ramps and the stall protection.
+"""The parts of the base's firmware that move its motors: watchdog, speed ramps and stall protection.
 
 The stall protection cuts motors that push in vain, and tries them again a little later. ARCOS has two settings for it,
 which every P3-DX reports (Pioneer 3 Operations Manual, CONFIGpac): StallVal, "maximum
 PWM before stall", and StallCount, milliseconds after a stall in which the motors are not engaged. The manual gives no
-factory values, so the effort (``sim.p3dx.MOTOR_TORQUE``) and both times are ours.
+factory values, so the effort and both times are ours.
 """
 
 from collections.abc import Sequence
 from operator import or_
 from typing import Final
 
+from slam.compiled import compiled
+
+WATCHDOG: Final = 2.0
+"""Seconds without a command after which ARCOS stops the robot (AMRISim, world.inc)."""
+MOTOR_TORQUE: Final = 1.2
+"""N m at a wheel, the most that the firmware lets it push; 25 N for both. The 9 kg robot climbs the 25 % of its data
+sheet with 21 N, and its ramps need 5 N. Tyres on a dry floor hold more than that (``Traction.friction``)."""
+DRAG_TORQUE: Final = 0.3
+"""N m with which the gears hold a wheel whose motor is cut. The value is ours."""
 STALL_TIME: Final = 0.3
 """Seconds at full torque with standing wheels after which the motors are cut."""
 RECOVERY_TIME: Final = 0.3
@@ -56,6 +65,7 @@ def is_stalling(speeds: Sequence[float], torques: Sequence[float], limit: float)
     return any(straining) and any(standing) and all(map(or_, standing, straining))
 
 
+@compiled
 def ramped(speed: float, target: float, rise: float, fall: float) -> float:
     """Speed one control step later: it grows by at most ``rise`` and shrinks by at most ``fall``.
 

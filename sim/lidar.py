@@ -1,15 +1,16 @@
 """A planar lidar in the simulated world: the Hokuyo URG-04LX, or any other ``LidarModel``."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from sim.lidar_noise import measure
 from sim.moving_outlines import MovingOutlines
-from sim.ray_casters import RAY_CASTERS, RayCaster
+from sim.ray_casters import RayCaster, Surroundings
 from sim.rays import ScanMotion, fire_beams
-from sim.world import World
 from sim.z_buffer import stop_at_legs
+from slam.lidars import Lidar
 from slam.pose import FloatArray, unit_vectors
 from slam.scan import LaserScan
 from slam.scenario.furniture import Movable
@@ -24,7 +25,7 @@ class SimulatedLidar:
 
     def __init__(
         self,
-        world: World,
+        surroundings: Surroundings,
         config: LidarConfig,
         leg_radii: FloatArray | None = None,
         movables: Sequence[Movable] = (),
@@ -39,21 +40,33 @@ class SimulatedLidar:
         self._outlines = MovingOutlines(movables, config.height)
         reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
         self._reach = reach
-        self.caster: RayCaster = RAY_CASTERS[config.caster](world, config.height, reach)
+        self.caster: RayCaster = surroundings.caster(config.caster, config.height, reach)
 
     def scan(self, motion: ScanMotion, stamp: float, rng: np.random.Generator) -> LaserScan:
         """Take one scan; its first beam fires at ``stamp``, and the noise comes from ``rng``."""
-        lidar = self._lidar
+        lidar = self._turn(rng)
+        increment = self._config.time_increment * lidar.angle_increment / self._lidar.angle_increment
+        bearings = self._bearings if lidar is self._lidar else self._config.mount.theta + lidar.angles
         return LaserScan(
             stamp=stamp,
             angle_min=lidar.angle_min,
             angle_increment=lidar.angle_increment,
             range_min=lidar.range_min,
             range_max=lidar.range_max,
-            ranges=measure(self.true_ranges(motion), stamp, self._config, rng),
-            time_increment=self._config.time_increment,
+            ranges=measure(self._cast(motion, bearings, increment), stamp, self._config, rng),
+            time_increment=increment,
             scan_time=lidar.scan_time,
         )
+
+    def _turn(self, rng: np.random.Generator) -> Lidar:
+        """Return the fan of the next turn: its beams begin anywhere in the first step, and vary in number where the
+        motor does not hold its speed."""
+        vary, nominal = self._config.description.beams_vary, self._lidar
+        if not vary:
+            return nominal
+        beams = nominal.beams + int(rng.integers(-vary, vary + 1))
+        step = nominal.angle_increment * nominal.beams / beams
+        return replace(nominal, angle_min=nominal.angle_min + step * rng.random(), angle_increment=step, beams=beams)
 
     def measure_beams(
         self, bearings: FloatArray, motion: ScanMotion, increment: float, time: float, rng: np.random.Generator

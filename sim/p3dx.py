@@ -5,22 +5,15 @@ from pathlib import Path
 from typing import Final
 
 from sim.bullet import pybullet
-from sim.bumpers import Contact
-from sim.firmware import StallGuard, ramped
+from sim.bumpers import TOUCH, Contact
+from sim.firmware import DRAG_TORQUE, MOTOR_TORQUE, WATCHDOG, StallGuard, ramped
 from sim.wheels import TICKS_PER_RADIAN, TRACK, WHEEL_RADIUS, Pair, Ticks, TractionModel
-from sim.world import TOUCH, World
+from sim.world import World
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.scenario.robot_config import RobotConfig
 
-WATCHDOG: Final = 2.0
-"""Seconds without a command after which ARCOS stops the robot (AMRISim, world.inc)."""
-MOTOR_TORQUE: Final = 1.2
-"""N m at a wheel, the most that the firmware lets it push; 25 N for both. The 9 kg robot climbs the 25 % of its data
-sheet with 21 N, and its ramps need 5 N. Tyres on a dry floor hold more than that (``Traction.friction``)."""
-DRAG_TORQUE: Final = 0.3
-"""N m with which the gears hold a wheel whose motor is cut. The value is ours."""
 ASSETS: Final = tuple(folder / "assets" for folder in Path(__file__).resolve().parents[:2])
 """Folders of ``assets/``: in the installed wheel, or at the root of a checkout."""
 

@@ -1,15 +1,15 @@
-"""Ray casters by name: PyBullet's, and a compiled one."""
+"""What the lidar and the sonar ask for the ranges of their rays."""
 
-from collections.abc import Callable
-from typing import Final, Protocol
+from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
 from sim.wall_plan import wall_plan
-from sim.world import World
 from sim.z_buffer import stop_at_walls
 from slam.pose import FloatArray
-from slam.scenario.solids import outlines_at
+from slam.scenario.lidar_config import CasterName
+from slam.scenario.solids import Prism, outlines_at
 
 
 class RayCaster(Protocol):
@@ -20,34 +20,22 @@ class RayCaster(Protocol):
         ...
 
 
-class BulletCaster:
-    """Rays through the mesh of the world, ``height`` and ``reach`` in metres."""
+class Surroundings(Protocol):
+    """What stands around the sensors."""
 
-    def __init__(self, world: World, height: float, reach: float) -> None:
-        self._world, self._height, self._reach = world, height, reach
-
-    def cast(self, rays: FloatArray) -> FloatArray:
-        starts = np.column_stack([rays[0], rays[1], np.full(rays.shape[1], self._height)])
-        ends = starts.copy()
-        ends[:, :2] += self._reach * rays[2:4].T
-        return self._reach * self._world.cast(starts, ends)
+    def caster(self, name: CasterName, height: float, reach: float) -> RayCaster:
+        """Make the ray caster of this name, or what there is, for rays at this height and of this length."""
+        ...
 
 
 class ExactCaster:
-    """Rays in the plan of the world, cut at ``height`` metres, by an interval z-buffer."""
+    """Rays in the plan of these solids, cut at ``height`` metres, by an interval z-buffer."""
 
-    def __init__(self, world: World, height: float, reach: float) -> None:
-        self._plan = wall_plan([outlines_at(world.prisms, height)], reach)
+    def __init__(self, prisms: Sequence[Prism], height: float, reach: float) -> None:
+        self._plan = wall_plan([outlines_at(prisms, height)], reach)
 
     def cast(self, rays: FloatArray) -> FloatArray:
         ranges = np.full(rays.shape[1], np.inf)
         stop_at_walls(rays, ranges, self._plan, 0)
         ranges[ranges > self._plan.reach] = np.inf
         return ranges
-
-
-RAY_CASTERS: Final[dict[str, Callable[[World, float, float], RayCaster]]] = {
-    "bullet": BulletCaster,
-    "exact": ExactCaster,
-}
-"""Ray casters by their name in the scenario, made from the world, the height of the rays and their reach, metres."""

@@ -1,55 +1,151 @@
 """The P3-DX and its sensors in the world of a scenario: what the simulated robot and the emulated devices share."""
 
+import logging
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from functools import cache
+from typing import Final
+
 import numpy as np
 
-from sim.bumpers import Bumpers
-from sim.furniture import Furniture
 from sim.lidar import SimulatedLidar
-from sim.p3dx import P3dx
-from sim.people import People
+from sim.ray_casters import Surroundings
+from sim.rays import ScanMotion
 from sim.sonar import SonarRing
-from sim.wheels import WheelOdometry
-from sim.world import World
-from slam.pose import Pose2D
+from slam.named_code import import_by_name
+from slam.odometry import Twist2D
+from slam.pose import FloatArray, Pose2D
+from slam.scenario.clock import installed_engine
+from slam.scenario.furniture import Movable
 from slam.scenario.robot_config import RobotConfig
 from slam.scenario.schema import Scenario
 
+_LOG: Final = logging.getLogger("hopslam.sim")
+ENGINES: Final = {"bullet": "sim.bullet_robot:BulletRobot", "plan": "sim.plan.robot:PlanRobot"}
+"""Classes of ``RobotInWorld`` by the name that ``physics.engine`` gives them, imported when they are used."""
 
-class RobotInWorld:
-    """A PyBullet world of its own, ``rate`` physics steps a second, in which the scenario's robot stands at its start.
 
-    Call ``_begin`` before time passes.
+def robot_in_world(scenario: Scenario, robot: RobotConfig, rate: int) -> "RobotInWorld":
+    """Put this robot into the scenario's world; ``rate`` physics steps a second, a multiple of its control rate."""
+    if scenario.physics.engine == "plan" and installed_engine() == "plan":
+        _say_what_is_missing()
+    made: RobotInWorld = import_by_name(ENGINES[scenario.physics.engine])(scenario, robot, rate)
+    return made
+
+
+@cache
+def _say_what_is_missing() -> None:
+    """Say so once a process."""
+    _LOG.warning("PyBullet is not installed: the robot is moved by the kinematic model, physics.engine: plan")
+
+
+class RobotInWorld(ABC):
+    """A robot in a world of its own, at its start. Call ``restart`` before time passes.
+
+    The same seed and commands give the same, bit by bit.
     """
 
-    def __init__(self, scenario: Scenario, robot: RobotConfig, rate: int) -> None:
-        movables = scenario.world.movables()
-        self._wheel_errors = robot.odometry
-        self._world = World(scenario.world.fixed_prisms(), rate)
-        self._base = P3dx(self._world, robot)
-        self._people = People(self._world, scenario.people)
-        self._furniture = Furniture(self._world, movables)
-        self._lidar = SimulatedLidar(self._world, scenario.lidar, self._people.leg_radii, movables)
-        self._sonar = SonarRing(self._world, movables) if robot.sonar else None
+    def __init__(
+        self,
+        scenario: Scenario,
+        robot: RobotConfig,
+        surroundings: Surroundings,
+        leg_radii: FloatArray,
+        movables: Sequence[Movable],
+    ) -> None:
+        self.lidar = SimulatedLidar(surroundings, scenario.lidar, leg_radii, movables)
+        self._leg_radii = leg_radii
+        self._sonar = SonarRing(surroundings, movables) if robot.sonar else None
 
-    def _begin(self, seed: int) -> None:
-        """Take the noise of this seed, and count the wheels' way and the bumpers from now on."""
-        self._lidar_rng, odometry_rng = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(2))
-        self._bumpers = Bumpers()
-        self._wheels = WheelOdometry(self._wheel_errors, self._base.read_encoders(), odometry_rng)
+    @abstractmethod
+    def close(self) -> None:
+        """Free what was taken; closing twice is allowed."""
 
-    def _advance(self, steps: int) -> None:
-        """Let so many physics steps pass, which are one control step, then read the encoders."""
-        world, base = self._world, self._base
-        for _ in range(steps):
-            world.step()
-            if contacts := base.contacts():
-                self._bumpers.add(contacts, base.place)
-        self._wheels.add(base.read_encoders())
-        if self._people:
-            self._people.step(base.place[:2], steps / world.rate)
+    @property
+    @abstractmethod
+    def closed(self) -> bool:
+        """True after ``close``."""
 
-    def _read_sonar(self, T_map_base: Pose2D) -> tuple[float, ...]:
-        """Read the front ring from this pose; () where the scenario has none."""
+    def restart(self, seed: int) -> None:
+        """Stand at the start at time 0, at rest, with the noise of this seed."""
+        lidar_seed, odometry_seed = np.random.SeedSequence(seed).spawn(2)
+        self.lidar_rng = np.random.default_rng(lidar_seed)
+        self._restart(odometry_seed)
+
+    @abstractmethod
+    def _restart(self, odometry_seed: np.random.SeedSequence) -> None: ...
+
+    @property
+    @abstractmethod
+    def steps(self) -> int:
+        """Physics steps that have passed."""
+
+    @property
+    @abstractmethod
+    def time(self) -> float:
+        """Seconds that have passed."""
+
+    @abstractmethod
+    def command(self, twist: Twist2D) -> Twist2D:
+        """Ask for a velocity; the answer is the one within the limits that the ramps now lead to."""
+
+    @abstractmethod
+    def advance(self, controls: int) -> None:
+        """Let so many control steps pass."""
+
+    @abstractmethod
+    def sweep(self, controls: int) -> ScanMotion:
+        """Let so many control steps pass; what moved meanwhile, one row for each and one for the beginning."""
+
+    @abstractmethod
+    def roll(self, setpoint: Twist2D, controls: int) -> None:
+        """Let so many control steps pass with the motors at this speed: for a firmware with ramps of its own."""
+
+    @property
+    @abstractmethod
+    def pose(self) -> Pose2D:
+        """The truth, ``T_map_base``."""
+
+    @property
+    @abstractmethod
+    def twist(self) -> Twist2D:
+        """True velocity of the base."""
+
+    @property
+    @abstractmethod
+    def odometry(self) -> Pose2D:
+        """``T_odom_base`` as it is reported."""
+
+    @abstractmethod
+    def mean_twist(self) -> Twist2D:
+        """Mean velocity since the last call, as it is reported."""
+
+    @property
+    @abstractmethod
+    def stalled(self) -> bool:
+        """True while the motors have stalled."""
+
+    @abstractmethod
+    def read_bumpers(self) -> tuple[bool, tuple[bool, ...]]:
+        """Collision since the last reading with what cannot be pushed, and the bumper segments that were pressed."""
+
+    @property
+    @abstractmethod
+    def people(self) -> FloatArray:
+        """Where people are, (P, 2)."""
+
+    @property
+    @abstractmethod
+    def legs(self) -> FloatArray:
+        """Middles of all legs, (2 P, 2)."""
+
+    @property
+    @abstractmethod
+    def furniture(self) -> FloatArray:
+        """Poses of the furniture that can be pushed: x, y, theta, (M, 3)."""
+
+    def read_sonar(self) -> tuple[float, ...]:
+        """Read the front ring from here; () where the scenario has none."""
         if self._sonar is None:
             return ()
-        return self._sonar.read(T_map_base, self._people.legs, self._people.leg_radii, self._furniture.places)
+        return self._sonar.read(self.pose, self.legs, self._leg_radii, self.furniture)

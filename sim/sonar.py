@@ -7,17 +7,12 @@ from typing import Final
 import numpy as np
 
 from sim.moving_outlines import MovingOutlines
-from sim.world import World
+from sim.ray_casters import Surroundings
 from sim.z_buffer import stop_at_legs
 from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.furniture import Movable
+from slam.sonar_ring import FRONT, TRANSDUCERS
 
-TRANSDUCERS: Final = np.array(
-    [[69, 136, 90], [114, 119, 50], [148, 78, 30], [166, 27, 10],
-     [166, -27, -10], [148, -78, -30], [114, -119, -50], [69, -136, -90]],
-    np.float64,
-)  # fmt: skip
-"""x (mm), y (mm) and direction (degrees) on the base, from left to right: ARIA p3dx-sh.p."""
 REACH: Final = 5.0
 """Longest range, metres."""
 HEIGHT: Final = 0.17
@@ -31,12 +26,12 @@ RAYS: Final = 5
 class SonarRing:
     """Reads the ring against walls, furniture and people's legs; without noise."""
 
-    def __init__(self, world: World, movables: Sequence[Movable] = ()) -> None:
-        self._world = world
+    def __init__(self, surroundings: Surroundings, movables: Sequence[Movable] = ()) -> None:
+        self._caster = surroundings.caster("bullet", HEIGHT, REACH)
         self._outlines = MovingOutlines(movables, HEIGHT)
-        x, y, degrees = TRANSDUCERS.T
-        self._origins = np.repeat(np.column_stack([x, y]) / 1000.0, RAYS, axis=0)
-        self._bearings = (np.radians(degrees)[:, None] + np.linspace(-CONE / 2.0, CONE / 2.0, RAYS)).ravel()
+        ring = TRANSDUCERS[:FRONT]
+        self._origins = np.repeat(ring[:, :2], RAYS, axis=0)
+        self._bearings = (ring[:, 2:] + np.linspace(-CONE / 2.0, CONE / 2.0, RAYS)).ravel()
 
     def read(
         self, T_map_base: Pose2D, legs: FloatArray, leg_radii: FloatArray, things: FloatArray
@@ -44,9 +39,7 @@ class SonarRing:
         """Metres, (8,) from left to right; inf without an echo. ``legs`` (L, 2) and ``things`` (M, 3) are there now."""
         bearings = self._bearings + T_map_base.theta
         rays = np.vstack([T_map_base.transform(self._origins).T, unit_vectors(bearings).T, bearings])
-        starts = np.insert(rays[:2].T, 2, HEIGHT, axis=1)
-        ends = np.insert((rays[:2] + REACH * rays[2:4]).T, 2, HEIGHT, axis=1)
-        ranges = REACH * self._world.cast(starts, ends)
+        ranges = self._caster.cast(rays)
         self._outlines.stop(rays, ranges, things[None], 0.0)
         stop_at_legs(rays, ranges, legs[None], leg_radii, 0.0)
         ranges[ranges > REACH] = np.inf

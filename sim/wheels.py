@@ -42,16 +42,16 @@ class TractionModel:
 
     def __init__(self, traction: Traction) -> None:
         kept, scrub = 1.0 - traction.slip, TRACK / traction.effective_track
-        self._same, self._other = kept * (1.0 + scrub) / 2.0, kept * (1.0 - scrub) / 2.0
+        self.same, self.other = kept * (1.0 + scrub) / 2.0, kept * (1.0 - scrub) / 2.0
         self._det = kept * kept * scrub
 
     def to_simulated(self, left: float, right: float) -> Pair:
         """Motion of the simulated wheels for this one of the robot's; angles or speeds."""
-        return self._same * left + self._other * right, self._other * left + self._same * right
+        return self.same * left + self.other * right, self.other * left + self.same * right
 
     def to_robot(self, left: float, right: float) -> Pair:
         """Motion of the robot's wheels for this one of the simulated: the inverse of ``to_simulated``."""
-        a, b = self._same / self._det, self._other / self._det
+        a, b = self.same / self._det, self.other / self._det
         return a * left - b * right, a * right - b * left
 
 

@@ -10,8 +10,10 @@ import numpy as np
 
 from sim.bullet import Bullet, pybullet
 from sim.mesh import extrude, reused_lists
+from sim.ray_casters import ExactCaster, RayCaster
 from slam.closing import Closing
 from slam.pose import FloatArray
+from slam.scenario.lidar_config import CasterName
 from slam.scenario.solids import SILL, Prism
 
 GRAVITY: Final = 9.81
@@ -20,8 +22,6 @@ SOLVER_ITERATIONS: Final = 60
 """With PyBullet's 50 a standing robot creeps 2 um/s, with 60 less than half of it; each costs 0.3 us a step."""
 RAYS_PER_CALL: Final = 8192
 """PyBullet drops rays from 16,384 on without a word."""
-TOUCH: Final = 1e-3
-"""Two bodies touch when closer than this, metres; PyBullet lists contacts from 20 mm on."""
 
 YIELDING: Final = {"contactStiffness": 2000.0, "contactDamping": 1000.0}
 """Softness of a pillar, N/m and N s/m: one put down inside the robot pushes it gently aside; a hard one flings it."""
@@ -123,9 +123,26 @@ class World(Closing):
         fractions[fractions == 1.0] = np.inf
         return fractions
 
+    def caster(self, name: CasterName, height: float, reach: float) -> RayCaster:
+        """Make the ray caster of this name, for rays at this height and of this length."""
+        return ExactCaster(self.prisms, height, reach) if name == "exact" else BulletCaster(self, height, reach)
+
     def _add_static(self, group: int, lateral_friction: float, **shape: Any) -> int:
         shape_id = self.bullet.call(pybullet.createCollisionShape, **shape)
         body: int = self.bullet.call(pybullet.createMultiBody, 0.0, shape_id)
         self.bullet.call(pybullet.changeDynamics, body, -1, lateralFriction=lateral_friction)
         self.bullet.call(pybullet.setCollisionFilterGroupMask, body, -1, group, MET_BY[group])
         return body
+
+
+class BulletCaster:
+    """Rays through the mesh of the world, ``height`` and ``reach`` in metres."""
+
+    def __init__(self, world: World, height: float, reach: float) -> None:
+        self._world, self._height, self._reach = world, height, reach
+
+    def cast(self, rays: FloatArray) -> FloatArray:
+        starts = np.column_stack([rays[0], rays[1], np.full(rays.shape[1], self._height)])
+        ends = starts.copy()
+        ends[:, :2] += self._reach * rays[2:4].T
+        return self._reach * self._world.cast(starts, ends)

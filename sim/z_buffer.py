@@ -22,7 +22,7 @@ class Fan(NamedTuple):
     spread: float
     """Distance from there to the farthest origin, or more."""
     bearing: float
-    """Of the first ray."""
+    """Bearing of the first ray."""
     step: float
     """From ray to ray, radians; 0 where the rays are no fan."""
     bend: float

@@ -102,7 +102,7 @@ class LineSlam:
 
     @property
     def T_map_local(self) -> Pose2D:
-        """Where the map has the frame in which odometry and matching go on."""
+        """Place in the map of the frame in which odometry and matching go on."""
         return self.loops.T_map_local if self.loops else _ORIGIN
 
     @property

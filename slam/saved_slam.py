@@ -39,7 +39,7 @@ class SavedSlam:
     noise: LearntNoise
     """The noise of the ranges."""
     graph: KnownGraph | None = None
-    """What the map rests on; None where it is the map alone that is known."""
+    """Graph that the map rests on; None where the map alone is known."""
 
 
 def save(slam: LineSlam, closed: ClosedRun | None = None) -> SavedSlam | None:

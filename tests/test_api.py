@@ -65,6 +65,18 @@ def test_scans_alone_tell_the_way(drive: list[tuple[Pose2D, LaserScan]], every: 
         assert not estimate.lost
 
 
+def test_scans_far_apart_tell_the_way_by_their_stamps(scan_of: Scanner, room: FloatArray) -> None:
+    """Two metres and a radian from one scan to the next, 2.5 s later: half a metre a second, as robots drive."""
+    turns = 0.85 * np.arange(14)
+    poses = [
+        Pose2D(1.5 + 2.0 * np.cos(a), 0.5 + 0.9 * np.sin(a), a + np.pi / 2 + 0.2 * np.sin(a / 0.85)) for a in turns
+    ]
+    slam = hopslam.Slam(start=poses[0])
+    for k, pose in enumerate(poses):
+        scan = scan_of(room, pose, k)
+        assert slam.update(scan.ranges, scan.bearings, stamp=2.5 * k).pose.distance(pose) < 0.01
+
+
 def test_a_rejected_scan_changes_nothing(drive: list[tuple[Pose2D, LaserScan]]) -> None:
     clean, troubled = hopslam.Slam(), hopslam.Slam()
     for pose, scan in drive[:10]:

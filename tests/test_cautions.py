@@ -165,7 +165,6 @@ def test_a_command_warns_with_file_line_and_key(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("slam.run.run_and_report.run_and_report", lambda *_: None)
     Path("room.yaml").write_text(ROOM.replace("[3, 2]]", "[9, -1]]"))
     out = ["--set", "duration=0.5", "--out", "out"] if command == "run" else ["--out", "out.png"]
     main_exits(["hopslam", command, "room.yaml", *out], monkeypatch)

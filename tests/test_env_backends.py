@@ -20,8 +20,8 @@ from gymnasium.utils.env_checker import check_env
 
 import sim  # noqa: F401  registers the ids
 from hardware.emulator.emulator import Emulator
-from hardware.emulator.kinematic_plant import KinematicPlant, scenario_plant
 from hardware.emulator.ports import PtyPort
+from sim.plant import plan_plant
 from slam.errors import InputError, RobotError, RobotTimeout
 from slam.lidars import URG04LX
 from slam.odometry import Odometry, Twist2D
@@ -30,6 +30,7 @@ from slam.robot import Observation
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
 from slam.scenario.schema import Scenario
+from tests.rooms import room_plant
 
 ID = "hopslam/Corridor-v0"
 EXAMPLES = Path(__file__).parents[1] / "docs/examples"
@@ -47,7 +48,7 @@ def quiet(caplog: pytest.LogCaptureFixture) -> None:
 @contextmanager
 def devices(*ports: PtyPort, scenario: str = "corridor") -> Iterator[tuple[Emulator, list[str]]]:
     """Emulated devices without physics, and the settings that name their ports."""
-    with Emulator(scenario_plant(load_scenario(scenario)), *ports, paced=False) as emulator:
+    with Emulator(plan_plant(load_scenario(scenario)), *ports, paced=False) as emulator:
         yield emulator, emulator.port_settings
 
 
@@ -297,8 +298,7 @@ class Room:
 
     def __init__(self, scenario: Scenario, seed: int | None = None) -> None:
         self.T_base_laser, self.turns, self.left = Pose2D(), 0, 0
-        walls = np.array([[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]])
-        self._plant = KinematicPlant([walls], Pose2D(), Pose2D())
+        self._plant = room_plant((-3.0, 3.0), (-3.0, 3.0))
 
     def __enter__(self) -> "Room":
         return self

@@ -22,7 +22,6 @@ from hardware.arcos.model import P3DX_SH
 from hardware.arcos.sip import Sip
 from hardware.base_odometry import PositionOdometry, WheelScales
 from hardware.emulator.emulator import Emulator
-from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.ports import PtyPort, TcpPort
 from hardware.emulator.serial_line import LineNoise
@@ -30,21 +29,22 @@ from hardware.odometry_history import OdometryHistory
 from hardware.robot import HardwareRobot
 from hardware.sensor_clock import SensorClock
 from hardware.serial_port import PortLost, SerialPort
+from sim.plant import SimPlant
 from slam.errors import RobotError, RobotTimeout, ScenarioError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
 from slam.scenario.file import load_scenario
 from slam.scenario.schema import Scenario
+from tests.rooms import room_plant
 
-ROOM = np.array([[-2.0, -2.0], [3.5, -2.0], [3.5, 2.0], [-2.0, 2.0]])
 FORWARD = Twist2D(0.3, 0.0)
 PATIENCE = 20.0
 """Seconds until a condition that will come true has to: generous, for a busy machine."""
 
 
-def plant() -> KinematicPlant:
-    return KinematicPlant([ROOM], Pose2D(), Pose2D(0.16))
+def plant() -> SimPlant:
+    return room_plant((-2.0, 3.5), (-2.0, 2.0), 0.16)
 
 
 def scenario(emulator: Emulator, *settings: str) -> Scenario:
@@ -245,7 +245,8 @@ def test_a_port_says_when_it_is_lost_and_is_nobody_elses() -> None:
 def test_an_emulator_that_is_not_a_robot_is_named(tmp_path: Path) -> None:
     """Two ports mixed up: the lidar's driver finds no lidar, and says where."""
     with Emulator(plant(), TcpPort(), TcpPort(), paced=False) as emulator:
-        wrong = load_scenario("corridor", [f"hardware.lidar_port={emulator.robot.port.address}"])
+        swapped = [f"robot_port={emulator.lidar.port.address}", f"lidar_port={emulator.robot.port.address}"]
+        wrong = load_scenario("corridor", [f"hardware.{setting}" for setting in swapped])
         with pytest.raises(RobotError, match="no SCIP sensor answers"):
             HardwareRobot(wrong).__enter__()
 

@@ -14,8 +14,8 @@ from hardware.bench.emulated_robot import emulated_robot, measure_load
 from hardware.doctor import examine
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.faults import TimedFault
-from hardware.emulator.kinematic_plant import scenario_plant
 from hardware.emulator.ports import TcpPort
+from sim.plant import plan_plant
 from slam.cli.main import main
 from slam.errors import InputError
 from slam.files.tum import read_tum
@@ -70,7 +70,7 @@ def test_load_and_latency_of_a_driving_robot_are_measured() -> None:
 
 
 def test_doctor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    with Emulator(scenario_plant(load_scenario("corridor")), TcpPort(), paced=False) as emulator:
+    with Emulator(plan_plant(load_scenario("corridor")), TcpPort(), paced=False) as emulator:
         assert "robot emulated, class Pioneer, subclass p3dx-sh" in examine(emulator.robot.port.address, 19200).words
         picture = tmp_path / "scan.png"
         monkeypatch.setattr(sys, "argv", ["hopslam", "doctor", emulator.lidar.port.address, "--png", str(picture)])
@@ -118,7 +118,7 @@ def test_faults_are_read() -> None:
 
 
 def test_planned_faults_happen() -> None:
-    emulator = Emulator(scenario_plant(load_scenario("corridor")))
+    emulator = Emulator(plan_plant(load_scenario("corridor")))
     for text in ("robot:e-stop@0.05+600", "lidar:dead@0", "lidar:unplug@0+0.01", "robot:motors-off@0+0"):
         TimedFault.parse(text).schedule(emulator)
     with emulator:

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from hardware.emulator.emulator import Emulator
-from hardware.emulator.kinematic_plant import scenario_plant
 from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.ports import PtyPort
+from sim.plant import plan_plant
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.run.experiment_setup import scenario_experiment
@@ -41,7 +41,7 @@ class Course:
 @pytest.mark.parametrize("device", ["robot", "lidar"])
 def test_a_cable_out_for_a_while(device: str, tmp_path: Path) -> None:
     ports = PtyPort(tmp_path / "p3dx"), PtyPort(tmp_path / "urg04lx")
-    plant = scenario_plant(load_scenario("corridor"))
+    plant = plan_plant(load_scenario("corridor"))
     with Emulator(plant, *ports, paced=False, robot_config=replace(FACTORY_CONFIG, watchdog=0.8)) as emulator:
 
         def pull() -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from hardware.emulator.emulator import Emulator
-from hardware.emulator.kinematic_plant import scenario_plant
+from sim.plant import plan_plant
 from slam.scenario.file import load_scenario
 
 pytestmark = pytest.mark.skipif(
@@ -44,7 +44,7 @@ reduced_fov = 0
 
 
 def test_mrpt_reads_ten_full_scans_a_second(tmp_path: Path) -> None:
-    with Emulator(scenario_plant(load_scenario("corridor"))) as emulator:
+    with Emulator(plan_plant(load_scenario("corridor"))) as emulator:
         settings = tmp_path / "grabber.ini"
         settings.write_text(SETTINGS.format(folder=tmp_path, port=emulator.lidar.port.address))
         words = ["rawlog-grabber", str(settings)]

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.ray_casters import BulletCaster, ExactCaster
+from sim.ray_casters import ExactCaster
 from sim.rays import fire_beams
 from sim.wall_plan import CELL, SLACK, outline_edges, wall_plan
-from sim.world import World
+from sim.world import BulletCaster, World
 from sim.z_buffer import ROUGH, rough_bearing, stop_at_legs, stop_at_walls
 from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.solids import Prism, outlines_at, rectangle
@@ -69,7 +69,7 @@ def test_both_casters_agree_within_a_tenth_of_a_millimetre(seed):
     bearings = np.concatenate([rng.uniform(-np.pi, np.pi, 3000), np.pi / 2 * np.arange(-2, 2)])
     origins = rng.uniform(-10.0, 10.0, (len(bearings), 2))
     with World(random_world(rng), 240) as world:
-        exact, bullet = ExactCaster(world, HEIGHT, REACH), BulletCaster(world, HEIGHT, REACH)
+        exact, bullet = ExactCaster(world.prisms, HEIGHT, REACH), BulletCaster(world, HEIGHT, REACH)
         ranges, others = (caster.cast(rays_along(origins, bearings)) for caster in (exact, bullet))
         beside = [exact.cast(rays_along(origins, bearings + angle)) for angle in (-GRAZING, GRAZING)]
     both = np.isfinite(ranges) & np.isfinite(others)
@@ -87,8 +87,7 @@ def test_both_casters_agree_within_a_tenth_of_a_millimetre(seed):
 def test_a_rolling_fan_agrees_with_brute_force(seed, speed, turn_speed):
     rng = np.random.default_rng(seed)
     prisms, rays = random_world(rng), swept_rays(rng, speed, turn_speed)
-    with World(prisms, 240) as world:
-        ranges = ExactCaster(world, HEIGHT, REACH).cast(rays)
+    ranges = ExactCaster(prisms, HEIGHT, REACH).cast(rays)
     np.testing.assert_allclose(ranges, brute_force(rays, walls_of(prisms), REACH), rtol=0.0, atol=1e-9)
 
 
@@ -98,8 +97,7 @@ def test_any_rays_at_all_agree_with_brute_force(seed):
     rng = np.random.default_rng(seed)
     bearings = np.concatenate([rng.uniform(-np.pi, np.pi, 200), np.pi / 2 * np.arange(-2, 2)])
     prisms, rays = random_world(rng), rays_along(rng.uniform(-10.0, 10.0, (204, 2)), bearings)
-    with World(prisms, 240) as world:
-        ranges = ExactCaster(world, HEIGHT, REACH).cast(rays)
+    ranges = ExactCaster(prisms, HEIGHT, REACH).cast(rays)
     np.testing.assert_allclose(ranges, brute_force(rays, walls_of(prisms), REACH), rtol=0.0, atol=1e-9)
 
 
@@ -122,11 +120,10 @@ def test_a_cell_lists_all_walls_in_reach_in_any_world():
 
 def test_no_ray_passes_between_two_walls_that_meet():
     outline = rectangle((0.0, 0.0), 2.0, 2.0, 0.0)
-    with World([Prism(outline, 0.0, 1.0)], 240) as world:
-        caster = ExactCaster(world, HEIGHT, 10.0)
-        rays = rays_along(np.zeros((8, 2)), np.pi / 4 * np.arange(8))
-        rays[2:4] = np.sign(np.round(rays[2:4], 3)) / np.hypot(*np.sign(np.round(rays[2:4], 3)))
-        assert caster.cast(rays) == pytest.approx([1.0, np.sqrt(2.0)] * 4)
+    rays = rays_along(np.zeros((8, 2)), np.pi / 4 * np.arange(8))
+    rays[2:4] = np.sign(np.round(rays[2:4], 3)) / np.hypot(*np.sign(np.round(rays[2:4], 3)))
+    ranges = ExactCaster([Prism(outline, 0.0, 1.0)], HEIGHT, 10.0).cast(rays)
+    assert ranges == pytest.approx([1.0, np.sqrt(2.0)] * 4)
 
 
 def test_a_rough_bearing_is_within_its_bound():
@@ -135,11 +132,11 @@ def test_a_rough_bearing_is_within_its_bound():
     assert abs(found - bearings).max() < ROUGH
 
 
-@pytest.mark.parametrize("caster", [BulletCaster, ExactCaster])
+@pytest.mark.parametrize("caster", ["bullet", "exact"])
 def test_in_an_empty_world_there_is_nothing(caster):
     with World([], 240) as world:
         rays = rays_along(np.zeros((2, 2)), np.array([0.0, np.pi / 2]))
-        assert caster(world, HEIGHT, REACH).cast(rays).tolist() == [np.inf, np.inf]
+        assert world.caster(caster, HEIGHT, REACH).cast(rays).tolist() == [np.inf, np.inf]
 
 
 def test_rays_start_where_the_sensor_is_when_the_beam_fires():

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from hardware.emulator.emulator import Emulator
-from hardware.emulator.kinematic_plant import KinematicPlant
 from slam.errors import HopslamError, RobotError, ScenarioError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.robot import Robot
 from slam.run.backends import BACKENDS, make_robot
 from slam.scenario.file import load_scenario
+from tests.rooms import room_plant
 
 SCANS = 12
 
@@ -23,20 +23,25 @@ def sim_robot(log: Path, devices: ExitStack) -> Robot:
     return make_robot("sim", load_scenario("paper_simulation", [f"duration={0.1 * SCANS}"]), seed=1)
 
 
+def plan_robot(log: Path, devices: ExitStack) -> Robot:
+    settings = [f"duration={0.1 * SCANS}", "physics.engine=plan"]
+    return make_robot("sim", load_scenario("paper_simulation", settings), seed=1)
+
+
 def replay_robot(log: Path, devices: ExitStack) -> Robot:
     return make_robot("replay", log)
 
 
 def hardware_robot(log: Path, devices: ExitStack) -> Robot:
     """On emulated devices at two pseudo-terminals."""
-    room = np.array([[-2.0, -2.0], [3.5, -2.0], [3.5, 2.0], [-2.0, 2.0]])
-    emulator = devices.enter_context(Emulator(KinematicPlant([room], Pose2D(), Pose2D(0.16)), paced=False))
+    emulator = devices.enter_context(Emulator(room_plant((-2.0, 3.5), (-2.0, 2.0), 0.16), paced=False))
     settings = [*emulator.port_settings, f"duration={0.1 * SCANS}"]
     return make_robot("hardware", load_scenario("corridor", settings), yes=True)
 
 
 MAKERS: dict[str, Callable[[Path, ExitStack], Robot]] = {
     "sim": sim_robot,
+    "sim, plan": plan_robot,
     "replay": replay_robot,
     "hardware": hardware_robot,
 }
@@ -49,7 +54,7 @@ def make(request: pytest.FixtureRequest, small_log: Path) -> Iterator[Callable[[
 
 
 def test_every_back_end_is_in_this_suite() -> None:
-    assert set(MAKERS) == set(BACKENDS)
+    assert {name.split(",")[0] for name in MAKERS} == set(BACKENDS)
 
 
 def test_scans_come_in_order_and_end(make: Callable[[], Robot]) -> None:
@@ -97,7 +102,9 @@ def test_drive_says_what_was_really_applied(make: Callable[[], Robot]) -> None:
         assert 0.0 < applied.linear <= 1.3
 
 
-@pytest.mark.parametrize("make", ["replay", "sim"], indirect=True)  # real time never passes twice in the same way
+@pytest.mark.parametrize(
+    "make", ["replay", "sim", "sim, plan"], indirect=True
+)  # real time never passes twice in the same way
 def test_the_same_robot_twice_is_the_same(make: Callable[[], Robot]) -> None:
     runs = []
     for _ in range(2):

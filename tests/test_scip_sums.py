@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from hardware import DecodeError
-from hardware.emulator.kinematic_plant import KinematicPlant
 from hardware.emulator.urg04lx import EmulatedUrg04lx
 from hardware.scip.encoding import check_sum
 from hardware.scip.reply import Reply, decode_reply
-from slam.pose import FloatArray, Pose2D
+from sim.plant import SimPlant
+from slam.pose import FloatArray
+from tests.rooms import room_scenario
 
 INFORMATION = ("VV", "PP", "II")
 
@@ -24,7 +25,7 @@ def is_right(command: bytes, line: bytes) -> bool:
     return found == (total & 0b111111) + 0x30
 
 
-class Flicker(KinematicPlant):
+class Flicker(SimPlant):
     """A world in which every beam meets something else in every scan, so that every digit comes at every place."""
 
     rng = np.random.default_rng(7)
@@ -35,7 +36,7 @@ class Flicker(KinematicPlant):
 
 def answers_of(commands: list[bytes], turns: int = 0) -> list[list[bytes]]:
     """The lines of every answer, within so many turns, of a sensor that is in SCIP 2.0 with its laser on."""
-    lidar = EmulatedUrg04lx(Flicker([np.eye(2)], Pose2D(), Pose2D()), paced=False)
+    lidar = EmulatedUrg04lx(Flicker(room_scenario((-1.0, 1.0), (-1.0, 1.0))), paced=False)
     said = b""
     for command in (b"SCIP2.0", b"BM", *commands):
         said += lidar.receive(command + b"\n", lidar.due)

@@ -5,7 +5,7 @@ Layout: ArRobotConfigPacketReader::packetHandler, AriaCoda. Packets of older fir
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from math import radians
 from typing import Any, Final
 
@@ -94,20 +94,23 @@ class ArcosConfig:
         return data
 
     @classmethod
-    def decode(cls, data: bytes) -> ArcosConfig:
-        """Read the data of a packet, which may end anywhere; DecodeError when it is another one."""
+    def decode(cls, data: bytes, otherwise: ArcosConfig | None = None) -> ArcosConfig:
+        """Read the data of a packet, which may end anywhere; DecodeError when it is another one.
+
+        Settings behind its end are taken from ``otherwise``.
+        """
         if data[0] != CONFIG_PACKET:
             raise DecodeError(f"packet {data[0]:#04x} has no configuration")
         reader = FieldReader(data[1:])
         values: dict[str, Any] = {}
         for item in _LAYOUT:
-            if isinstance(item, str):
+            if isinstance(item, str) and reader.left:
                 values[item] = reader.take_string()
-            elif reader.left >= item.size:
+            elif not isinstance(item, str) and reader.left >= item.size:
                 values[item.name] = reader.take(item)
             else:
                 break
-        return cls(**values)
+        return replace(otherwise or cls(), **values)
 
 
 _NUMBERS: Final = {field.name: field for field in number_fields(ArcosConfig)}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from math import pi
 from typing import Final
@@ -35,15 +36,16 @@ class Identity:
 
 @dataclass(frozen=True, slots=True)
 class ArcosUnits:
-    """SI units for one unit of a report (params/*.p of Aria); speeds in mm/s and ranges in mm on every P3-DX."""
+    """SI units for one unit of a report; commands are in mm/s and degrees on every robot."""
 
     distance: float
     """Metres for one unit of x and y (DistConvFactor)."""
+    half_track: float
+    """Metres that a wheel rolls for each radian of turning (1 / DiffConvFactor); wider than the wheels stand."""
+    speed: float = 1e-3
+    """m/s for one unit of a wheel's speed (VelConvFactor)."""
     angle: float = 2.0 * pi / 4096
     """Radians for one unit of theta (AngleConvFactor)."""
-    half_track: float = 1.0 / 0.0056 / 1000.0
-    """Metres that a wheel rolls for each radian of turning (DiffConvFactor); 2 x 178.6 mm, wider than the wheels
-    stand."""
 
     @property
     def wrap(self) -> float:
@@ -53,12 +55,30 @@ class ArcosUnits:
 
 SONAR_REACH: Final = 5.0
 """Reading of a transducer without an echo, metres."""
-P3DX: Final = ArcosUnits(distance=0.485e-3)
-P3DX_SH: Final = ArcosUnits(distance=1.0e-3)
-_BY_SUBCLASS: Final = {"p3dx-sh": P3DX_SH, "p3dx": P3DX}
+_DX_HALF_TRACK: Final = 1e-3 / 0.0056
+_AT_HALF_TRACK: Final = 1e-3 / 0.0034
+_AMIGO_HALF_TRACK: Final = 1e-3 / 0.011
+_PEOPLE_HALF_TRACK: Final = 1e-3 / 0.006
+P3DX: Final = ArcosUnits(0.485e-3, _DX_HALF_TRACK)
+P3DX_SH: Final = ArcosUnits(1.0e-3, _DX_HALF_TRACK)
+UNITS: Final = {
+    "p3dx": P3DX,
+    "p3dx-sh": P3DX_SH,
+    "p3at": ArcosUnits(0.465e-3, _AT_HALF_TRACK),
+    "p3at-sh": ArcosUnits(1.0e-3, _AT_HALF_TRACK),
+    "amigo": ArcosUnits(0.5083e-3, _AMIGO_HALF_TRACK, speed=0.6154e-3),
+    "amigo-sh": ArcosUnits(1.0e-3, _AMIGO_HALF_TRACK),
+    "perfpb": ArcosUnits(0.485e-3, _PEOPLE_HALF_TRACK),
+    "perfpb+": ArcosUnits(0.485e-3, _PEOPLE_HALF_TRACK),
+    "peoplebot-sh": ArcosUnits(1.0e-3, _PEOPLE_HALF_TRACK),
+}
+"""Units by subclass: P3-DX, P3-AT, AmigoBot and PeopleBot (AriaCoda, params/*.p)."""
+_WITH_LASER: Final = re.compile(r"(.+?)-(?:lms|tim|utm|urg|s3)\w*")
+"""Subclass of a robot whose parameters say which laser it carries: p3dx-sh-lms500."""
 
 
 def units_of(subclass: str) -> ArcosUnits | None:
-    """Return the units of the robot that gives itself this subclass; None for no P3-DX."""
+    """Return the units of the robot that gives itself this subclass; None where they are not known."""
     name = subclass.lower()
-    return next((units for known, units in _BY_SUBCLASS.items() if name.startswith(known)), None)
+    with_laser = _WITH_LASER.fullmatch(name)
+    return UNITS.get(with_laser[1] if with_laser else name)

@@ -1,10 +1,13 @@
 """Framing: ``FA FB | count | data | checksum``, where count is the length of data and checksum."""
 
+from collections import deque
 from typing import Final
 
 HEADER: Final = b"\xfa\xfb"
 MAX_DATA: Final = 195
 """Bytes of data in the longest packet, which is 200 bytes long."""
+
+_REFUSED: Final = 8
 
 
 def checksum(data: bytes) -> int:
@@ -30,6 +33,8 @@ class PacketDecoder:
 
     def __init__(self) -> None:
         self._buffer = bytearray()
+        self.refused: deque[bytes] = deque(maxlen=_REFUSED)
+        """Data of the newest packets whose checksums were wrong."""
 
     @property
     def pending(self) -> bool:
@@ -63,6 +68,7 @@ class PacketDecoder:
                 packets.append(data)
                 del self._buffer[:size]
             else:
+                self.refused.append(data)
                 del self._buffer[:1]
         return packets
 

@@ -5,6 +5,7 @@ Layout: ArRobot::processMotorPacket and the functions after it, AriaCoda.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import radians
 from typing import Any, Final
@@ -29,9 +30,9 @@ class Sip:
     y: float = 0.0
     theta: float = 0.0
     """Radians."""
-    left: float = number("h", 0.001)
+    left: float = 0.0
     """Speed of the left wheel, m/s."""
-    right: float = number("h", 0.001)
+    right: float = 0.0
     battery: float = number("B", 0.1)
     """Volts."""
     left_contacts: int = number("B")
@@ -70,6 +71,11 @@ class Sip:
         return bool((self.left_contacts | self.right_contacts) & 1)
 
     @property
+    def volts(self) -> float:
+        """Voltage of the battery, as finely as the robot says it."""
+        return self.battery if self.fine_battery is None else self.fine_battery
+
+    @property
     def front_bumpers(self) -> int:
         """A bit for each segment, the first in bit 0."""
         return self.right_contacts >> 1
@@ -93,7 +99,7 @@ class Sip:
         """Return the data of the packet; x and y count on in 16 bits, which readers of 15 and of 12 bits understand."""
         data = bytes([_MOVING if self.moving else _STOPPED])
         data += b"".join((round(v / units.distance) & 0xFFFF).to_bytes(2, "little") for v in (self.x, self.y))
-        data += _pose_fields(units)[2].encode(self.theta)
+        data += b"".join(field.encode(getattr(self, field.name)) for field in _motion_fields(units))
         data += b"".join(field.encode(getattr(self, field.name)) for field in _HEAD)
         data += bytes([len(self.sonar)])
         data += b"".join(field.encode(value) for echo in self.sonar for field, value in zip(_SONAR, echo, strict=True))
@@ -111,7 +117,8 @@ class Sip:
         if data[0] not in _IDS:
             raise DecodeError(f"packet {data[0]:#04x} is no SIP")
         reader = FieldReader(data[1:])
-        values: dict[str, Any] = {field.name: reader.take(field) for field in (*_pose_fields(units), *_HEAD)}
+        head = (*_position_fields(units), *_motion_fields(units), *_HEAD)
+        values: dict[str, Any] = {field.name: reader.take(field) for field in head}
         values["x"] %= units.wrap
         values["y"] %= units.wrap
         count = reader.take(Field("count", "B"))
@@ -125,12 +132,16 @@ class Sip:
 
 
 _NUMBERS: Final = number_fields(Sip)
-_HEAD, _PORTS, _TAIL = _NUMBERS[:8], _NUMBERS[8:13], _NUMBERS[13:]
+_HEAD, _PORTS, _TAIL = _NUMBERS[:6], _NUMBERS[6:11], _NUMBERS[11:]
 """The numbers before the sonar's, behind them, and those that may be left out: from ``fine_battery`` on."""
 
 
-def _pose_fields(units: ArcosUnits) -> tuple[Field, Field, Field]:
-    return Field("x", "H", units.distance), Field("y", "H", units.distance), Field("theta", "h", units.angle)
+def _position_fields(units: ArcosUnits) -> tuple[Field, Field]:
+    return Field("x", "H", units.distance), Field("y", "H", units.distance)
+
+
+def _motion_fields(units: ArcosUnits) -> tuple[Field, Field, Field]:
+    return Field("theta", "h", units.angle), Field("left", "h", units.speed), Field("right", "h", units.speed)
 
 
 def is_sip(data: bytes) -> bool:
@@ -143,6 +154,7 @@ def is_standing(data: bytes) -> bool:
     return data[0] == _STOPPED
 
 
-def flags(motors_enabled: bool, e_stop: bool) -> int:
-    """Return the flags of a SIP."""
-    return _MOTORS_ENABLED * motors_enabled | _E_STOP * e_stop
+def flags(motors_enabled: bool, e_stop: bool, sonar_arrays: Iterable[int] = ()) -> int:
+    """Return the flags of a SIP; ``sonar_arrays`` are the numbers, 1 to 4, of those that are on."""
+    arrays = sum(1 << number for number in sonar_arrays)
+    return _MOTORS_ENABLED * motors_enabled | _E_STOP * e_stop | arrays

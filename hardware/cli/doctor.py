@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from slam.console.options import RecordWire
 from slam.errors import InputError
 
 if TYPE_CHECKING:
-    from hardware.doctor import Finding
+    from hardware.doctor.finding import Finding
     from slam.console.terminal import Terminal
+    from slam.lidars import LidarName
     from slam.scan import LaserScan
 
 
@@ -22,6 +24,7 @@ def doctor(
     ] = False,
     lidar_baud: Annotated[int, typer.Option(metavar="RATE", help="First bit rate to try with a lidar.")] = 500000,
     png: Annotated[Path, typer.Option(metavar="FILE", help="Picture of a lidar's scan.")] = Path("scan.png"),
+    record_wire: RecordWire = None,
 ) -> None:
     """Find out which devices answer on the serial ports, or what keeps them from answering. Nothing moves.
 
@@ -35,19 +38,23 @@ def doctor(
     hopslam doctor /dev/ttyACM0 --png scan.png
 
     hopslam doctor socket://192.168.1.7:4001
+
+    hopslam doctor /dev/ttyUSB0 --record-wire robot.wire
     """
     from hardware.doctor import examine
+    from hardware.wire.session import WireSession
     from slam.console.terminal import Terminal
 
     console = Terminal()
     findings = []
     for port in ports or _ports_to_examine(every_port, console):
-        finding = examine(port, lidar_baud)
+        with WireSession(record_wire) as wire:
+            finding = examine(port, lidar_baud, wire)
         findings.append(finding)
         _print(finding, console)
         if finding.scan is not None:
             with console.waiting("drawing its scan (the first time on a machine compiles the line extraction)"):
-                _draw(png, finding.scan, port)
+                _draw(png, finding.scan, finding.model, port)
             console.print(f"its scan is drawn in {png}")
     if not _fit_for_use(findings, named=bool(ports)):
         raise typer.Exit(3)
@@ -82,12 +89,12 @@ def _fit_for_use(findings: list[Finding], named: bool) -> bool:
     return bool(counted) and all(finding.fine for finding in counted)
 
 
-def _draw(png: Path, scan: LaserScan, port: str) -> None:
+def _draw(png: Path, scan: LaserScan, model: LidarName, port: str) -> None:
     from slam.config import ChiSquareConfig
     from slam.lines.extraction import extract_segments
     from slam.run.pictures.scan_picture import draw_scan
 
     try:
-        draw_scan(png, scan.points(), extract_segments(scan, ChiSquareConfig(sensor="urg04lx")), port)
+        draw_scan(png, scan.points(), extract_segments(scan, ChiSquareConfig(sensor=model)), port)
     except OSError as error:
         raise InputError(f"{png}: cannot be written: {error.strerror}") from error

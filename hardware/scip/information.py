@@ -5,6 +5,7 @@ from math import pi
 from typing import Self
 
 from hardware import DecodeError
+from hardware.scip.frames import Lines
 from hardware.scip.reply import Reply
 from hardware.scip.time_stamp import decode_hex_time, encode_hex_time
 from slam.lidars import Lidar
@@ -50,6 +51,13 @@ class VersionInfo:
     def decode(cls, reply: Reply) -> Self:
         """Read the answer; DecodeError when something is missing."""
         return cls(*_words(entries(reply), "VEND", "PROD", "FIRM", "PROT", "SERI"))
+
+    @classmethod
+    def decode_leniently(cls, lines: Lines) -> Self:
+        """Read what there is between two empty lines, right sums or not; it informs people only."""
+        pairs = [line.decode("latin-1").partition(":") for line in lines]
+        values = {key: value.rpartition(";")[0] for key, colon, value in pairs if colon}
+        return cls(*(values.get(key) or "unknown" for key in ("VEND", "PROD", "FIRM", "PROT", "SERI")))
 
     def encode(self, command: str = "VV") -> Reply:
         """Return the answer."""

@@ -25,10 +25,10 @@ STRESSED_RUNS: Final = 5
 
 @dataclass(frozen=True, slots=True)
 class LoopBench:
-    """What is to be measured."""
+    """Selection of the measurements."""
 
     folder: Path
-    """Where the recorded logs are."""
+    """Folder of the recorded logs."""
     logs: Sequence[str] = ()
     """Names of logs; none: those of the project's tables."""
     variants: Sequence[str] = ()

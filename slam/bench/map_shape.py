@@ -122,7 +122,7 @@ def rms_off_axes(walls: FloatArray) -> float:
 
 
 def gap_of_loop(name: str, log: Log, poses: FloatArray) -> LoopGap | None:
-    """What lays the last scans of a log onto the first ones, at poses (N, 3); None where it does not end there."""
+    """Motion that lays the last scans of a log onto the first ones, at poses (N, 3); None where it ends elsewhere."""
     if name not in LOOPS:
         return None
     begin, end = LOOPS[name]

@@ -20,7 +20,7 @@ from slam.scan import LaserScan
 TUNING_SEEDS: Final = range(60)
 HELD_OUT_SEEDS: Final = range(1000, 1060)
 WARM_UP_SEEDS: Final = range(2000, 2060)
-"""Of rooms that a sensor was in before."""
+"""Seeds of rooms that a sensor was in before."""
 NOISE_LEVELS: Final = {"spec/19": 1 / 19, "spec/3": 1 / 3, "spec": 1.0}
 """Standard deviation of the range noise as a share of the maker's bound: 25 mm below 1 m, 2.5 % of the range beyond."""
 REACH: Final = 4.0

@@ -36,13 +36,12 @@ def compare(
 
     hopslam compare runs/corridor-* --json
     """
-    from slam.cli.inputs import warn_of_damage
     from slam.run.results.run_record import RunRecord
 
     if len(runs) < 2:
         raise InputError(f"compare: {runs[0]} alone; give two runs or more")
     records = [RunRecord.open(run) for run in runs]
-    warn_of_damage(records)
+    Terminal().warn(*(text for record in records for text in record.warnings))
     if as_json:
         typer.echo(json.dumps(dict(zip(map(str, runs), metrics_of(records), strict=True)), indent=2))
     else:

@@ -32,7 +32,6 @@ def export(
 
     hopslam export runs/latest --to carmen --out run.log --force
     """
-    from slam.cli.inputs import warn_of_damage
     from slam.run.export.formats import export as write
     from slam.run.results.run_record import RunRecord
 
@@ -40,4 +39,4 @@ def export(
     with console.waiting(f"writing {out}"):
         write(record, to, out, force)
     console.print(f"{out} written")
-    warn_of_damage([record])
+    console.warn(*record.warnings)

@@ -1,6 +1,5 @@
 """``hopslam lines``."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -49,5 +48,5 @@ def lines(
         count = write_lines(recorded, scans, config, outputs, lambda all_: bar.track(all_, description="extracting"))
     console.print(f"{count} segments in {len(scans)} scan{'s' * (len(scans) != 1)}")
     if recorded.loss.warning:
-        print(f"hopslam: warning: {recorded.loss.warning}", file=sys.stderr)
+        console.warn(recorded.loss.warning)
     recorded.loss.require_most(lenient)

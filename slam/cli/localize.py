@@ -7,7 +7,6 @@ import typer
 
 from slam.console.options import AllowModules, Lenient, OdomTopic, Out, Rerun, ScanTopic, Settings, complete_scenario
 from slam.console.terminal import Terminal
-from slam.errors import InputError
 
 Source = Annotated[
     str,
@@ -53,34 +52,16 @@ def localize(
 
     hopslam localize runs/latest --map /tmp/office/map.json
     """
-    from slam.cli.inputs import recorded_experiment, with_seed
-    from slam.files.logs import BagTopics
-    from slam.run.experiment_setup import localize_in_map, scenario_experiment
+    from slam.run.launch import localize as launch
     from slam.run.run_and_report import run_and_report
-    from slam.scenario.file import load_scenario
 
-    console, allowed, topics = Terminal(), allow_modules or [], BagTopics(scan_topic, odom_topic)
-    if _is_recorded(source):
-        _refuse("a recorded log, in which nothing is random", source, seed=seed)
-        experiment = recorded_experiment(Path(source), scenario, settings or [], allowed, topics, console)
-    else:
-        _refuse("a scenario, and no log", source, scenario=scenario, scan_topic=scan_topic, odom_topic=odom_topic)
-        experiment = scenario_experiment(load_scenario(source, with_seed(settings, seed), allowed))
-    run_and_report(localize_in_map(experiment, saved_map), out, rerun, console, lenient)
-
-
-def _is_recorded(source: str) -> bool:
-    """True for a file or folder that is no scenario. A shipped scenario comes before a folder of its name."""
-    from slam.scenario.shipped import shipped_scenarios
-
-    path = Path(source)
-    if path.is_dir():
-        return source not in shipped_scenarios()
-    return path.is_file() and path.suffix not in {".yaml", ".yml"}
-
-
-def _refuse(kind: str, source: str, **options: object) -> None:
-    """InputError where one of these options is given, which mean nothing for a source of this kind."""
-    for name, value in options.items():
-        if value is not None:
-            raise InputError(f"--{name.replace('_', '-')} {value}: {source} is {kind}; leave it out")
+    console = Terminal()
+    run_and_report(
+        lambda viewers: launch(
+            source, saved_map, scenario=scenario, seed=seed, settings=settings or (), out=out, scan_topic=scan_topic,
+            odom_topic=odom_topic, allow_modules=allow_modules or (), check=False, viewers=viewers, console=console,
+        ),
+        rerun,
+        console,
+        lenient,
+    )  # fmt: skip

@@ -33,6 +33,7 @@ COMMANDS: Final = {
     "The robot": {
         "doctor": "hardware.cli.doctor:doctor",
         "emulate": "hardware.cli.emulate:emulate",
+        "wire": "hardware.cli.wire:wire",
         "calibrate": "slam.cli.calibrate:app",
     },
     "Measure": {"bench": "slam.cli.bench:app"},

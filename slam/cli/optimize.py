@@ -30,7 +30,6 @@ def optimize(
 
     hopslam compare runs/latest /tmp/wider
     """
-    from slam.cli.inputs import warn_of_damage
     from slam.files.atomic_files import require_writable
     from slam.run.optimize import Optimization
     from slam.run.results.run_record import RunRecord
@@ -43,4 +42,4 @@ def optimize(
         folder, metrics = Optimization(record, scenario, settings or []).run(out, console)
     console.print(*summary_tables(metrics))
     console.print(f"loops closed; results in {folder}")
-    warn_of_damage([record])
+    console.warn(*record.warnings)

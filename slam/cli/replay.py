@@ -64,13 +64,17 @@ def replay(
 
     hopslam replay second_half.log --map runs/latest/map.json --start saved
     """
-    from slam.cli.inputs import recorded_experiment
-    from slam.files.logs import BagTopics
-    from slam.run.experiment_setup import continue_mapping
+    from slam.run.launch import replay as launch
     from slam.run.run_and_report import run_and_report
 
-    console, topics = Terminal(), BagTopics(scan_topic, odom_topic)
-    experiment = recorded_experiment(log, scenario, settings or [], allow_modules or [], topics, console)
-    if saved_map is not None:
-        experiment = continue_mapping(experiment, saved_map, start)
-    run_and_report(experiment, out, rerun, console, lenient)
+    console = Terminal()
+    run_and_report(
+        lambda viewers: launch(
+            log, scenario=scenario, settings=settings or (), out=out, saved_map=saved_map, start=start,
+            scan_topic=scan_topic, odom_topic=odom_topic, allow_modules=allow_modules or (), check=False,
+            viewers=viewers, console=console,
+        ),
+        rerun,
+        console,
+        lenient,
+    )  # fmt: skip

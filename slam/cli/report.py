@@ -5,6 +5,8 @@ from typing import Annotated
 
 import typer
 
+from slam.console.terminal import Terminal
+
 
 def report(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Folders of runs; several are compared.")],
@@ -27,7 +29,6 @@ def report(
 
     hopslam report runs/latest --figures figures
     """
-    from slam.cli.inputs import warn_of_damage
     from slam.files.atomic_files import require_writable
     from slam.run.report.page import write_report
     from slam.run.results.run_record import RunRecord
@@ -41,7 +42,7 @@ def report(
             from slam.run.report.figure_files import write_figures
 
             typer.echo(f"{write_figures(records, figures)} figures, each as PNG and PDF, in {figures}")
-    warn_of_damage(records)
+    Terminal().warn(*(text for record in records for text in record.warnings))
 
 
 def animate(
@@ -60,11 +61,10 @@ def animate(
 
     hopslam animate runs/latest --out corridor.gif --seconds 12 --width 640
     """
-    from slam.cli.inputs import warn_of_damage
     from slam.run.report.animation import write_animation
     from slam.run.results.run_record import RunRecord
 
     path, record = out or run / "map.webp", RunRecord.open(run)
     write_animation(record, path, seconds, width)
     typer.echo(f"animation in {path}")
-    warn_of_damage([record])
+    Terminal().warn(*record.warnings)

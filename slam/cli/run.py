@@ -4,9 +4,8 @@ from typing import Annotated, Literal
 
 import typer
 
-from slam.console.options import AllowModules, Out, Rerun, SavedMap, ScenarioName, Seed, Settings, Yes
+from slam.console.options import AllowModules, Out, RecordWire, Rerun, SavedMap, ScenarioName, Seed, Settings, Yes
 from slam.console.terminal import Terminal
-from slam.errors import InputError
 
 Backend = Annotated[
     str, typer.Option(metavar="NAME", help="sim; hardware, the real robot; or module:Class, one of your own.")
@@ -27,6 +26,7 @@ def run(
     backend: Backend = "sim",
     yes: Yes = False,
     dry_run: DryRun = False,
+    record_wire: RecordWire = None,
     saved_map: SavedMap = None,
     start: Start = "given",
 ) -> None:
@@ -45,26 +45,19 @@ def run(
     hopslam run office_loop --map runs/latest/map.json --start search
 
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
+
+    hopslam run corridor --backend hardware --record-wire corridor.wire
     """
-    from slam.cli.inputs import draw_with_warnings, with_seed
-    from slam.run.experiment_setup import continue_mapping, scenario_experiment
+    from slam.run.launch import run as launch
     from slam.run.run_and_report import run_and_report
-    from slam.scenario.file import load_template
 
-    options = _robot_options(backend, yes, dry_run)
-    template = load_template(scenario, with_seed(settings, seed), allow_modules or [])
-    experiment = scenario_experiment(draw_with_warnings(template), backend, **options)
-    if saved_map is not None:
-        experiment = continue_mapping(experiment, saved_map, start)
-    run_and_report(experiment, out, rerun, Terminal())
-
-
-def _robot_options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
-    """Options of the back end; InputError for those that it does not have."""
-    if backend == "hardware":
-        return {"yes": yes, "dry_run": dry_run}
-    if backend == "replay":
-        raise InputError("--backend replay has no log to play; run: hopslam replay LOG")
-    if yes or dry_run:
-        raise InputError("--yes and --dry-run are for the real robot; add --backend hardware")
-    return {}
+    console = Terminal()
+    run_and_report(
+        lambda viewers: launch(
+            scenario, seed=seed, settings=settings or (), out=out, saved_map=saved_map, start=start, backend=backend,
+            allow_modules=allow_modules or (), yes=yes, dry_run=dry_run,
+            record_wire=record_wire, check=False, viewers=viewers, console=console,
+        ),
+        rerun,
+        console,
+    )  # fmt: skip

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from slam.console.options import ScenarioName, Seed, Settings
+from slam.console.terminal import Terminal
 
 
 def world(
@@ -29,11 +30,13 @@ def world(
 
     hopslam world replay --set generate.kind=corridor --set generate.width=3 --out corridor.svg
     """
-    from slam.cli.inputs import draw_with_warnings, with_seed
     from slam.run.pictures.world_picture import check_picture, draw_world
     from slam.scenario.file import read_template, summary
+    from slam.scenario.settings import with_seed
 
-    loaded = draw_with_warnings(read_template(scenario, with_seed(settings, seed)))
+    template = read_template(scenario, with_seed(settings or (), seed))
+    loaded = template.draw()
+    Terminal().warn(*template.warnings(loaded))
     path = out or Path(f"{loaded.name}.png")
     check_picture(path)
     draw_world(path, loaded)

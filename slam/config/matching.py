@@ -21,7 +21,7 @@ class ForceFieldConfig(Section):
     gamma_M: float = Field(10.0, gt=0)
     """Gain of the rotation, eq. (32), rad/m^2."""
     average: Literal["printed", "weighted"] = "printed"
-    """How eq. (33) averages. ``printed``: over all N_Seg N* pairs of segment and point, which swings and never settles
+    """Average of eq. (33). ``printed``: over all N_Seg N* pairs of segment and point, which swings and never settles
     when few segments are in view or the scene is large. ``weighted``, not in the paper: force over the sum of the
     weights 1 / (|lambda|^kappa + epsilon), moment over the weighted moment of inertia; gamma_f then cancels and gamma_M
     is a pure number that belongs near 1."""
@@ -57,7 +57,10 @@ class MotionConfig(Section):
     memory: float = Field(0.8, ge=0, lt=1)
     """Share of the last raise that is kept at the next scan."""
     without_odometry: float = Field(0.15, gt=0)
-    """Standard deviation of a motion where odometry is not used, metres and radians."""
+    """Least standard deviation of a motion where odometry is not used, metres and radians."""
+    speed_without_odometry: float = Field(0.5, gt=0)
+    """Standard deviation of the speed where odometry is not used, m/s and rad/s: the longer a scan is after the last,
+    the farther the robot may have come."""
 
 
 class SearchConfig(Section):
@@ -73,8 +76,10 @@ class SearchConfig(Section):
     """Greatest search to each side, metres; it goes as far as three standard deviations of the prior."""
     window_angle: float = Field(0.6, gt=0)
     """Greatest search to each side of the heading, radians; also three standard deviations of the prior."""
+    window_angle_without_odometry: float = Field(1.5, gt=0)
+    """The same where odometry is not used."""
     anywhere: float = Field(2.0, ge=0)
-    """Where what is found is in doubt, every heading is tried this far around the last pose, metres, and as much
+    """A match in doubt makes the search try every heading this far around the last pose, metres, and as much
     farther as the wheels went; 0 for never."""
     reach: float = Field(15.0, gt=0)
     """Walls farther than this from the sensor, metres, take no part."""

@@ -26,7 +26,7 @@ class SlamConfig(Section):
     """Matching of a scan to the map."""
     localization: LocalizationConfig = LocalizationConfig()
     loops: Literal["auto", "never"] = "auto"
-    """Whether loops are closed: ``auto`` finds a place again whenever a submap is finished, and corrects pose and map;
+    """Closing of loops: ``auto`` finds a place again whenever a submap is finished, and corrects pose and map;
     with ``never`` the map is what was seen first. Only this project's own matcher and map close loops."""
     deskew: bool = True
     """Undo the motion of the robot while the beams were taken, where they carry time; off in paper mode."""

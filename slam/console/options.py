@@ -48,6 +48,12 @@ Rerun = Annotated[
     ),
 ]
 Yes = Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")]
+RecordWire = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE", help="Append every byte that passes over the ports to FILE, with times: see hopslam wire."
+    ),
+]
 ScanTopic = Annotated[
     str | None, typer.Option(metavar="NAME", help="Of a bag: the topic of the scans, where there are several.")
 ]

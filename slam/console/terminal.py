@@ -6,13 +6,14 @@ Text is printed as it is, character by character: rich's markup would take ``[m]
 from __future__ import annotations
 
 import sys
+import warnings
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from rich.live import Live
     from rich.progress import Progress
 
 
@@ -23,8 +24,10 @@ class Terminal(Console):
         """Take the other options of rich's Console."""
         super().__init__(markup=False, emoji=False, highlight=False, soft_wrap=True, **options)
 
-    def waiting(self, text: str) -> Live:
+    def waiting(self, text: str) -> AbstractContextManager[object]:
         """A spinner beside the text while the block runs, drawn where ``progress`` draws its bar."""
+        if self.quiet:
+            return nullcontext()  # rich would show a widget in a notebook
         from rich.live import Live
         from rich.spinner import Spinner
 
@@ -57,6 +60,14 @@ class Terminal(Console):
         from rich.markdown import Markdown
 
         self.print(Markdown(text), soft_wrap=False)
+
+    def warn(self, *texts: str) -> None:
+        """Print warnings on standard error, a line each; a quiet console makes Python warnings of them."""
+        for text in texts:
+            if self.quiet:
+                warnings.warn(text, stacklevel=3)
+            else:
+                print(f"hopslam: warning: {text}", file=sys.stderr)
 
     def _watched(self) -> Console:
         """The console on which a user sees what moves: this one, or standard error."""

@@ -52,7 +52,7 @@ class Losses:
 
     place: object
     part: str
-    """What is counted, in the singular."""
+    """Name of the things that are counted, in the singular."""
     count: int = 0
     first: str = ""
 

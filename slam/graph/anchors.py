@@ -1,4 +1,4 @@
-"""Where the scans of submaps lie that are no longer in the graph: a few rows for each, riding on submaps that are."""
+"""Places of the scans of submaps that are no longer in the graph: a few rows for each, riding on submaps that are."""
 
 from collections.abc import Mapping
 from typing import NamedTuple

@@ -60,7 +60,7 @@ class BackEndProcess:
         sender = Thread(target=_send, args=(self._out, process), name="to the back end", daemon=True)
         receiver = Thread(target=_receive, args=(process, self._in), name="from the back end", daemon=True)
         self.size = GraphSize()
-        """Of the graph, as the last result told."""
+        """Size of the graph by the last result."""
         self._let_go = weakref.finalize(self, _end, self._out, process, (sender, receiver))
         sender.start()
         receiver.start()
@@ -73,8 +73,8 @@ class BackEndProcess:
         self._out.put(key)
 
     def next_result(self, wait: bool) -> tuple[bool, Closure | None]:
-        """What was found for the next submap that is finished; False and None where it is not known yet, which cannot
-        be where one waits."""
+        """Return True and the closure, if any, for the next finished submap; False and None where it is not known yet,
+        which is impossible with ``wait``."""
         try:
             closure, self.size = self._received(wait)
         except Empty:

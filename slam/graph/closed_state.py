@@ -35,7 +35,7 @@ def placed(
 
 
 def uncertainty_of(closed: ClosedRun) -> MapUncertainty:
-    """How well each tile of the map is known: as the first key scan that was taken in it."""
+    """Uncertainty of each tile of the map: that of the first key scan that was taken in it."""
     tiles: Tiles = {}
     T_laser_base = Pose2D.from_array(closed.T_base_laser).inverse()
     for pose, covariance in zip(closed.poses, closed.covariances, strict=True):

@@ -1,4 +1,4 @@
-"""What the back end found, as the front end takes it over, and as it stands at the end of a run."""
+"""Results of the back end, as the front end takes them over, and as they stand at the end of a run."""
 
 from dataclasses import dataclass
 from functools import cached_property

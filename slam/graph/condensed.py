@@ -20,7 +20,7 @@ HOP_SIGMAS: Final = np.array([0.08, 0.08, 0.04])
 BREAK_SIGMAS: Final = np.array([0.7, 0.7, 0.6])
 """Beyond that, where the front end broke."""
 BREAK_WEIGHT: Final = 0.05
-"""Of an edge over a break, in the graph."""
+"""Weight of an edge over a break, in the graph."""
 LOOP_SIGMAS: Final = np.array([0.1, 0.1, 0.01])
 """Over a loop, for the search of candidates ..."""
 CONDENSED_SIGMAS: Final = np.array([0.03, 0.03, 0.005])
@@ -81,7 +81,7 @@ class CondensedGraph:
         return Hops(first, second, np.array(covariance).reshape(-1, 3, 3))
 
     def chain(self) -> list[Edge]:
-        """What joins the submaps beside loops, by their numbers: each to the next, and the ties."""
+        """Edges between the submaps beside loops, by their numbers: each to the next, and the ties."""
         submaps = self._submaps
         hops = [_hop_edge(*pair) for pair in pairwise(submaps) if _follows(*pair)]
         return [*hops, *self._graph.ties.values()]

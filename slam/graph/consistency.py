@@ -1,4 +1,4 @@
-"""Which loops agree with each other: what two of them say of one submap, along the graph between them.
+"""Agreement of loops with each other: two of them may say the same of one submap, along the graph between them.
 
 One loop alone may lie: a building has places that look alike. Two of submaps that share no scan rarely tell the same
 lie (after Mangelson et al., "Pairwise consistent measurement set maximization", ICRA 2018).
@@ -26,7 +26,7 @@ LEAST_OWN: Final = 3
 MOST_WAITING: Final = 30
 """Loops that wait for another to bear them out."""
 GRAPH_SHARE: Final = 0.25
-"""Of the variances by which candidates are sought: what the graph itself believes."""
+"""Share of the variances by which candidates are sought that the graph itself believes."""
 
 
 class Consistency:

@@ -31,7 +31,7 @@ Floor = NDArray[np.bool_]
 
 
 class Constellation(NamedTuple):
-    """What is compared to find a place again, in the frame of a pose of the robot in the middle of the submap."""
+    """Walls that are compared to find a place again, in the frame of a robot's pose in the middle of the submap."""
 
     walls: FloatArray
     """(M, 5), in an order that depends on nothing but the walls."""

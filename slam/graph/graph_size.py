@@ -1,4 +1,4 @@
-"""How large the graph is, and what it has cost until now."""
+"""Size of the graph, and its cost until now."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ class GraphSize(NamedTuple):
     edges: int = 0
     loops: int = 0
     nbytes: int = 0
-    """Of the key scans."""
+    """Memory of the key scans."""
     tried: int = 0
     """Pairs of submaps that were compared."""
     seconds: float = 0.0

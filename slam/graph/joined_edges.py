@@ -22,7 +22,7 @@ def turned_round(edge: Edge) -> Edge:
 
 
 def joined(first: Edge, second: Edge) -> Edge:
-    """What two edges say together of the second's second node as seen from the first's first."""
+    """Chain two edges: the second's second node as seen from the first's first."""
     assert first.second == second.first
     c, s = np.cos(first.measured[2]), np.sin(first.measured[2])
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

@@ -6,11 +6,9 @@ preconditioner. From round to round the kernel shrinks, and with it what the fac
 happens in the frame of the first node, so that where the map lies makes no difference.
 """
 
-from typing import NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.linalg import SuperLU
 
 from slam.graph.main_edges import find_main_edges, no_main_edges
 from slam.graph.pose_graph import Edges, factorize, linear_system
@@ -20,6 +18,10 @@ from slam.graph.wall_landmarks import LINE_NX, LINE_NY, LINE_X, LINE_Y, FoundWal
 from slam.lines.facets import NX, NY, VARIANCE, X, Y
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
+
+if TYPE_CHECKING:  # it takes long to load
+    from scipy.sparse import csr_matrix
+    from scipy.sparse.linalg import SuperLU
 
 
 class RefinementSettings(NamedTuple):
@@ -46,13 +48,13 @@ class RefinementSettings(NamedTuple):
     settled: float = 2e-3
     """... the last of which moves the poses by less than this, root mean square, metres."""
     tolerance: float = 1e-2
-    """Of the conjugate gradients, relative ..."""
+    """Tolerance of the conjugate gradients, relative ..."""
     max_iterations: int = 150
     """... and the greatest number of their iterations."""
 
 
 class Refinement(NamedTuple):
-    """What the refinement found."""
+    """Refined poses and walls."""
 
     poses: FloatArray
     """(N, 3)."""
@@ -79,7 +81,7 @@ def refine(
         equations = _equations(sensed.seen_from(local[nodes]), nodes, width, len(poses), settings)[1]
         H, gradient = linear_system(local, edges, weights)
         gradient = gradient.reshape(-1, 3) + equations.gradient
-        moved = _conjugate_gradients(csr_matrix(H), equations, preconditioner, -gradient, settings)
+        moved = _conjugate_gradients(H.tocsr(), equations, preconditioner, -gradient, settings)
         local += moved
         local[:, 2] = wrap_angles(local[:, 2])
         step = float(np.sqrt(np.mean(moved[:, :2] ** 2))) if width <= 1.0 else np.inf
@@ -141,7 +143,11 @@ def _equations(
 
 
 def _conjugate_gradients(
-    H: csr_matrix, equations: WallEquations, preconditioner: SuperLU, right: FloatArray, settings: RefinementSettings
+    H: "csr_matrix",
+    equations: WallEquations,
+    preconditioner: "SuperLU",
+    right: FloatArray,
+    settings: RefinementSettings,
 ) -> FloatArray:
     """Solve (H + S) x = ``right`` (N, 3), where the first node stays."""
     x, residual = np.zeros_like(right), right.copy()

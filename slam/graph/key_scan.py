@@ -30,7 +30,7 @@ class KeyScan:
     information: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
     """(3, 3) of T_local_laser against the submap, in the axes of ``local``; none for the first scan of a submap."""
     share: float = 1.0
-    """Of its facets, those that agreed with the submap."""
+    """Share of its facets that agreed with the submap."""
     wheels: FloatArray = field(default_factory=lambda: np.zeros(3))
     """(3,): the motion since the key scan before, by the wheels alone, in the frame of that one."""
     index: int = 0

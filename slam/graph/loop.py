@@ -11,12 +11,12 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
 Proposal = Literal["odometry", "walls", "break"]
-"""What proposed the place: the way through the graph, the walls alone, or the place where the front end broke."""
+"""Origin of a proposal: the way through the graph, the walls alone, or a place where the front end broke."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Loop:
-    """What was found when two submaps were compared."""
+    """Result of a comparison of two submaps."""
 
     number: int
     submap: int
@@ -40,7 +40,7 @@ class Loop:
 
     @property
     def text(self) -> str:
-        """What was found, as in: submap 41 found in submap 3, 14 of 15 scans agree."""
+        """The loop in words, as in: submap 41 found in submap 3, 14 of 15 scans agree."""
         open_side = ", one direction left open" if self.ambiguous else ""
         agree = f"{self.agreeing} of {self.tested} scans agree{open_side}"
         return f"submap {self.submap} found in submap {self.other}, {agree}"
@@ -49,7 +49,7 @@ class Loop:
 def loop_keys(
     loops: Iterable[Loop], keys_of: Mapping[int, Sequence[int]], key_of: Callable[[int], int], poses: FloatArray
 ) -> IntArray:
-    """Where loops lie, (L, 2): the number of a key scan of the submap that was found, the middle one of those that
+    """Places of loops, (L, 2): the number of a key scan of the submap that was found, the middle one of those that
     agree, and that of the key scan nearest to it of the submap in which it was found.
 
     ``keys_of`` has the key scans of every submap, ``key_of`` gives that of a node; ``poses`` (K, 3) are those of all.

@@ -25,7 +25,7 @@ NEIGHBOURS: Final = 2
 THINKABLE: Final = 50.0
 """chi^2 of a place from walls alone by what the graph says, at most."""
 BREAK_REACH, BREAK_CANDIDATES = 5.0, 3
-"""Where the front end broke: submaps whose path is so near, metres, and how many of them are tried with any heading."""
+"""After a break of the front end: so near, metres, must a submap's path be, and so many are tried with any heading."""
 
 
 class LoopCandidates:

@@ -16,7 +16,7 @@ from slam.pose import FloatArray, compose_poses
 LEAST_FACETS: Final = 5
 """A scan with fewer facets says nothing."""
 PRIOR_INFORMATION: Final = np.diag(1.0 / np.array([0.1, 0.1, 0.03]) ** 2)
-"""Of the place of a key scan, given that of its submap: metres and radians."""
+"""Information of the place of a key scan, given that of its submap: metres and radians."""
 AGREEING: Final = 0.5, 0.7
 """Share of the facets that must agree, and share of that with which the scan agreed with its own submap: the lesser."""
 NEAR: Final = 3.0
@@ -48,12 +48,12 @@ class KeyMatch(NamedTuple):
 
 
 class Check(NamedTuple):
-    """What the key scans say of a place."""
+    """Verdict of the key scans on a place."""
 
     T_other_submap: FloatArray
     """(3,), between the frames ``local`` of the two submaps."""
     matches: list[KeyMatch]
-    """Of the key scans that were asked."""
+    """Matches of the key scans that were asked."""
 
     @property
     def agreement(self) -> float:

@@ -23,7 +23,7 @@ POOR: Final = 0.9
 STANDING_ALONE: Final = 1.2
 """... counts only where another loop bears it out, unless its key scans agree as much as so many whole ones."""
 WALL_SIGMAS: Final = np.array([0.3, 0.3, 0.05])
-"""Of a place from walls alone: metres and radians."""
+"""Standard deviations of a place from walls alone: metres and radians."""
 BREAK_SIGMAS: Final = np.array([0.5, 0.5, 2.0])
 
 

@@ -21,7 +21,7 @@ from slam.pose import FloatArray, compose_poses, wrap_angle
 JOINT: Final = 6
 """Key scans that are sought together."""
 LEAST_FACETS: Final = 15
-"""Of them, which say too little where they are fewer."""
+"""Facets of these key scans below which they say too little."""
 MOST_WINDOW, MOST_ANGLE = 8.0, 0.5
 """Half the window, metres and radians, at most ..."""
 ANY_HEADING: Final = 0.5
@@ -35,7 +35,7 @@ PLACES: Final = 4
 FOLLOWED_SHARE: Final = 0.75
 """... unless the score is less than this share of the best."""
 FOUND_INFORMATION: Final = np.diag(1.0 / np.array([0.3, 0.3, 0.1]) ** 2)
-"""Of a place from the search: metres and radians."""
+"""Information of a place from the search: metres and radians."""
 AMBIGUOUS: Final = 0.9
 """A second place with this share of the agreement of the first leaves the direction between them open ..."""
 APART, TURNED = 0.3, 0.1
@@ -113,7 +113,7 @@ class LoopSearch:
     def _loop(
         self, view: SubmapView, other: Submap, check: Check, direction: FloatArray | None, proposal: Proposal
     ) -> Loop:
-        """What was found; along an open direction (2,) the submap stays where it was thought to be."""
+        """The loop that was found; along an open direction (2,) the submap stays where it was thought to be."""
         graph, submap, T_other_submap = self._graph, view.submap, check.T_other_submap
         shift = np.zeros(3)
         if direction is not None:

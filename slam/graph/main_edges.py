@@ -26,7 +26,7 @@ PART: Final = 20.0
 
 
 class MainEdges(NamedTuple):
-    """What is known of the directions of M walls beforehand."""
+    """Prior knowledge of the directions of M walls."""
 
     direction: IntArray
     """(M,): number of a wall's main direction, -1 for none."""
@@ -63,8 +63,8 @@ def find_main_edges(theta: FloatArray, lengths: FloatArray, places: FloatArray) 
 
 
 def _information(off: FloatArray, places: FloatArray, variance: float) -> FloatArray:
-    """What each wall (W,) says of its main direction, rad^-2, so that the walls of a part together say what it does;
-    nothing where the parts are off more than the walls of one, and have directions of their own.
+    """Information of each wall (W,) on its main direction, rad^-2, so that the walls of a part together say what it
+    does; zero where the parts are off more than the walls of one, and have directions of their own.
 
     ``off`` (W,) are the deviations, of this ``variance``."""
     _, part, counts = np.unique(np.floor(places / PART), axis=0, return_inverse=True, return_counts=True)

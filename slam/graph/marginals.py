@@ -5,14 +5,17 @@ backwards (Takahashi, Fagan and Chen, 1973; Kaess and Dellaert, Robotics and Aut
 Z_ij = -sum_k Z_ik L_kj and Z_jj = D_j^-1 - sum_k L_kj^T Z_kj, over the blocks k of column j of L.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from scipy.sparse import bsr_matrix, csc_matrix, identity
-from scipy.sparse.linalg import splu
 
 from slam.compiled import compiled
 from slam.graph.pose_graph import Edges, linear_system
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
+
+if TYPE_CHECKING:  # it takes long to load
+    from scipy.sparse import csc_matrix
 
 
 def pose_covariances(poses: FloatArray, edges: Edges, weights: FloatArray) -> FloatArray:
@@ -20,13 +23,13 @@ def pose_covariances(poses: FloatArray, edges: Edges, weights: FloatArray) -> Fl
     covariances = np.zeros((len(poses), 3, 3))
     if len(poses) > 1:
         H, _ = linear_system(poses, edges, weights)
-        covariances[1:] = inverse_blocks(csc_matrix(H)[3:, 3:])
+        covariances[1:] = inverse_blocks(H[3:, 3:])
     return covariances
 
 
-def inverse_blocks(H: csc_matrix) -> FloatArray:
+def inverse_blocks(H: "csc_matrix") -> FloatArray:
     """The diagonal blocks (N, 3, 3) of the inverse of a symmetric positive definite (3N, 3N)."""
-    blocks = bsr_matrix(H, blocksize=(3, 3))
+    blocks = H.tobsr(blocksize=(3, 3))
     blocks.sort_indices()
     begins, rows = blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64)
     place = _elimination_places(begins, rows)
@@ -36,7 +39,10 @@ def inverse_blocks(H: csc_matrix) -> FloatArray:
 
 
 def _elimination_places(begins: IntArray, rows: IntArray) -> IntArray:
-    """When to eliminate each node, (N,), so that few blocks fill: by minimum degree."""
+    """Place of each node in the order of elimination, (N,), so that few blocks fill: by minimum degree."""
+    from scipy.sparse import csc_matrix, identity
+    from scipy.sparse.linalg import splu
+
     count = len(begins) - 1
     graph = csc_matrix((np.ones(len(rows)), rows, begins), shape=(count, count)) + count * identity(count, format="csc")
     factors = splu(graph, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
@@ -45,7 +51,7 @@ def _elimination_places(begins: IntArray, rows: IntArray) -> IntArray:
 
 @compiled
 def _pattern(begins: IntArray, rows: IntArray, place: IntArray) -> tuple[IntArray, IntArray]:
-    """Where the blocks of each column of L begin, (N + 1,), and their ascending rows, all in the order of elimination.
+    """Return the beginnings of L's columns, (N + 1,), and the ascending rows of their blocks, in order of elimination.
 
     A column has the blocks of the matrix below its diagonal, and those that its children in the elimination tree have
     below theirs.

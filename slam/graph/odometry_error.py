@@ -1,4 +1,4 @@
-"""How far the wheels can be trusted, learnt from where scans told the motion: the front end only has a guess.
+"""Errors of the wheels, learnt from where scans told the motion: the front end only has a guess.
 
 In a corridor odometry alone says how long it is. What the guess allows it to err, made for wheels that nobody has
 measured, would let every loop stretch the corridor.
@@ -70,7 +70,7 @@ def way_of(motions: FloatArray) -> FloatArray:
 
 
 def motion_errors(keys: list[KeyScan], follows: NDArray[np.bool_]) -> FloatArray:
-    """What the wheels said of the motion to each key scan less what was matched, (K, 3): along, across, turned; zero
+    """Motion to each key scan by the wheels less that by matching, (K, 3): along, across, turned; zero
     where it does not follow the one before, mask (K,)."""
     local = np.array([key.T_local_laser for key in keys]).reshape(-1, 3)
     wheels = np.array([key.wheels for key in keys]).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""How well places are borne out: the walls that they lay on each other, and those where the floor was seen to be free.
+"""Evidence for places: the walls that they lay on each other, and those where the floor was seen to be free.
 
 Compiled. A place is refined by least squares on the walls that it lays on each other. Its score is how much these fix
 it in every direction, against the metres of wall of either submap that lie where the robot of the other saw free floor.

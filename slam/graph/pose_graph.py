@@ -7,16 +7,18 @@ wrong loop among right ones loses its say whatever the start.
 """
 
 from collections.abc import Iterable
-from typing import Final, NamedTuple, Self
+from typing import TYPE_CHECKING, Final, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import SuperLU, splu
 
 from slam.compiled import compiled, wrapped
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, wrap_angles
+
+if TYPE_CHECKING:  # it takes long to load, and only what solves a graph needs it
+    from scipy.sparse import csc_matrix
+    from scipy.sparse.linalg import SuperLU
 
 NO_LOOP: Final = -1
 """Number of the loop of an edge that belongs to none ..."""
@@ -28,7 +30,7 @@ MAX_ITERATIONS: Final = 40
 
 
 class Edge(NamedTuple):
-    """What is known of one node as seen from another."""
+    """Measured pose of one node as seen from another."""
 
     first: int
     second: int
@@ -113,8 +115,10 @@ def robust_weights(chi_squared: FloatArray, robust: NDArray[np.bool_], kernel: f
     return np.where(robust, (kernel / (kernel + chi_squared)) ** 2, 1.0)
 
 
-def linear_system(poses: FloatArray, edges: Edges, weights: FloatArray) -> tuple[csc_matrix, FloatArray]:
+def linear_system(poses: FloatArray, edges: Edges, weights: FloatArray) -> tuple["csc_matrix", FloatArray]:
     """Information matrix (3N, 3N) and gradient (3N,) of half the weighted sum of squares at these poses."""
+    from scipy.sparse import csc_matrix
+
     size = 3 * len(poses)
     rows, columns, values, gradient = _normal_equations(
         poses, edges.first, edges.second, edges.measured, edges.information, weights
@@ -122,10 +126,12 @@ def linear_system(poses: FloatArray, edges: Edges, weights: FloatArray) -> tuple
     return csc_matrix((values, (rows, columns)), shape=(size, size)), gradient
 
 
-def factorize(H: csc_matrix) -> SuperLU:
+def factorize(H: "csc_matrix") -> "SuperLU":
     """Sparse factors of a symmetric positive definite matrix."""
+    from scipy.sparse.linalg import splu
+
     options = {"SymmetricMode": True}
-    return splu(csc_matrix(H), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+    return splu(H, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
 def squared_errors(poses: FloatArray, edges: Edges) -> FloatArray:

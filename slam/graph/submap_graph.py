@@ -22,11 +22,11 @@ SUBMAP_SIGMAS: Final = np.array([0.005, 0.005, 0.002])
 LOOP_SIGMAS: Final = np.array([0.02, 0.02, 0.005])
 """... and to another one, whose own errors come in."""
 ORIGIN_SHARE: Final = 0.1
-"""Of the first variance: the key scan with which a submap begins is its origin."""
+"""Share of the first variance: the key scan with which a submap begins is its origin."""
 BREAK_SIGMAS: Final = np.array([0.1, 0.1, 0.1])
 """Beyond those of odometry, where the front end broke: metres and radians."""
 START_SIGMAS: Final = np.array([0.05, 0.05, 0.02])
-"""Of the place in the map of an earlier run at which this one begins."""
+"""Standard deviations of the place in the map of an earlier run at which this one begins: metres, radians."""
 LEAST_INFORMATION: Final = 1e-9
 FORGOTTEN: Final = np.array([0.01, 0.01, 0.002])
 """Metres and radians by which a tie is known less well when the same is known again: many rounds do not make it surer
@@ -34,7 +34,7 @@ without bound, since the errors of the map are in all of them."""
 
 
 class Left(NamedTuple):
-    """What is left after submaps were taken out: the numbers that it had until then, in ascending order."""
+    """Numbers that were left when submaps were taken out, in ascending order."""
 
     keys: list[int]
     loops: list[int]
@@ -51,7 +51,7 @@ class SubmapGraph:
         self.loops: list[Loop] = []
         self.poses: list[FloatArray] = []
         self.ties: dict[tuple[int, int], Edge] = {}
-        """What is known of submaps by others that are no longer here, by the numbers of the two."""
+        """Edges between submaps by way of others that are no longer here, by the numbers of the two."""
         self.taken = 0
         """Key scans that were added until now, those counted that are no longer here."""
         self._number_of: dict[int, int] = {}
@@ -171,7 +171,7 @@ class SubmapGraph:
         self.edges = [*own, *(edge for loop in self.loops for edge in loop.edges)]
 
     def _T_map_local(self, key: KeyScan) -> FloatArray:
-        """Of the submap that it was matched to, or of the last one, where it begins a new one."""
+        """``T_map_local`` of the submap that it was matched to, or of the last one, where it begins a new one."""
         if self.begins_with(key):
             return np.zeros(3)
         known = self.submaps.get(key.submaps[0]) or self.submaps[self.keys[-1].submaps[0]]

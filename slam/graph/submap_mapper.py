@@ -38,7 +38,7 @@ MISFITS: Final = 2
 One alone may come from wheels that were late, and are right again with the next."""
 
 RECOVERED_SHARE: Final = 0.5
-"""Of the facets of the scan after such a one, which must agree with the map: else that contradicts it too."""
+"""Share of the facets of the scan after such a one that must agree with the map: else that contradicts it too."""
 
 
 class SubmapMapper(SurfelMapper):
@@ -57,7 +57,7 @@ class SubmapMapper(SurfelMapper):
         self.uncertainty = SubmapUncertainty(state.covariance)
         self._wheels = Pose2D()  # the motion since the last key scan by odometry alone
         self.number = number
-        """Of the submap that began last."""
+        """Number of the submap that began last."""
         self._open = [state.map]  # the oldest first
         self._last_key: Pose2D | None = None
         self._way = self._began = 0.0  # metres, and those at which the last submap began
@@ -156,7 +156,7 @@ class SubmapMapper(SurfelMapper):
         )  # fmt: skip
 
     def _information(self) -> FloatArray:
-        """Of the last match, in the directions that its scan constrained."""
+        """Information of the last match, in the directions that its scan constrained."""
         if self._found is None or self._found.odometry_only:
             return np.zeros((3, 3))
         fit, scale = self._found.fit, np.array([1.0, 1.0, self.config.lever])

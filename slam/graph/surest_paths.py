@@ -1,4 +1,4 @@
-"""How well the place of every submap is known as seen from one: the covariance along the surest path, compiled."""
+"""Covariance of the place of every submap as seen from one, along the surest path; compiled."""
 
 import heapq
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""Where a submap may lie in earlier ones by their walls alone, for one that the graph cannot place."""
+"""Places of a submap in earlier ones by their walls alone, for one that the graph cannot place."""
 
 from collections.abc import Collection, Sequence
 from typing import Final, NamedTuple

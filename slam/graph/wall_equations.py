@@ -110,7 +110,7 @@ def _weight(r: float, variance: float, kernel: float) -> float:
 
 @compiled
 def _pair_begins(scans: IntArray, numbers: IntArray, begins: IntArray) -> IntArray:
-    """Where the pairs of each wall begin, (M + 1,)."""
+    """Beginnings of the pairs of each wall, (M + 1,)."""
     pairs = np.zeros(len(begins), np.int64)
     for m in range(len(begins) - 1):
         count = 0

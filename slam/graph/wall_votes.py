@@ -166,7 +166,7 @@ def _vote(wall: FloatArray, other: FloatArray, votes: FloatArray) -> None:
 
 @compiled
 def _scores(votes: FloatArray) -> FloatArray:
-    """How much each shift is fixed by its votes (R, C, 3), shape (R, C)."""
+    """Fixedness (R, C) of each shift by its votes (R, C, 3)."""
     rows, columns, _ = votes.shape
     scores = np.empty((rows, columns))
     for i in range(rows):
@@ -177,8 +177,8 @@ def _scores(votes: FloatArray) -> FloatArray:
 
 @compiled
 def fixedness(xx: float, xy: float, yy: float) -> float:
-    """How much walls fix a place in every direction: the root of the determinant of their information; metres of wall.
-    Little, where they are all parallel."""
+    """Strength with which walls fix a place in every direction: the root of the determinant of their information;
+    metres of wall. It is small where they are all parallel."""
     return float(np.sqrt((xx + CHANCE) * (yy + CHANCE) - xy * xy) - CHANCE)
 
 

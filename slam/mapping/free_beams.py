@@ -11,7 +11,7 @@ from slam.scan import BEARING, COS, SIN, LaserScan
 
 CORRECTIONS = 3  # steps from the beam of an even fan to that of the fan itself
 MOST_SECTORS = 64
-"""Of the full turn, in which it is known how far any beam was free."""
+"""Sectors of the full turn, each with the range up to which any of its beams was free."""
 BEAMS_A_SECTOR = 4  # of a full turn, so that no sector between two beams is empty
 
 
@@ -26,7 +26,7 @@ class FreeBeams(NamedTuple):
     """(3, N), see scan.py: that of a deskewed scan is not even, so that a beam is looked up in it."""
     angle_min: float
     angle_increment: float
-    """Of the fan as it was before, from which the look-up starts."""
+    """Step of the fan before it was deskewed, from which the look-up starts."""
     farthest: FloatArray
     """(S,): the greatest range in each sector and its two neighbours; it tells quickly what is hidden."""
 

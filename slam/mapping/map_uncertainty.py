@@ -24,7 +24,7 @@ class Frontier(NamedTuple):
 
     began: Pose2D
     reach: float
-    """How far away from there the robot has been, metres and radians together."""
+    """Greatest distance of the robot from there, metres and radians together."""
     drift: FloatArray
     """Covariance (3, 3) that the matches on the way have left in the map."""
     widest: FloatArray

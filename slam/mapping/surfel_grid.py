@@ -43,7 +43,7 @@ class Grid(NamedTuple):
     counts: IntArray
     """(3,): how many rows of ``surfels`` were ever taken, the first of the free list or -1, and how many are alive."""
     way: float
-    """How far the sensor has travelled and turned while this map was made, metres and radians together."""
+    """Way and turns of the sensor while this map was made, metres and radians together."""
 
 
 def empty_grid(cell: float) -> Grid:

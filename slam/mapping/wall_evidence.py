@@ -1,4 +1,4 @@
-"""What beams tell of each piece of a surfel, compiled: that there is wall, or that there is none.
+"""Evidence of beams for each piece of a surfel: that there is wall, or that there is none; compiled.
 
 A surfel is a line through its cell. Whether there is wall all along it only the beams can tell, so that each surfel
 keeps a count for every piece of its line: up for an echo from there, down for a beam that went through. Pieces are cut
@@ -120,7 +120,7 @@ def _surfels_beside(
 
 @compiled
 def _least(offsets: FloatArray, count: int) -> int:
-    """Where the least of the first ``count`` offsets is."""
+    """Index of the least of the first ``count`` offsets."""
     least = 0
     for i in range(1, count):
         if offsets[i] < offsets[least]:

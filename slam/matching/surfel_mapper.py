@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from slam.config import LeastSquaresConfig
+from slam.config import LeastSquaresConfig, SearchConfig
 from slam.lines.facets import facets_of
 from slam.lines.range_noise import RangeNoise
 from slam.lines.segments import Segments
@@ -35,7 +35,7 @@ class SurfelMapper:
         self._settings = _solver_settings(config, odometry)
         self._facets = np.empty((0, 7))
         self._walls = WallHeading(state.directions, config.directions == "auto")
-        self._search = PoseSearch(config.search, state.map.config.carve_reach, self._walls)
+        self._search = PoseSearch(_search_config(config.search, odometry), state.map.config.carve_reach, self._walls)
         self._found: Found | None = None  # for the last scan
 
     @property
@@ -63,8 +63,9 @@ class SurfelMapper:
         self._walls.observe(segments)
         last = self.state.T_map_base
         if last is None:
-            return self._begin(prior)
-        T_map_laser, motion = prior @ self.T_base_laser, self._motion_covariance(last, prior)
+            return self._begin(prior, scan.stamp)
+        T_map_laser, motion = prior @ self.T_base_laser, self._motion_covariance(last, prior, scan.stamp)
+        self.state = replace(self.state, stamp=scan.stamp)
         predicted = propagate(self._predicted(last, prior, motion), prior, T_map_laser)
         found = self._find(scan, segments.noise, T_map_laser, predicted, last @ self.T_base_laser)
         self._found = found
@@ -92,9 +93,9 @@ class SurfelMapper:
         """The state with these fields changed."""
         return replace(self.state, **changes)
 
-    def _begin(self, start: Pose2D) -> Match:
+    def _begin(self, start: Pose2D, stamp: float) -> Match:
         """There is no map before the first scan: its pose is known, or it is where the map begins."""
-        self.state = replace(self.state, T_map_base=start)
+        self.state = replace(self.state, T_map_base=start, stamp=stamp)
         covariance = self._pose_covariance(start, self.state.covariance)
         return Match(Pose2D(), 0, False, 0, covariance=covariance)
 
@@ -102,10 +103,13 @@ class SurfelMapper:
         """Covariance (3, 3) of a pose of the base against the truth, for that against the map."""
         return self.state.uncertainty.pose_covariance(pose, match_covariance)
 
-    def _motion_covariance(self, last: Pose2D, prior: Pose2D) -> FloatArray:
+    def _motion_covariance(self, last: Pose2D, prior: Pose2D, stamp: float) -> FloatArray:
+        """Covariance (3, 3) of the motion since the last scan, as odometry has it or as time lets it be."""
+        config, before = self.config.motion, self.state.stamp
         if self._odometry:
-            return motion_covariance(last.between(prior), last.theta, self.config.motion)
-        return np.diag(np.full(3, self.config.motion.without_odometry**2))
+            return motion_covariance(last.between(prior), last.theta, config)
+        seconds = 0.0 if before is None else stamp - before
+        return np.diag(np.full(3, max(config.without_odometry, config.speed_without_odometry * seconds) ** 2))
 
     def _predicted(self, last: Pose2D, prior: Pose2D, motion: FloatArray) -> FloatArray:
         """Covariance (3, 3) of the base at the prior: of the last pose, of the motion, and of what the wheels did
@@ -171,6 +175,12 @@ class SurfelMapper:
             "odometry_excess": excess,
             "bad_matches": state.bad_matches + 1 if bad else 0,
         }
+
+
+def _search_config(config: SearchConfig, odometry: bool) -> SearchConfig:
+    """Without odometry the heading is searched as far as a robot turns between two scans that are far apart."""
+    widest = config.window_angle if odometry else config.window_angle_without_odometry
+    return config.model_copy(update={"window_angle": widest})
 
 
 def _solver_settings(config: LeastSquaresConfig, odometry: bool) -> SolverSettings:

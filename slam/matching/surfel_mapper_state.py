@@ -33,6 +33,8 @@ class SurfelMapperState:
     """Variances of the errors of odometry beyond its model, m^2 and rad^2: see motion_model."""
     directions: Directions = field(default_factory=Directions)
     """Directions of the building's walls."""
+    stamp: float | None = None
+    """Seconds: the time of the last scan; None before the first, and of a robot that begins anew."""
 
     @classmethod
     def empty(cls, config: SurfelMapConfig) -> Self:
@@ -44,5 +46,5 @@ class SurfelMapperState:
         uncertainty = MapUncertainty(self.uncertainty.tiles, self.uncertainty.nearest_tile(T_map_base))
         return replace(
             self, uncertainty=uncertainty, T_map_base=T_map_base, T_map_added=None, covariance=covariance,
-            odometry_inflation=1.0, bad_matches=0, odometry_excess=np.zeros(2),
+            odometry_inflation=1.0, bad_matches=0, odometry_excess=np.zeros(2), stamp=None,
         )  # fmt: skip

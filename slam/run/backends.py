@@ -16,7 +16,7 @@ BACKENDS: Final = {
 }
 """slam knows of sim and hardware by name only."""
 
-PLANTS: Final = {"sim": "sim.plant:SimPlant", "plan": "hardware.emulator.kinematic_plant:scenario_plant"}
+PLANTS: Final = {"sim": "sim.plant:SimPlant", "plan": "sim.plant:plan_plant"}
 """Functions of the scenario that make what moves the emulated devices."""
 PLANT_PARTS: Final = (
     "T_map_base", "elapsed", "odometry", "travel", "stalled", "advance", "ranges", "bumpers", "sonar",

@@ -82,7 +82,7 @@ def map_made_by(estimator: Estimator, closed: ClosedRun | None = None) -> SavedS
 
 
 def _method_of(estimator: Estimator) -> Estimator | None:
-    """What maps, or would: of LocalizeThenMap None until it does."""
+    """The estimator that maps; of LocalizeThenMap None until it does."""
     return estimator.slam if isinstance(estimator, LocalizeThenMap) else estimator
 
 

@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from slam.config import SlamConfig
 from slam.errors import ScenarioError
@@ -29,7 +29,7 @@ from slam.scenario.file import read_scenario
 from slam.scenario.schema import Scenario
 
 
-def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: bool) -> Experiment:
+def scenario_experiment(scenario: Scenario, backend: str = "sim", **options: Any) -> Experiment:
     """Set up a robot of this back end to drive the scenario's route on the pose that the method estimates.
 
     ``options`` are the back end's own. Only the simulated robot needs the scenario's world.
@@ -74,8 +74,8 @@ def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None =
 
 
 def _timing_of(path: Path, config: SlamConfig) -> Timing:
-    """When the run of this log took its closures over, where it had the same settings: a real robot's waits for none,
-    and gives the same bits when it is replayed; STEPPED for any other log."""
+    """Scans at which the run of this log took its closures over, where it had the same settings, so that the replay of
+    a real robot's run, which waits for none, gives the same bits; STEPPED for any other log."""
     folder = path if path.is_dir() else path.parent
     if not (folder / "config.yaml").is_file() or read_scenario(folder / "config.yaml").slam != config:
         return STEPPED
@@ -101,7 +101,7 @@ def continue_mapping(experiment: Experiment, path: Path, start: Literal["given",
 
 
 def _graph_of(path: Path, config: SlamConfig) -> KnownGraph | None:
-    """What a map rests on, by the files beside it; None where they are not there, or no loops are to be closed."""
+    """Graph that a map rests on, from the files beside it; None without them, or where no loops are to be closed."""
     graph, keys = path.with_name("graph.json"), path.with_name("key_scans.npz")
     if config.loops == "never" or not (graph.is_file() and keys.is_file()):
         return None

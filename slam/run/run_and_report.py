@@ -1,16 +1,14 @@
 """A run as the commands make it: with viewers, a summary and an exit code."""
 
-import sys
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 import typer
 
 from slam.console.terminal import Terminal
 from slam.console.terminal_table import TerminalTable
-from slam.run.experiment import Experiment
 from slam.run.results.metric_table import METRICS, Metric
+from slam.run.run import Run
 from slam.run.viewer.viewers import Viewers
 
 _ERRORS: Final = (
@@ -37,29 +35,28 @@ _FACTS: Final = (
 
 
 def run_and_report(
-    experiment: Experiment, out: Path | None, rerun: list[str] | None, console: Terminal, lenient: bool = False
+    make: Callable[[Viewers], Run], rerun: list[str] | None, console: Terminal, lenient: bool = False
 ) -> None:
-    """Run the experiment, print its summary, and keep the web viewer open until Ctrl-C where there is one.
+    """Make the run, print its summary, and keep the web viewer open until Ctrl-C where there is one.
 
     Raises the error of a run that failed, and ScansLost where most of its log could not be used, unless that is taken
     leniently. Leaves with exit code 130 after Ctrl-C, 128 + N after the signal N.
     """
     with Viewers(rerun or (), console) as viewers:
-        outcome = experiment.run(out, viewers, console)
-        console.print(*summary_tables(outcome.metrics))
-        if experiment.loss is not None and experiment.loss.warning:
-            print(f"hopslam: warning: {experiment.loss.warning}: {experiment.loss.report}", file=sys.stderr)
-        if "back_end_lost" in outcome.metrics:
-            hint = f"close its loops with hopslam optimize {outcome.folder}"
-            print(f"hopslam: warning: {outcome.metrics['back_end_lost']}; {hint}", file=sys.stderr)
-        console.print(f"{outcome.ending}; results in {outcome.folder}")
-        if outcome.error is not None:
-            raise outcome.error
-        if outcome.ending == "interrupted":
-            raise typer.Exit(128 + outcome.signal)
+        run = make(viewers)
+        console.print(*summary_tables(run.metrics))
+        if run.loss is not None and run.loss.warning:
+            console.warn(f"{run.loss.warning}: {run.loss.report}")
+        if "back_end_lost" in run.metrics:
+            console.warn(f"{run.metrics['back_end_lost']}; close its loops with hopslam optimize {run.folder}")
+        console.print(f"{run.ending}; results in {run.folder}")
+        if run.error is not None:
+            raise run.error
+        if run.ending == "interrupted":
+            raise typer.Exit(128 + run.signal)
         viewers.serve_until_interrupted()
-        if experiment.loss is not None:
-            experiment.loss.require_most(lenient)
+        if run.loss is not None:
+            run.loss.require_most(lenient)
 
 
 def summary_tables(metrics: dict[str, Any]) -> Iterator[TerminalTable]:
@@ -80,6 +77,7 @@ def summary_tables(metrics: dict[str, Any]) -> Iterator[TerminalTable]:
         facts.append(("loops", _LOOPS.format(**metrics)))
     if "range_noise_m" in metrics:
         facts.append(("range noise", _range_noise(metrics)))
+    facts += list(_base(metrics))
     if "wall_mapped_m" in metrics:
         facts += list(_walls(metrics))
     if found or facts:
@@ -97,6 +95,18 @@ def _range_noise(metrics: dict[str, Any]) -> str:
     near, far = metrics["range_noise_m"], metrics["range_noise_share"]
     named = f"; as named: {1e3 * metrics['named_range_noise_m']:.0f} mm" if "named_range_noise_m" in metrics else ""
     return f"{1e3 * near:.0f} mm, {100 * far:.1f} % beyond {near / far:.1f} m{named}"
+
+
+def _base(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Rows on what the base said of itself, where there is something to say."""
+    if "battery_end_v" in metrics:
+        yield "battery", "{battery_start_v:.1f} V at the start, {battery_end_v:.1f} V at the end".format(**metrics)
+    if metrics.get("stalled_scans"):
+        yield "stalled", "{stalled_scans} of {scans} scans: a wheel could not turn".format(**metrics)
+    if metrics.get("fault_scans"):
+        yield "faults", "{fault_scans} of {scans} scans: fault_flags in steps.csv says which".format(**metrics)
+    if "sonar_nearest_m" in metrics:
+        yield "sonar", "nearest echo {sonar_nearest_m:.2f} m".format(**metrics)
 
 
 def _walls(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:

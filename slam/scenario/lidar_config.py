@@ -29,6 +29,10 @@ NoiseName = Literal["paper", "datasheet", "realistic", "none"]
 """Names of the noises in ``sim/lidar_noise.py``."""
 
 
+CasterName = Literal["bullet", "exact"]
+"""Names of the ray casters."""
+
+
 class LidarConfig(Section):
     """The lidar on the robot."""
 
@@ -40,8 +44,9 @@ class LidarConfig(Section):
     """Height of the scan plane above the floor, metres."""
     rolling: bool = True
     """Each beam is taken when the turning mirror points there, from where the sensor is then; false: all at once."""
-    caster: Literal["bullet", "exact"] = "bullet"
-    """Ray caster: PyBullet's rays through the mesh of the world, or compiled rays in its plan; same ranges."""
+    caster: CasterName = "bullet"
+    """Ray caster: PyBullet's rays through the mesh of the world, or compiled rays in its plan; same ranges. Where
+    ``physics.engine`` is plan, they are always those in the plan."""
     noise: NoiseName = "paper"
     """``paper``: Gaussian, bounds of Table 1. ``datasheet``: Gaussian, 10 mm up to 1 m and 1 % beyond. ``realistic``:
     by range and incidence, with mixed pixels at edges, lost echoes and warm-up. See docs/simulator.md."""

@@ -16,6 +16,11 @@ def one_or_several(given: str | Iterable[str]) -> tuple[str, ...]:
     return (given,) if isinstance(given, str) else tuple(given)
 
 
+def with_seed(settings: str | Iterable[str], seed: int | None) -> list[str]:
+    """These settings, and the seed where one is given."""
+    return [*one_or_several(settings), *([] if seed is None else [f"seed={seed}"])]
+
+
 def parse_setting(text: str) -> tuple[KeyPath, Any]:
     """Parse ``slam.lines.psi=1`` into a path and a value, which is read as YAML; a number in the path is an index."""
     key, equals, value = text.partition("=")

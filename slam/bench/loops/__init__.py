@@ -1,1 +1,1 @@
-"""What closing loops is worth and what it costs: runs with loops and without, their scores and tables."""
+"""Gain and cost of closing loops: runs with loops and without, their scores and tables."""

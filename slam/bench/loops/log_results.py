@@ -30,7 +30,7 @@ RANGE_NOISE: Final = 0.002
 
 
 class TrajectoryScore(NamedTuple):
-    """What is told of one trajectory; nan where there is nothing to compare with."""
+    """Scores of one trajectory; nan where there is nothing to compare with."""
 
     relations: float
     """Mean error of the relations, metres ..."""
@@ -39,13 +39,13 @@ class TrajectoryScore(NamedTuple):
     ate: float
     """... against the reference."""
     gap: LoopGap | None
-    """What is left open at the end of the log."""
+    """Gap between the end of the log and its start."""
     crisp: float
     """Occupied cells for every 1000 points."""
 
 
 class LogResult(NamedTuple):
-    """What is told of a run both ways."""
+    """Scores of a run without loops and with."""
 
     name: str
     scans: int

@@ -34,7 +34,7 @@ class Drive(NamedTuple):
     scans: int
     odometry_ate: float
     ate: float
-    """Of the poses as they were then ..."""
+    """Error of the poses as they were then ..."""
     final_ate: float
     """... and at the end; the same where no loop is closed."""
     worst: float
@@ -42,7 +42,7 @@ class Drive(NamedTuple):
     final_worst: float
     """... and in the end."""
     walls: WallScore
-    """Of the map at the end of the drive; of the closed one where loops are closed."""
+    """Score of the map at the end of the drive; of the closed one where loops are closed."""
     times: FloatArray
     """Processor time of every update of the front end, seconds, (N,)."""
     finish_time: float

@@ -27,7 +27,7 @@ class StressCase(NamedTuple):
 
     log: Path
     mended: bool
-    """Whether the odometry's lost signs are put back, by the reference, before all else."""
+    """True to put the odometry's lost signs back, by the reference, before all else."""
     variant: str
 
 

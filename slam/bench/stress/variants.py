@@ -20,7 +20,7 @@ LARGE_STEPS: Final = 5
 MIN_RANGE: Final = 0.02
 """Metres: no noise makes a range shorter."""
 STRETCHES: Final = np.linspace(0.08, 0.9, 6)
-"""Where clutter begins, as shares of the way, ..."""
+"""Beginnings of the clutter, as shares of the way, ..."""
 STRETCH: Final = 3.0
 """... and for how many metres it goes on."""
 CLUTTER: Final = 0.4, 0.8
@@ -114,7 +114,7 @@ VARIATIONS: Final[dict[str, Variation]] = {
     variation.__name__: variation
     for variation in (every, beams, jitter, scale, slips, blind, stale, coarse, noise, scatter)
 }
-"""What may be done to a log, by name."""
+"""Changes to a log, by name."""
 
 
 def made_harder(log: Log, variant: str, seed: int) -> Log:

@@ -43,7 +43,7 @@ class SavedSubmap(_Strict):
 
 
 class SavedConstraint(_Strict):
-    """What is known of one node as seen from another, and how far that is believed."""
+    """Measured pose of one node as seen from another, and its weight."""
 
     first: Number
     second: Number

@@ -36,7 +36,7 @@ _DECODERS: Final[dict[str, Callable[[RawMessage, int], Any]]] = {
 
 
 class Fault(NamedTuple):
-    """What is wrong with a message."""
+    """A message's fault."""
 
     kind: str
     detail: str
@@ -106,7 +106,7 @@ class BagContents:
         return [transform for transforms in self.values(found) for transform in transforms]
 
     def values(self, messages: Iterable[Numbered], scans: bool = False) -> Iterator[Any]:
-        """What the messages say, which are scans or not; those that are garbled are skipped."""
+        """Yield the contents of the messages, which are scans or not; garbled ones are skipped."""
         for number, value in messages:
             if isinstance(value, Fault):
                 self.statistics.skip(value.kind, number, value.detail, scan=scans)

@@ -39,7 +39,7 @@ class ReadStatistics:
 
     path: Path
     unit: str = "line"
-    """What the file is made of, and its places are counted in."""
+    """Unit that the file is made of, in which its places are counted."""
     ignored: Counter[str] = field(default_factory=Counter)
     """Messages of other types, by name."""
     notes: list[str] = field(default_factory=list)

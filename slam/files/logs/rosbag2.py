@@ -73,7 +73,7 @@ def _files(folder: Path) -> list[Path]:
 
 
 def _metadata(folder: Path) -> dict[str, Any]:
-    """What the metadata say, where there are any."""
+    """Contents of the metadata; empty without any."""
     if not (folder / METADATA).is_file():
         return {}
     try:

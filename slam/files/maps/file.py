@@ -41,6 +41,7 @@ def write_map(path: Path, saved: SavedSlam) -> None:
         "growth": state.odometry_inflation,
         "misfits": state.bad_matches,
         "excess": state.odometry_excess.tolist(),
+        "stamp": state.stamp,
         "tile": state.uncertainty.here,
         "frontier": _frontier_row(state.uncertainty.frontier),
     }
@@ -85,6 +86,7 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
         robot.misfits,
         np.array(robot.excess),
         Directions(np.array(document.directions.clusters).reshape(-1, 3), document.directions.total),
+        robot.stamp,
     )
     differences = document.noise.differences
     noise = LearntNoise(np.array(differences)) if differences else LearntNoise.start(config.lines)

@@ -147,6 +147,8 @@ class SavedRobot(_WithCovariance):
     """SurfelMapperState.bad_matches."""
     excess: tuple[Annotated[float, Field(ge=0)], Annotated[float, Field(ge=0)]] = (0.0, 0.0)
     """SurfelMapperState.odometry_excess; none, in a map from before there was any."""
+    stamp: float | None = None
+    """SurfelMapperState.stamp; none, in a map from before there was any."""
     tile: tuple[int, int] | None
     frontier: SavedFrontier | None = None
     """MapUncertainty.frontier; none, in a map from before there was any."""

@@ -30,7 +30,7 @@ class Transform(NamedTuple):
     T_frame_child: FloatArray | None
     """The same in space, (4, 4), where the z axes differ."""
     received: float
-    """When it was recorded, seconds."""
+    """Time at which it was recorded, seconds."""
 
 
 class StampedPose(NamedTuple):
@@ -48,7 +48,7 @@ class StampedOdometry(NamedTuple):
     child: str
     """The frame of the base."""
     received: float
-    """When it was recorded, seconds."""
+    """Time at which it was recorded, seconds."""
 
 
 def decode(raw: RawMessage) -> Any:

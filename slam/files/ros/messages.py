@@ -34,7 +34,7 @@ class RawMessage(NamedTuple):
     """``cdr`` or ``ros1``."""
     data: bytes
     time: int
-    """When it was logged, nanoseconds."""
+    """Time at which it was logged, nanoseconds."""
 
 
 def ros2_type(name: str) -> str:

@@ -46,7 +46,7 @@ class MapContents:
     points: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
     loops: LoopLines | None = None
     name: str = "SLAM"
-    """Of the estimate."""
+    """Name of the estimate."""
 
     @property
     def extent(self) -> tuple[FloatArray, FloatArray]:

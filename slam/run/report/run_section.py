@@ -64,7 +64,7 @@ def _text(value: Any) -> str:
 
 @dataclass(frozen=True, slots=True)
 class LoopRow:
-    """What a table says of one loop."""
+    """Row of the table of loops."""
 
     found: str
     time: str

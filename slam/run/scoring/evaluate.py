@@ -1,16 +1,18 @@
-"""The scores of a trajectory, to be shown as a table."""
+"""The scores of a trajectory, as values and as a table."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from slam.console.result_table import ResultTable
 from slam.errors import InputError
-from slam.files.tum import read_tum
 from slam.pose import FloatArray
-from slam.run.results.run_record import RunRecord
 from slam.run.scoring import pose_errors
 from slam.run.scoring.pose_errors import PoseErrors, Trajectory
+from slam.run.scoring.trajectories import Source, reference_of, trajectories_to_score
 
 Unit = Literal["m", "frames"]
 
@@ -22,6 +24,16 @@ class Score(NamedTuple):
     errors: PoseErrors
     asked: int
 
+    @property
+    def metres(self) -> dict[str, float]:
+        """Statistics of the errors of the place: mean, std, rmse, median and max, metres; nan of none."""
+        return statistics(self.errors.metres)
+
+    @property
+    def radians(self) -> dict[str, float]:
+        """The same of the heading, radians."""
+        return statistics(self.errors.radians)
+
 
 class Delta(NamedTuple):
     """Length of the pieces over which the relative error is taken."""
@@ -30,31 +42,74 @@ class Delta(NamedTuple):
     unit: Unit = "m"
 
 
-def read_trajectory(path: Path) -> Trajectory:
-    """What is known in the end of a run folder, or the poses of a TUM file; InputError for what is neither."""
-    if path.is_dir():
-        traces = RunRecord.open(path).traces
-        return Trajectory(traces.stamps, traces.final)
-    return Trajectory(*read_tum(path))
+@dataclass(frozen=True, slots=True, repr=False)
+class Evaluation:
+    """The scores of a trajectory, in the order in which tables show them."""
+
+    scores: tuple[Score, ...]
+
+    def __getitem__(self, name: str) -> Score:
+        """The score of that name; KeyError lists those there are."""
+        for score in self.scores:
+            if score.name == name:
+                return score
+        raise KeyError(f"no score {name!r}; there are {', '.join(score.name for score in self.scores)}")
+
+    def as_dict(self) -> dict[str, Any]:
+        """An object a score, by its name; metres and radians, None where nothing was compared."""
+        return {
+            score.name: {
+                "metres": score.metres if len(score.errors.metres) else None,
+                "radians": score.radians if len(score.errors.radians) else None,
+                "used": len(score.errors.metres),
+                "of": score.asked,
+            }
+            for score in self.scores
+        }
+
+    def table(self) -> ResultTable:
+        """A row for the translation of each score, and one for its rotation."""
+        columns, rows = ("mean", "std", "rmse", "median", "max"), list[Sequence[str]]()
+        for score in self.scores:
+            used = f"{len(score.errors.metres)} of {score.asked}"
+            for unit, values in (("m", score.metres), ("deg", statistics(np.degrees(score.errors.radians)))):
+                rows.append((f"{score.name} [{unit}]", *(f"{values[column]:.4f}" for column in columns), used))
+        return ResultTable("", ("", *columns, "used"), rows)
+
+    def __repr__(self) -> str:
+        scores = (f"{score.name} {score.metres['rmse']:.4f} m rmse" for score in self.scores)
+        return f"Evaluation({'; '.join(scores)})"
+
+    def _repr_html_(self) -> str:
+        return self.table().html()
 
 
-def trajectories_to_score(path: Path) -> dict[str, Trajectory]:
-    """By what stands before the names of their scores: of a run folder the estimate as it was known on the way, and
-    where its loops were closed what is known in the end; or the poses of a TUM file. InputError for what is neither."""
-    if not path.is_dir():
-        return {"": Trajectory(*read_tum(path))}
-    traces = RunRecord.open(path).traces
-    known = {"": traces.estimate} if traces.closed is None else {"": traces.estimate, "closed: ": traces.closed}
-    return {name: Trajectory(traces.stamps, poses) for name, poses in known.items()}
+def evaluate(
+    estimate: Source, reference: Source | None = None, *, relations: str | Path | None = None, delta: float = 1.0,
+    delta_unit: Unit = "m", align: bool = True, max_gap: float = 1.0,
+) -> Evaluation:  # fmt: skip
+    """Score a trajectory: its absolute and relative error against a reference, or the metric of relations.
 
-
-def reference_of(path: Path, given: Path | None) -> Path:
-    """The given reference, or the truth of a run; InputError where there is none."""
-    if given is not None:
-        return given
-    if (path / "groundtruth.tum").is_file():
-        return path / "groundtruth.tum"
-    raise InputError(f"{path}: knows no truth; give --reference FILE.tum or --relations FILE")
+    Of the folder of a run, that of the poses as they were known on the way, and again as they are known with its loops
+    closed; its reference is its own truth where none is given. The relative error is taken over pieces of ``delta``
+    metres of the true path, or so many ``frames``. With ``align`` both are aligned rigidly before the absolute error;
+    poses are interpolated where the nearest is within ``max_gap`` seconds. InputError where there is no reference, and
+    where the two share no time.
+    """
+    if delta_unit not in ("m", "frames") or not delta > 0.0:
+        raise InputError(f"delta {delta:g} {delta_unit}: give more than 0, in m or frames")
+    if delta_unit == "frames" and delta < 1.0:
+        raise InputError(f"delta {delta:g}: the next pose is 1 frame away; give 1 or more")
+    scores: list[Score] = []
+    for name, trajectory in trajectories_to_score(estimate).items():
+        own: list[Score] = []
+        if reference is not None or relations is None:
+            true = reference_of(estimate, reference)
+            own.extend(against_reference(trajectory, true, Delta(delta, delta_unit), align, max_gap))
+        if relations is not None:
+            own.append(against_relations(trajectory, Path(relations), max_gap))
+        scores += [score._replace(name=name + score.name) for score in own]
+    return Evaluation(tuple(scores))
 
 
 def against_reference(

@@ -1,4 +1,4 @@
-"""What of the true walls the lidar saw on its way: a watcher that counts how often."""
+"""Watcher that counts how often the lidar saw each part of the true walls."""
 
 from collections.abc import Sequence
 from typing import Final

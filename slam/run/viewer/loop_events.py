@@ -39,7 +39,7 @@ class LoopsShown:
 
 
 def closure_text(loops: Sequence[Loop], before: Pose2D, after: Pose2D) -> str:
-    """What a closure did to the pose of the robot, and by which loop, as in: loop closed: submap 41 found in submap 3,
+    """Text on a closure, with its loop and the motion of the pose, as in: loop closed: submap 41 found in submap 3,
     14 of 15 scans agree, map moved by 0.42 m."""
     moved = f"map moved by {before.distance(after):.2f} m"
     if not loops:
@@ -50,6 +50,6 @@ def closure_text(loops: Sequence[Loop], before: Pose2D, after: Pose2D) -> str:
 
 
 def end_text(graph: RunGraph, before: Pose2D, after: Pose2D) -> str:
-    """What closing the whole run came to, with the pose of the robot before and after."""
+    """Text on the closure of the whole run, with the pose of the robot before and after."""
     believed, moved = int(graph.believed.sum()), f"{before.distance(after):.2f} m"
     return f"all loops closed at the end: {believed} of {len(graph.loops)} believed, the robot moved by {moved}"

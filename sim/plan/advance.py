@@ -1,0 +1,44 @@
+"""Control steps of one robot and of the people around it."""
+
+from typing import Any
+
+from sim.crowd import Crowd
+from sim.gait import walk_all
+from sim.plan.base import control, move
+from sim.wall_plan import WallPlan
+from slam.compiled import compiled
+from slam.pose import FloatArray
+
+
+@compiled
+def advance(
+    base: Any, model: Any, ramps: bool, obstacles: WallPlan, crowd: Crowd, world: int,
+    walked: FloatArray, positions: FloatArray, legs: FloatArray, path: FloatArray, legs_path: FloatArray,
+) -> None:  # fmt: skip
+    """Let S - 1 control steps pass in this world, and write where robot and legs are before and after each.
+
+    ``path`` (S, 3) has x, y, theta of the base, ``legs_path`` (S, 2 P, 2) the legs. Of P people, ``walked`` (P, 2) has
+    the metres walked and the rest left, ``positions`` (P, 2) and ``legs`` (P, 2, 2) where they are. Without ``ramps``
+    the setpoint stays as it is.
+    """
+    seconds = model.substeps * model.substep
+    standing = legs.reshape((-1, 2))
+    for k in range(len(path)):
+        if k > 0:
+            if ramps:
+                control(base, model)
+            move(base, model, obstacles, world, standing, crowd.leg_radii[world])
+            walk(base, crowd, world, seconds, walked, positions, legs)
+        path[k, 0], path[k, 1], path[k, 2] = base.x, base.y, base.theta
+        legs_path[k] = standing
+
+
+@compiled
+def walk(
+    base: Any, crowd: Crowd, world: int, seconds: float, walked: FloatArray, positions: FloatArray, legs: FloatArray
+) -> None:
+    """Let the people of this world walk, who look out for the robot."""
+    walk_all(
+        crowd.nodes[world], crowd.distances[world], crowd.node_counts[world], crowd.habits[world], walked,
+        (base.x, base.y), seconds, positions, legs,
+    )  # fmt: skip

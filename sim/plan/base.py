@@ -1,0 +1,178 @@
+"""The base of a P3-DX as one compiled step: ramps, limits, watchdog, wheels, encoders, odometry, contact and stall.
+
+``base`` is a record of the type BASE, ``model`` one of the type MODEL: sim/plan/records.py. SI units, radians.
+"""
+
+from math import cos, sin
+from typing import Any, Final
+
+import numpy as np
+
+from sim.bumpers import TOUCH, bumper_segment
+from sim.firmware import DRAG_TORQUE, MOTOR_TORQUE, STANDING, ramped
+from sim.plan.footprint import deepest_overlap
+from sim.plan.motors import rims_after
+from sim.random_stream import normal
+from sim.wall_plan import WallPlan, walls_near
+from sim.wheels import TICKS_PER_RADIAN, TRACK, WHEEL_RADIUS
+from slam.compiled import compiled, wrapped
+from slam.pose import FloatArray
+
+HALVINGS: Final = 5
+"""Of a control step that ends in a wall, so that the robot stops within 1/32 of it before the wall."""
+
+
+@compiled
+def put_down(base: Any, x: float, y: float, theta: float, stream: np.uint64) -> None:
+    """Let the robot stand here, as if just switched on."""
+    base.x, base.y, base.theta, base.stream = x, y, theta, stream
+    base.v = base.omega = base.target_v = base.target_omega = base.left = base.right = 0.0
+    base.rim_left = base.rim_right = base.odom_x = base.odom_y = base.odom_theta = base.way_left = base.way_right = 0.0
+    base.awake = base.ticks_left = base.ticks_right = 0
+    base.in_vain = base.in_order = base.cut_for = base.stalled = base.collided = base.pressed = 0
+
+
+@compiled
+def command(base: Any, model: Any, v: float, omega: float) -> None:
+    """Ask for a velocity, which is clipped to the limits."""
+    base.target_v = min(max(v, -model.linear), model.linear)
+    base.target_omega = min(max(omega, -model.angular), model.angular)
+    base.awake = model.watchdog
+
+
+@compiled
+def control(base: Any, model: Any) -> None:
+    """Run one control step of the firmware: watchdog and ramps."""
+    if base.awake <= 0:
+        base.target_v = base.target_omega = 0.0
+    base.awake -= 1
+    if base.cut_for == 0:
+        base.v = ramped(base.v, base.target_v, model.rise, model.fall)
+        base.omega = ramped(base.omega, base.target_omega, model.turn, model.turn)
+
+
+@compiled
+def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArray, radii: FloatArray) -> None:
+    """Let one control step pass with the motors at the setpoint, then read the encoders and reckon.
+
+    A motion that would end deeper in a wall or a leg than it begins is made in part; the wheels stand for the rest, or
+    spin where the floor is too slippery to stall them.
+    """
+    left = (base.v - 0.5 * base.omega * model.track) / model.left_radius
+    right = (base.v + 0.5 * base.omega * model.track) / model.right_radius
+    way_left, way_right = _roll(
+        base, model, WHEEL_RADIUS * (model.same * left + model.other * right),
+        WHEEL_RADIUS * (model.other * left + model.same * right),
+    )  # fmt: skip
+    moved = _drive(base, model, way_left, way_right, obstacles, world, legs, radii)
+    turned = 1.0 if model.spins else moved
+    base.rim_left *= turned
+    base.rim_right *= turned
+    base.left += turned * way_left / WHEEL_RADIUS
+    base.right += turned * way_right / WHEEL_RADIUS
+    _watch(base, model, moved < 1.0)
+    _reckon(base, model)
+
+
+@compiled
+def _roll(base: Any, model: Any, left: float, right: float) -> tuple[float, float]:
+    """Let the motors bring the rims to these speeds, physics step by physics step; metres that they want to roll."""
+    force = (MOTOR_TORQUE if base.cut_for == 0 else DRAG_TORQUE) / WHEEL_RADIUS
+    way_left = way_right = 0.0
+    for _ in range(model.substeps):
+        base.rim_left, base.rim_right = rims_after(base.rim_left, base.rim_right, left, right, model.substep, force)
+        way_left += base.rim_left * model.substep
+        way_right += base.rim_right * model.substep
+    return way_left, way_right
+
+
+@compiled
+def arc(x: float, y: float, theta: float, ahead: float, turn: float) -> tuple[float, float, float]:
+    """Pose after so many metres along an arc of so many radians: ``Twist2D.motion``."""
+    half = 0.5 * turn
+    chord = ahead * (sin(half) / half if abs(half) > 1e-8 else 1.0)
+    return x + chord * cos(theta + half), y + chord * sin(theta + half), wrapped(theta + turn)
+
+
+@compiled
+def _drive(
+    base: Any, model: Any, left: float, right: float,
+    obstacles: WallPlan, world: int, legs: FloatArray, radii: FloatArray,
+) -> float:  # fmt: skip
+    """Move as far as nothing is in the way, and note what the outline then touches; the share that was moved."""
+    rows = walls_near(obstacles, world, base.x, base.y, 0.0)
+    x, y, theta = _moved(base, model, left, right)
+    found = deepest_overlap(x, y, theta, obstacles, rows, legs, radii)
+    share = 1.0
+    if found.depth > 0.0:
+        allowed = max(deepest_overlap(base.x, base.y, base.theta, obstacles, rows, legs, radii).depth, 0.0)
+        if found.depth > allowed:
+            share = 0.0
+            for k in range(HALVINGS):
+                trial = share + 0.5 ** (k + 1)
+                x, y, theta = _moved(base, model, trial * left, trial * right)
+                if deepest_overlap(x, y, theta, obstacles, rows, legs, radii).depth <= allowed:
+                    share = trial
+            x, y, theta = _moved(base, model, share * left, share * right)
+    base.x, base.y, base.theta = x, y, theta
+    if found.depth > -TOUCH:
+        base.collided = 1
+        segment = bumper_segment(found.x, found.y)
+        if segment >= 0:
+            base.pressed |= 1 << segment
+    return share
+
+
+@compiled
+def _moved(base: Any, model: Any, left: float, right: float) -> tuple[float, float, float]:
+    """Pose after the wheels without error have rolled so many metres.
+
+    As in PyBullet, each physics step moves along the heading at its start, half a step's turn behind the arc.
+    """
+    turn = (right - left) / TRACK
+    behind = 0.5 * turn / model.substeps
+    x, y, theta = arc(base.x, base.y, base.theta - behind, 0.5 * (left + right), turn)
+    return x, y, wrapped(theta + behind)
+
+
+@compiled
+def _watch(base: Any, model: Any, blocked: bool) -> None:
+    """Account for one control step as ``StallGuard.watch`` does."""
+    if base.cut_for > 0:
+        base.cut_for -= 1
+        if base.cut_for == 0:
+            base.v = base.omega = 0.0
+        return
+    in_vain = blocked and abs(base.rim_left) <= STANDING and abs(base.rim_right) <= STANDING
+    base.in_vain, base.in_order = (base.in_vain + 1, 0) if in_vain else (0, base.in_order + 1)
+    if base.in_vain >= model.patience:
+        base.stalled, base.in_vain, base.cut_for = 1, 0, model.rest
+        base.v = base.omega = 0.0
+    elif base.in_order >= model.patience:
+        base.stalled = 0
+
+
+@compiled
+def _reckon(base: Any, model: Any) -> None:
+    """Read the encoders, and add the way since the last reading to the odometry: ``WheelOdometry.add``."""
+    det = model.same * model.same - model.other * model.other  # as in TractionModel.to_robot
+    left = np.rint((model.same * base.left - model.other * base.right) / det * TICKS_PER_RADIAN)
+    right = np.rint((model.same * base.right - model.other * base.left) / det * TICKS_PER_RADIAN)
+    if model.encoder_noise > 0.0:
+        left += np.rint(model.encoder_noise * normal(base))
+        right += np.rint(model.encoder_noise * normal(base))
+    way_left = _travel(base, left - base.ticks_left, model.left_radius, model.travel_noise)
+    way_right = _travel(base, right - base.ticks_right, model.right_radius, model.travel_noise)
+    base.odom_x, base.odom_y, base.odom_theta = arc(
+        base.odom_x, base.odom_y, base.odom_theta, 0.5 * (way_left + way_right), (way_right - way_left) / model.track
+    )
+    base.way_left += way_left
+    base.way_right += way_right
+    base.ticks_left, base.ticks_right = int(left), int(right)
+
+
+@compiled
+def _travel(base: Any, ticks: float, radius: float, noise: float) -> float:
+    """Metres that a wheel believed of this radius rolled: ``WheelOdometry._travel``."""
+    way = ticks / TICKS_PER_RADIAN * radius
+    return float(way + noise * np.sqrt(abs(way)) * normal(base)) if noise > 0.0 else float(way)

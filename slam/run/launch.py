@@ -1,0 +1,196 @@
+"""Runs made by a command or a program: set up, carried out, and returned as values."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from slam.config import SlamConfig
+from slam.console.terminal import Terminal
+from slam.errors import InputError, ScenarioError
+from slam.files.logs import BagTopics
+from slam.run.experiment import Experiment
+from slam.run.experiment_setup import continue_mapping, localize_in_map, replay_experiment, scenario_experiment
+from slam.run.run import Run
+from slam.run.viewer.viewers import Viewers
+from slam.scenario.file import load_scenario, load_template
+from slam.scenario.schema import Scenario
+from slam.scenario.settings import with_seed
+from slam.scenario.shipped import shipped_scenarios
+
+Settings = str | Sequence[str]
+"""``key=value``, one or several."""
+
+
+def run(
+    scenario: str | Path = "corridor",
+    *,
+    seed: int | None = None,
+    settings: Settings = (),
+    slam: SlamConfig | None = None,
+    out: str | Path | None = None,
+    saved_map: str | Path | None = None,
+    start: Literal["given", "search"] = "given",
+    backend: str = "sim",
+    allow_modules: Settings = (),
+    rerun: Settings = (),
+    pictures: bool = True,
+    check: bool = True,
+    yes: bool = False,
+    dry_run: bool = False,
+    record_wire: str | Path | None = None,
+    viewers: Viewers | None = None,
+    console: Terminal | None = None,
+) -> Run:
+    """Drive a robot through a scenario, and map it, as ``hopslam run`` does.
+
+    ``scenario`` is the name of a shipped one or the path of a YAML file, ``settings`` are as in ``--set``, and ``slam``
+    takes the place of its section slam. With ``saved_map``, the ``map.json`` of another run, mapping goes on in it from
+    where the scenario starts, or from where the robot finds itself with ``start="search"``. Results are in the folder
+    ``out``, by default ``runs/<name>-<time>``. The real robot moves without asking first with ``yes``, and not at all
+    with ``dry_run``; ``record_wire`` keeps all its bytes in that file.
+
+    InputError for what is wrong, before anything is done. A run that fails on the way raises its error, and one that is
+    interrupted KeyboardInterrupt, when all is written; with ``check=False`` it is returned. ``rerun`` shows it as
+    ``--rerun`` does; a command gives ``viewers`` and ``console`` of its own.
+    """
+    console = console or Terminal(quiet=True)
+    template = load_template(scenario, with_seed(settings, seed), allow_modules)
+    drawn = _with_slam(template.draw(), slam)
+    console.warn(*template.warnings(drawn))
+    experiment = scenario_experiment(drawn, backend, **_robot_options(backend, yes, dry_run, record_wire))
+    if saved_map is not None:
+        experiment = continue_mapping(experiment, Path(saved_map), start)
+    return _carried_out(experiment, out, rerun, pictures, check, False, viewers, console)
+
+
+def replay(
+    log: str | Path,
+    *,
+    scenario: str | Path | None = None,
+    settings: Settings = (),
+    slam: SlamConfig | None = None,
+    out: str | Path | None = None,
+    saved_map: str | Path | None = None,
+    start: Literal["search", "saved"] = "search",
+    scan_topic: str | None = None,
+    odom_topic: str | None = None,
+    lenient: bool = False,
+    allow_modules: Settings = (),
+    rerun: Settings = (),
+    pictures: bool = True,
+    check: bool = True,
+    viewers: Viewers | None = None,
+    console: Terminal | None = None,
+) -> Run:
+    """Map a recorded log, bag or run folder, as ``hopslam replay`` does.
+
+    The settings of the method are those of ``scenario``, by default the run's own or ``replay``. With ``saved_map``
+    mapping goes on in it, from where the robot finds itself or, with ``start="saved"``, from where the other run ended.
+    The topics are of bags that have several. ScansLost where most scans of the log cannot be used, unless ``lenient``.
+    All other arguments and errors are those of ``run``.
+    """
+    console = console or Terminal(quiet=True)
+    topics = BagTopics(scan_topic, odom_topic)
+    experiment = _recorded(Path(log), scenario, settings, slam, allow_modules, topics, console)
+    if saved_map is not None:
+        experiment = continue_mapping(experiment, Path(saved_map), start)
+    return _carried_out(experiment, out, rerun, pictures, check, lenient, viewers, console)
+
+
+def localize(
+    source: str | Path,
+    saved_map: str | Path,
+    *,
+    scenario: str | Path | None = None,
+    seed: int | None = None,
+    settings: Settings = (),
+    slam: SlamConfig | None = None,
+    out: str | Path | None = None,
+    scan_topic: str | None = None,
+    odom_topic: str | None = None,
+    lenient: bool = False,
+    allow_modules: Settings = (),
+    rerun: Settings = (),
+    pictures: bool = True,
+    check: bool = True,
+    viewers: Viewers | None = None,
+    console: Terminal | None = None,
+) -> Run:
+    """Find the robot of a scenario, or of a recorded log, in a saved map and track it, as ``hopslam localize`` does.
+
+    The map stays as it is. The arguments are those of ``run`` for a scenario and those of ``replay`` for a log.
+    """
+    console = console or Terminal(quiet=True)
+    if _is_recorded(source):
+        _refuse("a recorded log, in which nothing is random", source, seed=seed)
+        topics = BagTopics(scan_topic, odom_topic)
+        experiment = _recorded(Path(source), scenario, settings, slam, allow_modules, topics, console)
+    else:
+        _refuse("a scenario, and no log", source, scenario=scenario, scan_topic=scan_topic, odom_topic=odom_topic)
+        drawn = load_scenario(source, with_seed(settings, seed), allow_modules)
+        experiment = scenario_experiment(_with_slam(drawn, slam))
+    localizing = localize_in_map(experiment, Path(saved_map))
+    return _carried_out(localizing, out, rerun, pictures, check, lenient, viewers, console)
+
+
+def _carried_out(
+    experiment: Experiment, out: str | Path | None, rerun: Settings, pictures: bool, check: bool, lenient: bool,
+    viewers: Viewers | None, console: Terminal,
+) -> Run:  # fmt: skip
+    """Run the experiment, shown in the viewers of the command, or in those of ``rerun`` until it is over."""
+    if viewers is None:
+        with Viewers(rerun, console) as own:
+            return _carried_out(experiment, out, (), pictures, check, lenient, own, console)
+    folder = None if out is None else Path(out)
+    made = Run.of(experiment.run(folder, viewers, console, pictures), experiment.loss)
+    if check:
+        if made.loss is not None and made.loss.warning:
+            console.warn(f"{made.loss.warning}: {made.loss.report}")
+        made.require_success(lenient)
+    return made
+
+
+def _robot_options(backend: str, yes: bool, dry_run: bool, record_wire: str | Path | None) -> dict[str, Any]:
+    """Options of the back end; InputError for those that it does not have."""
+    if backend == "hardware":
+        return {"yes": yes, "dry_run": dry_run, "record_wire": record_wire and Path(record_wire)}
+    if backend == "replay":
+        raise InputError("--backend replay has no log to play; run: hopslam replay LOG")
+    if yes or dry_run or record_wire:
+        raise InputError("--yes, --dry-run and --record-wire are for the real robot; add --backend hardware")
+    return {}
+
+
+def _recorded(
+    log: Path, scenario: str | Path | None, settings: Settings, slam: SlamConfig | None, allow_modules: Settings,
+    topics: BagTopics, console: Terminal,
+) -> Experiment:  # fmt: skip
+    """Experiment on the log, bag or run folder at this path; prints what was read."""
+    own = log / "config.yaml"
+    source = scenario or (own if own.is_file() else "replay")
+    experiment = replay_experiment(log, _with_slam(load_scenario(source, settings, allow_modules), slam), topics)
+    console.print(experiment.notes["log_report"])
+    return experiment
+
+
+def _with_slam(scenario: Scenario, slam: SlamConfig | None) -> Scenario:
+    if slam is None:
+        return scenario
+    if not isinstance(slam, SlamConfig):
+        raise ScenarioError(f"slam is of type {type(slam).__name__}; give a SlamConfig, or slam.key=value in settings")
+    return scenario.model_copy(update={"slam": slam})
+
+
+def _is_recorded(source: str | Path) -> bool:
+    """True for a file or folder that is no scenario. A shipped scenario comes before a folder of its name."""
+    path = Path(source)
+    if path.is_dir():
+        return str(source) not in shipped_scenarios()
+    return path.is_file() and path.suffix not in {".yaml", ".yml"}
+
+
+def _refuse(kind: str, source: str | Path, **options: Any) -> None:
+    """InputError where one of these options is given, which mean nothing for a source of this kind."""
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(f"--{name.replace('_', '-')} {value}: {source} is {kind}; leave it out")

@@ -1,0 +1,60 @@
+"""Where trajectories come from: the folder of a run, a TUM file, or a value that has one."""
+
+from pathlib import Path
+from typing import Protocol
+
+from slam.errors import InputError
+from slam.files.tum import read_tum
+from slam.pose import FloatArray
+from slam.run.results.run_record import RunRecord
+from slam.run.scoring.pose_errors import Trajectory
+
+
+class HasTrajectory(Protocol):
+    """Whatever has a trajectory: a run, or a map that was made."""
+
+    @property
+    def stamps(self) -> FloatArray:
+        """Seconds, (K,)."""
+        ...
+
+    @property
+    def trajectory(self) -> FloatArray:
+        """Rows x, y, theta, (K, 3), metres and radians."""
+        ...
+
+
+Source = str | Path | HasTrajectory
+"""A trajectory: the folder of a run, a TUM file, or what has one."""
+
+
+def read_trajectory(source: Source) -> Trajectory:
+    """What is known in the end of a run folder, the poses of a TUM file, or those of what has some; InputError for what
+    is neither."""
+    if not isinstance(source, str | Path):
+        return Trajectory(source.stamps, source.trajectory)
+    if Path(source).is_dir():
+        traces = RunRecord.open(source).traces
+        return Trajectory(traces.stamps, traces.final)
+    return Trajectory(*read_tum(Path(source)))
+
+
+def trajectories_to_score(source: Source) -> dict[str, Trajectory]:
+    """By what stands before the names of their scores: of a run folder the estimate as it was known on the way, and
+    where its loops were closed what is known in the end; of another source its one trajectory."""
+    folder = getattr(source, "folder", source)
+    if not isinstance(folder, str | Path) or not Path(folder).is_dir():
+        return {"": read_trajectory(source)}
+    traces = RunRecord.open(folder).traces
+    known = {"": traces.estimate} if traces.closed is None else {"": traces.estimate, "closed: ": traces.closed}
+    return {name: Trajectory(traces.stamps, poses) for name, poses in known.items()}
+
+
+def reference_of(source: Source, given: Source | None) -> Trajectory:
+    """The given reference, or the truth of a run; InputError where there is none."""
+    if given is not None:
+        return read_trajectory(given)
+    folder = getattr(source, "folder", source)
+    if isinstance(folder, str | Path) and (truth := Path(folder) / "groundtruth.tum").is_file():
+        return read_trajectory(truth)
+    raise InputError(f"{folder}: knows no truth; give --reference FILE.tum or --relations FILE")

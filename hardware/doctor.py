@@ -10,14 +10,16 @@ from hardware import DecodeError
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.model import UNITS, Identity, units_of
 from hardware.arcos.sip import Sip, is_sip
-from hardware.arcos_session import ArcosLine, connect_robot, disconnect_robot, read_config
+from hardware.arcos_line import ArcosLine
+from hardware.arcos_session import connect_robot, disconnect_robot, read_config
 from hardware.scip.commands import ScanRequest
 from hardware.scip.information import SensorParameters, SensorState
 from hardware.scip.reply import Reply
 from hardware.scip.scan_data import ScanData, decode_scan
 from hardware.scip.status import is_ok
+from hardware.scip_line import ScipLine
 from hardware.scip_scans import switch_laser_on
-from hardware.scip_session import ScipLine, connect_lidar, identify, stop_scans
+from hardware.scip_session import connect_lidar, identify, stop_scans
 from hardware.serial_port import NoDevice, PortLost, SerialPort
 from hardware.usb_serial import latency_timer
 from hardware.wire.session import WireSession

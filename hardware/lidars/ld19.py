@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 
 from hardware.device_thread import DeviceThread
-from hardware.ld_turns import Turn, TurnCollector
 from hardware.ldrobot import BAUD, SIZE, TIME_WRAP, LdDecoder
+from hardware.lidars.ld_turns import Turn, TurnCollector
 from hardware.scan_queue import ScanQueue
 from hardware.sensor_clock import SensorClock
 from hardware.serial_port import BITS_PER_BYTE, NoDevice, PortLost, SerialPort

@@ -24,8 +24,9 @@ OK = scip("00")
 
 
 @pytest.fixture(autouse=True)
-def quiet(caplog: pytest.LogCaptureFixture) -> None:
+def quick_and_heard(caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
     caplog.set_level(logging.WARNING)
+    monkeypatch.setattr("hardware.arcos_session.ANSWER", 0.1)  # these robots answer at once, or never
 
 
 def open_robot(on_config: bytes, settings: FlashSettings | None = None, subclass: str = "p3dx-sh") -> None:

@@ -3,8 +3,8 @@
 Bytes, millimetres, degrees and ticks end in ``arcos`` and ``scip``, which open nothing; ``serial_port`` opens ports;
 ``p3dx`` and ``urg04lx`` are the devices, ``robot`` joins them. ``emulator`` plays the other end of the wire.
 
-A byte of the robot passes serial_port, arcos_session (arcos.packet), p3dx (arcos.sip), base_odometry, odometry_history,
-robot; one of the lidar passes serial_port, scip_session (scip.frames), urg04lx (scip.partial_scans, scip.time_stamp),
+A byte of the robot passes serial_port, arcos_line (arcos.packet), p3dx (arcos.sip), base_odometry, odometry_history,
+robot; one of the lidar passes serial_port, scip_line (scip.frames), urg04lx (scip.partial_scans, scip.time_stamp),
 robot.
 """
 

@@ -10,6 +10,9 @@ from hardware.lidars.models import lidar_driver
 from hardware.p3dx import P3dx
 from hardware.staleness_guard import StalenessGuard
 from hardware.wire.session import WireSession
+from slam.odometry import Odometry
+from slam.robot import Observation
+from slam.scan import LaserScan
 from slam.scenario.schema import Scenario
 
 _LOST_SCANS: Final = 3.0
@@ -47,6 +50,20 @@ class RobotDevices:
     def trouble(self) -> str | None:
         """Reason why the robot stands although it is told to drive, or has no data; None when all is well."""
         return self.base.manual_stop or self.base.trouble or self.lidar.trouble or self.guard.reason
+
+    def observation(self, scan: LaserScan, odometry: Odometry) -> Observation:
+        """Join a scan, its odometry, and what the base last said of itself."""
+        base, bumpers = self.base, self.base.bumpers
+        return Observation(
+            scan,
+            odometry,
+            collided=any(bumpers),
+            stalled=base.sip.stalled,
+            bumpers=bumpers,
+            sonar=base.sonar,
+            battery=base.battery,
+            fault_flags=base.sip.faults or 0,
+        )
 
     @property
     def limits(self) -> dict[str, float]:

@@ -19,6 +19,7 @@ from hardware.robot import HardwareRobot
 from sim.plant import SimPlant
 from sim.robot import SimRobot
 from slam.deskew import deskewed
+from slam.env.p3dx_env import P3DXEnv
 from slam.lidars import LD19, LIDARS, Lidar
 from slam.odometry import Twist2D
 from slam.pose import FloatArray
@@ -106,7 +107,7 @@ def test_a_turn_is_a_scan_of_the_room(rate: float) -> None:
     (scan, *_) = scans_of(LdDecoder().feed(emulated_bytes(2.6, rate)))
     assert len(scan.ranges) == pytest.approx(4500.0 / rate, rel=0.03)
     assert scan.angle_increment * len(scan.ranges) == pytest.approx(2.0 * pi, rel=0.01)
-    assert -pi <= scan.angle_min < -pi + 0.03
+    assert abs(scan.angle_min + pi) < 1.5 * scan.angle_increment  # behind the robot
     assert scan.scan_time == pytest.approx(1.0 / rate, rel=0.03)
     assert scan.time_increment == pytest.approx(-1.0 / 4500.0, rel=0.02)
     assert to_walls(scan.points() + np.array([0.16, 0.0])).max() < 0.01  # the step of the angle is rounded
@@ -198,6 +199,18 @@ def test_a_view_beyond_the_scan_reads_no_echo() -> None:
     assert (view[inside] == 1.0).all()
     beyond = (turn.angles < urg.angle_min - 0.02) | (turn.angles > urg.angle_max + 0.02)
     assert (view[beyond] == 12.0).all()
+
+
+def test_an_environment_keeps_its_fan() -> None:
+    with P3DXEnv("cluttered_room", ["lidar.model=ld19", "physics.engine=plan"]) as env:
+        seen, info = env.reset(seed=0)
+        counts = set()
+        for _ in range(5):
+            assert env.observation_space.contains(seen)
+            assert seen["scan"].shape == (450,)
+            counts.add(len(info["observation"].scan.ranges))
+            seen, *_, info = env.step(np.array([0.3, 0.5], np.float32))
+    assert len(counts) > 1
 
 
 def test_simulated_turns_vary_and_repeat() -> None:

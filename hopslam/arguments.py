@@ -38,7 +38,7 @@ def checked_ranges(given: Any) -> FloatArray:
 
 
 def _check_metres(measured: FloatArray) -> None:
-    middle, whole = float(np.median(measured)), np.array_equal(measured, np.round(measured))
+    middle, whole = float(np.median(np.minimum(measured, 1e9))), np.array_equal(measured, np.round(measured))
     if middle > (_FARTHEST_WHOLE if whole else _FARTHEST):
         raise InputError(f"ranges look like millimetres: their median is {middle:g}; give metres: divide by 1000")
 
@@ -76,7 +76,7 @@ def checked_number(name: str, given: Any, least: float | None = None, cure: str 
     """A number that is not nan; with ``least``, of that or more."""
     end = f"; {cure}" if cure else ""
     if not isinstance(given, Real | np.number) or isinstance(given, bool | np.bool_):
-        raise InputError(f"{name} is {_shown(given)}, no number{end}")
+        raise InputError(f"{name} is {shown(given)}, no number{end}")
     number = float(given)
     if number != number or (least is not None and number < least):
         raise InputError(f"{name} is {number:g}, not {f'{least:g} or more' if least is not None else 'a number'}{end}")
@@ -108,6 +108,13 @@ def checked_stamp(given: Any) -> float:
     return stamp
 
 
+def checked_seed(given: Any) -> int:
+    """A whole number, 0 or more."""
+    if not isinstance(given, int | np.integer) or isinstance(given, bool) or given < 0:
+        raise InputError(f"seed is {shown(given)}; give a whole number, 0 or more")
+    return int(given)
+
+
 def _row(name: str, given: Any, cure: str) -> FloatArray:
     """A row of numbers as an array of its own."""
     if given is None:
@@ -137,11 +144,11 @@ def _fault_of_items(items: Any) -> str:
     """The first item that is no number, as in ``[3] is None``."""
     for k, item in enumerate(items):
         if isinstance(item, bool | np.bool_) or not isinstance(item, Real | np.number):
-            return f"[{k}] is {_shown(item)}, no number"
+            return f"[{k}] is {shown(item)}, no number"
     return " is no row of numbers"
 
 
-def _shown(item: Any) -> str:
+def shown(item: Any) -> str:
     """A value in a few characters."""
-    text = repr(item)
+    text = " ".join(repr(item).split())
     return text if len(text) <= 40 else f"{text[:37]}..."

@@ -85,11 +85,15 @@ class Scan:
         angles, echoes = self.angles, int(self._scan.echoes.sum())
         return f"Scan({len(self)} beams from {angles[0]:.3f} to {angles[-1]:.3f} rad, {echoes} with an echo)"
 
-    def _repr_png_(self) -> bytes:
+    def picture(self) -> bytes:
+        """The points of the scan, as the content of a PNG file."""
         from slam.run.pictures.figure_style import png_of
         from slam.run.pictures.scan_picture import scan_figure
 
         return png_of(scan_figure(self.points, None, f"{len(self)} beams", inches=6.0))
+
+    def _repr_png_(self) -> bytes:
+        return self.picture()
 
 
 def _timing(order: IntArray, between: float) -> tuple[float, float]:

@@ -64,6 +64,7 @@ def test_a_run_replayed_is_the_same_and_scored_alike(run: hopslam.Run, tmp_path:
     with pytest.raises(KeyError, match="there are ATE, aligned"):
         scores["APE"]
     assert "<th>rmse</th>" in scores._repr_html_()
+    assert repr(scores).startswith("Evaluation(ATE, aligned 0.0")
 
 
 def test_a_score_is_the_distance_that_was_put_in(run: hopslam.Run) -> None:

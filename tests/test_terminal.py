@@ -142,6 +142,15 @@ def test_a_difference_is_a_share_or_a_factor(value: object, first: object, text:
     assert _cells([first, value])[1] == text
 
 
+def test_a_quiet_console_shows_nothing_that_moves(capsys: pytest.CaptureFixture[str]) -> None:
+    console = Terminal(quiet=True, force_jupyter=True)  # in a notebook, where rich shows widgets
+    with console.waiting("for it"), console.progress() as bar:
+        bar.advance(bar.add_task("it", total=1.0))
+    with pytest.warns(UserWarning, match="strange"):
+        console.warn("strange")
+    assert capsys.readouterr() == ("", "")
+
+
 def command_in(text: str) -> list[str]:
     """The words that a shell makes of the command at the end of a message."""
     return shlex.split("hopslam" + text.strip().rpartition("hopslam")[2])

@@ -51,6 +51,11 @@ class EmulatorState:
 _T = TypeVar("_T")
 
 
+def device_name(lidar: str) -> str:
+    """Return the name of the device that this model is: Table 1 describes a URG-04LX with fewer beams."""
+    return "urg04lx" if lidar == "table1" else lidar
+
+
 class Emulator(Closing):
     """A P3-DX and a lidar at two ports; use it as a context manager.
 
@@ -107,7 +112,7 @@ class Emulator(Closing):
     def port_settings(self) -> list[str]:
         """Settings of a scenario that name both ports."""
         ports = [f"hardware.robot_port={self.robot.port.address}", f"hardware.lidar_port={self.lidar.port.address}"]
-        return [*ports, f"lidar.model={self._model}"]
+        return [*ports, f"lidar.model={device_name(self._model)}"]
 
     @property
     def now(self) -> float:

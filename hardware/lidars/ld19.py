@@ -47,7 +47,7 @@ class Ld19:
         self.period = self._lidar.scan_time
         """Seconds from scan to scan."""
         self._connect()
-        self._thread = DeviceThread("lidar", self._serve, self._lose, self._connect)
+        self._thread = DeviceThread("lidar", self._serve, self._lose, self._connect, leaving)
         self._thread.start()
 
     @property

@@ -38,14 +38,15 @@ OpenLidar = Callable[[HardwareConfig, LidarModel, threading.Event, WireSession],
 
 @dataclass(frozen=True, slots=True)
 class LidarDevice:
-    """Places, ``module:Class``, of the driver of a lidar and of its emulator."""
+    """Places, ``module:Class``, of the driver of a lidar, if it has one, and of its emulator."""
 
-    driver: str
+    driver: str | None
     emulator: str
 
 
 LIDAR_DEVICES: Final = {
     "urg04lx": LidarDevice("hardware.urg04lx:Urg04lx", "hardware.emulator.urg04lx:EmulatedUrg04lx"),
+    "table1": LidarDevice(None, "hardware.emulator.urg04lx:EmulatedTable1"),  # it calls itself a URG-04LX
     "ld19": LidarDevice("hardware.lidars.ld19:Ld19", "hardware.emulator.ld19:EmulatedLd19"),
 }
 """Every lidar that is more than simulated, by its name in ``slam/lidars.py``."""
@@ -53,9 +54,11 @@ LIDAR_DEVICES: Final = {
 
 def lidar_driver(model: str) -> OpenLidar:
     """Return what opens a lidar of this model; ScenarioError where there is no driver for it."""
-    if model not in LIDAR_DEVICES:
-        raise ScenarioError(f"lidar.model: {model} is only simulated; set lidar.model={' or '.join(LIDAR_DEVICES)}")
-    return cast(OpenLidar, import_by_name(LIDAR_DEVICES[model].driver))
+    device = LIDAR_DEVICES.get(model)
+    if device is None or device.driver is None:
+        known = " or ".join(name for name, one in LIDAR_DEVICES.items() if one.driver)
+        raise ScenarioError(f"lidar.model: {model} is only simulated; set lidar.model={known}")
+    return cast(OpenLidar, import_by_name(device.driver))
 
 
 def lidar_emulator(model: str) -> Any:

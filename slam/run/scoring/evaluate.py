@@ -42,7 +42,7 @@ class Delta(NamedTuple):
     unit: Unit = "m"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Evaluation:
     """The scores of a trajectory, in the order in which tables show them."""
 
@@ -75,6 +75,10 @@ class Evaluation:
             for unit, values in (("m", score.metres), ("deg", statistics(np.degrees(score.errors.radians)))):
                 rows.append((f"{score.name} [{unit}]", *(f"{values[column]:.4f}" for column in columns), used))
         return ResultTable("", ("", *columns, "used"), rows)
+
+    def __repr__(self) -> str:
+        scores = (f"{score.name} {score.metres['rmse']:.4f} m rmse" for score in self.scores)
+        return f"Evaluation({'; '.join(scores)})"
 
     def _repr_html_(self) -> str:
         return self.table().html()

@@ -11,6 +11,7 @@ import numpy as np
 
 from slam.deskew import deskewed
 from slam.files.atomic_files import atomic_file, require_writable
+from slam.named_code import import_optional
 from slam.pose import FloatArray, Pose2D
 from slam.run.results.run_record import RunRecord
 from slam.run.viewer.live_run import LOST, ODOMETRY_ONLY
@@ -44,6 +45,18 @@ def make_recording(record: RunRecord, path: Path, track: Track) -> None:
         with Broadcast([draft], [], scene_of(record), print) as broadcast:
             for _ in track(show_finished(record, broadcast), len(record.traces.stamps)):
                 pass
+
+
+def notebook_viewer(recording: Path, width: int, height: int) -> Any:
+    """A recording in rerun's viewer, as a widget of a notebook; InputError where its package is not installed."""
+    import_optional("rerun_notebook", "notebook")
+    import rerun
+    from rerun.notebook import Viewer
+
+    stream = rerun.RecordingStream("hopslam")
+    viewer = Viewer(width=width, height=height, recording=stream)
+    stream.log_file_from_path(recording)
+    return viewer
 
 
 def scene_of(record: RunRecord) -> Scene:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.crowd import Crowd, crowd_of
-from sim.lidar_noise import DATASHEET
 from sim.plan.footprint import RADIUS
 from sim.plan.records import model_of
 from sim.wall_plan import WallPlan, wall_plan
@@ -89,8 +88,13 @@ class Timing(NamedTuple):
 
 
 def timing_of(scenario: Scenario) -> Timing:
-    """Take the lidar and the clock of a scenario."""
+    """Take the lidar and the clock of a scenario; ScenarioError for a lidar whose turns differ in their beams."""
     model, clock = scenario.lidar.description, scenario.clock
+    if model.beams_vary:
+        raise ScenarioError(
+            f"{scenario.name}: the beams of lidar.model={scenario.lidar.model} vary from turn to turn, which many "
+            "robots at once cannot have; set lidar.model=urg04lx, or give vectorization_mode='async'"
+        )
     lidar = model.lidar
     reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))
     return Timing(
@@ -140,7 +144,7 @@ def grid_shape(scenarios: Sequence[Scenario], cell: float) -> tuple[int, int]:
 def _sensor(lidar: LidarConfig) -> tuple[float, ...]:
     model, sigmas = lidar.description, lidar.bound_sigmas
     table_1 = model.near_accuracy, model.near_range, model.far_accuracy
-    near, near_range, far = DATASHEET if lidar.noise == "datasheet" else table_1
+    near, near_range, far = (model.noise or table_1) if lidar.noise == "datasheet" else table_1
     return (
         lidar.mount.x, lidar.mount.y, lidar.mount.theta, lidar.time_increment,
         _KINDS[lidar.noise], near / sigmas, near_range, far / sigmas, lidar.dropout, lidar.reflectivity,

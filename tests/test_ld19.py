@@ -19,12 +19,14 @@ from hardware.lidars.ld_turns import TurnCollector
 from hardware.robot import HardwareRobot
 from sim.plant import SimPlant
 from sim.robot import SimRobot
+from slam.console.terminal import Terminal
 from slam.deskew import deskewed
 from slam.env.p3dx_env import P3DXEnv
 from slam.errors import ScenarioError
 from slam.lidars import LD19, LIDARS, Lidar
 from slam.odometry import Twist2D
 from slam.pose import FloatArray
+from slam.run.experiment_setup import scenario_experiment
 from slam.run.gym_arrays import nearest_beams, scan_array
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
@@ -251,13 +253,9 @@ def test_simulated_noise_is_that_of_the_data_sheet() -> None:
 
 
 def test_a_corridor_is_mapped_with_it(tmp_path: Path) -> None:
-    from slam.console.terminal import Terminal
-    from slam.run.experiment_setup import scenario_experiment
-
-    errors = {}
-    for model in ("urg04lx", "ld19"):
-        scenario = load_scenario("corridor", [f"lidar.model={model}", "duration=15"])
-        outcome = scenario_experiment(scenario).run(tmp_path / model, console=Terminal(quiet=True), pictures=False)
-        errors[model] = outcome.metrics["ate_rmse_m"], outcome.metrics["heading_max_abs_deg"]
-    assert errors["ld19"][0] <= max(errors["urg04lx"][0], 0.03)
-    assert errors["ld19"][1] <= max(errors["urg04lx"][1], 0.5)
+    scenario = load_scenario("corridor", ["lidar.model=ld19", "physics.engine=plan", "duration=15"])
+    metrics = scenario_experiment(scenario).run(tmp_path, console=Terminal(quiet=True), pictures=False).metrics
+    assert metrics["scans"] == 150
+    assert metrics["ate_rmse_m"] < 0.02
+    assert metrics["heading_max_abs_deg"] < 0.6
+    assert metrics["wall_precision"] > 0.95

@@ -4,12 +4,16 @@ import threading
 import time
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Final
 
+from hardware.lidars.models import lidar_driver
 from hardware.p3dx import P3dx
 from hardware.staleness_guard import StalenessGuard
-from hardware.urg04lx import Urg04lx
 from hardware.wire.session import WireSession
 from slam.scenario.schema import Scenario
+
+_LOST_SCANS: Final = 3.0
+"""Scan periods without a scan, at least, after which the robot is stopped: one lost scan of a slow lidar is none."""
 
 
 class RobotDevices:
@@ -25,7 +29,7 @@ class RobotDevices:
         """Time of the newest command, seconds of ``time.monotonic``."""
         with ExitStack() as opened:
             wire = opened.enter_context(WireSession(record_wire))
-            self.lidar = Urg04lx(self._config, scenario.lidar.description.lidar.range_max, leaving, wire)
+            self.lidar = lidar_driver(scenario.lidar.model)(self._config, scenario.lidar.description, leaving, wire)
             opened.callback(self.lidar.close)
             self.base = P3dx(self._config, scenario.robot.limits, leaving, wire)
             opened.callback(self.base.close)
@@ -44,10 +48,18 @@ class RobotDevices:
         """Reason why the robot stands although it is told to drive, or has no data; None when all is well."""
         return self.base.manual_stop or self.base.trouble or self.lidar.trouble or self.guard.reason
 
+    @property
+    def limits(self) -> dict[str, float]:
+        """Seconds after which a command, a scan and odometry are too old to drive on."""
+        config = self._config
+        scan = max(config.data_timeout, _LOST_SCANS * self.lidar.period)
+        return {"command": config.command_timeout, "scan": scan, "odometry": config.data_timeout}
+
     def _ages(self) -> dict[str, tuple[float, float]]:
-        config, now = self._config, time.monotonic()
-        return {
-            "command": (now - self.commanded_at, config.command_timeout),
-            "scan": (now - self.lidar.scanned_at, config.data_timeout),
-            "odometry": (now - self.base.reported_at, config.data_timeout),
+        since = {
+            "command": self.commanded_at,
+            "scan": self.lidar.scans.scanned_at,
+            "odometry": self.base.reported_at,
         }
+        now, limits = time.monotonic(), self.limits
+        return {name: (now - at, limits[name]) for name, at in since.items()}

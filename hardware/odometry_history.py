@@ -55,7 +55,7 @@ class OdometryHistory:
         return self._poses[after - 1] @ Twist2D.from_motion(step, end - begin).motion(stamp - begin)
 
     def between(self, first: float, last: float) -> Odometry:
-        """Return the odometry at the time ``first``, with the mean speed from there to ``last``."""
+        """Return the odometry at the time ``first``, with the mean speed between there and ``last``."""
         return Odometry(first, self.pose_at(first), self._mean_speed(first, last))
 
     def _mean_speed(self, first: float, last: float) -> Twist2D:
@@ -63,7 +63,8 @@ class OdometryHistory:
 
         In whole mm/s they are finer than the steps of poses in whole mm, and a ramp shows in them.
         """
-        times = [first, *(stamp for stamp in self._stamps if first < stamp < last), last]
+        begin, end = sorted((first, last))
+        times = [begin, *(stamp for stamp in self._stamps if begin < stamp < end), end]
         known = np.array([(twist.linear, twist.angular) for twist in self._twists])
-        means = (np.trapezoid(np.interp(times, self._stamps, speed), times) / (last - first) for speed in known.T)
+        means = (np.trapezoid(np.interp(times, self._stamps, speed), times) / (end - begin) for speed in known.T)
         return Twist2D(*map(float, means))

@@ -15,6 +15,7 @@ from hardware.arcos.model import SONAR_REACH
 from hardware.arcos.sip import Sip, is_sip
 from hardware.arcos_session import ArcosLine, ReceivedPacket, disconnect_robot
 from hardware.base_odometry import EncoderOdometry, PositionOdometry, WheelScales, sip_twist
+from hardware.battery_watch import BatteryWatch
 from hardware.device_thread import DeviceThread
 from hardware.odometry_history import OdometryHistory
 from hardware.p3dx_setup import OpenedP3dx, open_p3dx
@@ -22,8 +23,10 @@ from hardware.serial_port import PortLost
 from hardware.speed_commands import BaseSpeeds, SpeedCommands, WheelSpeeds
 from hardware.wire.session import WireSession
 from slam.odometry import Odometry, Twist2D
+from slam.robot import Battery
 from slam.scenario.hardware_config import HardwareConfig
 from slam.scenario.robot_config import Limits
+from slam.sonar_ring import FRONT
 
 _LOG: Final = logging.getLogger("hopslam.p3dx")
 _POLL: Final = 0.1
@@ -56,7 +59,7 @@ class P3dx:
         self._position: PositionOdometry | None = None
         self._line = self._connect()
         self.reported_at = time.monotonic()
-        self._thread = DeviceThread("robot", self._serve, self._lose, self._reconnect)
+        self._thread = DeviceThread("robot", self._serve, self._lose, self._reconnect, leaving)
         self._thread.start()
 
     @property
@@ -72,8 +75,15 @@ class P3dx:
 
     @property
     def sonar(self) -> tuple[float, ...]:
-        """Ranges of the transducers in the order of their numbers, metres; inf without an echo."""
-        return tuple(echo if echo < SONAR_REACH else inf for _, echo in sorted(self._echoes.items()))
+        """Ranges of the transducers of whole rings by their numbers, metres; inf without an echo."""
+        rings = -(-(max(self._echoes, default=-1) + 1) // FRONT)
+        echoes = (self._echoes.get(number, inf) for number in range(rings * FRONT))
+        return tuple(echo if echo < SONAR_REACH else inf for echo in echoes)
+
+    @property
+    def battery(self) -> Battery | None:
+        """The battery, by the reports of the last seconds; None where they say nothing of it."""
+        return self._battery.state
 
     @property
     def manual_stop(self) -> str | None:
@@ -112,7 +122,7 @@ class P3dx:
                 if self._history.covers(first) and self._history.covers(last):
                     return self._history.between(first, last)
                 known = self._history.last
-            if known is None or known[0] > last or time.monotonic() >= until or self._leaving.is_set():
+            if known is None or known[0] > max(first, last) or time.monotonic() >= until or self._leaving.is_set():
                 return None
             time.sleep(_ODOMETRY_WAIT)
 
@@ -144,6 +154,7 @@ class P3dx:
             self._was_armed = False
             self._speeds = _SPEEDS[config.drive_by](self._limits, half_track)
             self._units, self._settings = opened.units, opened.settings
+            self._battery = BatteryWatch(self._config, opened.settings)
             self._position = PositionOdometry(opened.units, scales, OdometryHistory() if by_encoders else self._history)
             ticks = opened.settings.ticks_per_metre
             self._encoders = EncoderOdometry(ticks, scales, self._history) if by_encoders else None
@@ -173,6 +184,7 @@ class P3dx:
         if self._position is not None and self._position.add(stamp, sip):
             self.sip, self.reported_at, self._thread.trouble = sip, stamp, None
             self._echoes = self._echoes | dict(sip.sonar)
+            self._battery.take(stamp, sip.volts)
             self._was_armed = (self._was_armed or sip.motors_enabled) and not sip.e_stop
 
     def _lose(self) -> None:

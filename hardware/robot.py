@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Final, Self
 
 from hardware.devices import RobotDevices
+from hardware.lidars.models import lidar_driver
 from hardware.operator_consent import OperatorConsent
 from hardware.process_watch import StopCallbacks, process_watch
 from hardware.serial_port import PortLost, SerialPort
 from slam.closing import Closing
-from slam.errors import RobotError, RobotTimeout, ScenarioError
+from slam.errors import BatteryEmpty, RobotError, RobotTimeout
 from slam.odometry import Odometry, Twist2D
 from slam.robot import Observation, Robot
 from slam.scan import LaserScan
@@ -26,12 +27,14 @@ _LOOK: Final = 0.1
 """Seconds between two looks whether the program was told to end ..."""
 _LAST_WAIT: Final = 0.2
 """... and those for which it then still waits for a scan."""
+_LONGEST_GAP: Final = 2.0
+"""Scan periods for which ``observe`` waits at least."""
 _ANY_BAUD: Final = 9600
 """Bit rate at which a port is opened to see that it can be; nothing is sent."""
 
 
 class HardwareRobot(Closing):
-    """A P3-DX with a URG-04LX, at the ports that the scenario names; use it as a context manager.
+    """A P3-DX with a lidar, at the ports that the scenario names; use it as a context manager.
 
     It ends after the scenario's duration. It moves once somebody has agreed on the terminal, or at once with ``yes``;
     with ``dry_run`` never. It stops when the block is left for whatever reason, when commands, scans or odometry stay
@@ -51,8 +54,7 @@ class HardwareRobot(Closing):
         newest: bool = False,
         record_wire: Path | None = None,
     ) -> None:
-        if scenario.lidar.model != "urg04lx":
-            raise ScenarioError(f"lidar.model: {scenario.lidar.model} is only simulated; set lidar.model=urg04lx")
+        lidar_driver(scenario.lidar.model)  # a model that is only simulated is refused now
         self.T_base_laser = scenario.lidar.mount.pose
         self._scenario = scenario
         self._dry_run = dry_run
@@ -68,7 +70,7 @@ class HardwareRobot(Closing):
         self._over: str | None = None
         """Reason why the program ends; None while it goes on."""
         self._failure: RobotError | None = None
-        for port in (scenario.hardware.robot_port, scenario.hardware.lidar_port):
+        for port in (scenario.hardware.lidar_port, scenario.hardware.robot_port):
             SerialPort(port, _ANY_BAUD).close()
 
     def __enter__(self) -> Self:
@@ -100,18 +102,20 @@ class HardwareRobot(Closing):
         return self._devices.trouble if self._devices else None
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
-        """Wait for the next scan; None when the scenario's duration is over.
+        """Wait for the next scan, at least two scan periods; None when the scenario's duration is over.
 
         The odometry is that of the first beam, between two reports of the base or carried on from the last one.
-        RobotTimeout says why nothing came. Once the program was told to end, RobotError says that instead, at once.
+        RobotTimeout says why nothing came. BatteryEmpty: the battery is at its end, and the robot stands for good. Once
+        the program was told to end, RobotError says that instead, at once.
         """
         devices = self._opened()
         devices.base.pulse()
-        until = time.monotonic() + timeout
+        until = time.monotonic() + max(timeout, _LONGEST_GAP * devices.lidar.period)
         while (scan := self._next_scan(devices, until)) is not None:
             last_beam = scan.stamp + (len(scan.ranges) - 1) * scan.time_increment
             odometry = devices.base.odometry(scan.stamp, last_beam, until)
             if odometry is not None:
+                self._require_battery(devices)
                 return self._observation(devices, scan, odometry)
         if (ended := self._ended()) is not None:
             raise ended
@@ -143,8 +147,8 @@ class HardwareRobot(Closing):
         while True:
             left = max(0.0, until - time.monotonic())
             if self._over is not None:
-                return devices.lidar.take(min(left, _LAST_WAIT), self._newest)
-            scan = devices.lidar.take(min(left, _LOOK), self._newest)
+                return devices.lidar.scans.take(min(left, _LAST_WAIT), self._newest)
+            scan = devices.lidar.scans.take(min(left, _LOOK), self._newest)
             if scan is not None or left <= _LOOK:
                 return scan
 
@@ -197,7 +201,18 @@ class HardwareRobot(Closing):
             stalled=base.sip.stalled,
             bumpers=bumpers,
             sonar=base.sonar,
+            battery=base.battery,
+            fault_flags=base.sip.faults or 0,
         )
+
+    def _require_battery(self, devices: RobotDevices) -> None:
+        """Stop for good where the battery is at its end, and raise BatteryEmpty."""
+        battery = devices.base.battery
+        if battery is not None and battery.level == "empty":
+            reason = f"the battery is down to {battery.volts:.1f} V"
+            devices.guard.stop(reason)
+            self._failure = BatteryEmpty(f"{reason}, so the robot was stopped; charge it (hardware.end_battery)")
+            raise self._failure
 
     def _opened(self) -> RobotDevices:
         if self._failure is not None:

@@ -2,13 +2,13 @@
 
 import threading
 import time
-from collections import deque
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from hardware.device_thread import DeviceThread
+from hardware.scan_queue import ScanQueue
 from hardware.scip.partial_scans import partial_scans
 from hardware.scip.reply import Reply, find_reply
 from hardware.scip.scan_data import ScanData
@@ -17,39 +17,37 @@ from hardware.scip.time_stamp import TIME_WRAP
 from hardware.scip_scans import choose_request, reason_for_silence, switch_laser_on
 from hardware.scip_session import RawAnswer, ScipLine, connect_lidar, identify, stop_scans
 from hardware.sensor_clock import SensorClock
-from hardware.serial_port import SerialPort
+from hardware.serial_port import PortLost, SerialPort
 from hardware.wire.session import WireSession
 from slam.errors import RobotError
+from slam.lidars import LidarModel
 from slam.scan import LaserScan
 from slam.scenario.hardware_config import HardwareConfig
 
 _POLL: Final = 0.1
 """Seconds after which the thread checks whether it should end."""
 _SILENCE: Final = 1.5
-"""Seconds without a scan after which the sensor is opened anew."""
-_KEPT: Final = 4
-"""Scans that wait for ``take``; older ones are dropped."""
+_LOST_SCANS: Final = 5
+"""Seconds, and scan periods at least, without a scan after which the sensor is opened anew."""
 
 
 class Urg04lx:
     """Opened when made: the sensor is found, and scans come from then on.
 
-    A thread reads them; it opens the port again when it is lost, and the sensor when it falls silent. ``range_max`` is
-    the reach that scans are cut to, metres. Once ``leaving`` is set, attempts to connect are given up. RobotError when
+    A thread reads them; it opens the port again when it is lost, and the sensor when it falls silent. Scans are
+    cut to the reach of ``model``. Once ``leaving`` is set, attempts to connect are given up. RobotError when
     no sensor answers.
     """
 
-    def __init__(self, config: HardwareConfig, range_max: float, leaving: threading.Event, wire: WireSession) -> None:
+    def __init__(self, config: HardwareConfig, model: LidarModel, leaving: threading.Event, wire: WireSession) -> None:
         self._config = config
         self._wire = wire
-        self._range_max = range_max
+        self._range_max = model.lidar.range_max
         self._leaving = leaving
-        self._news = threading.Condition()
-        self._scans: deque[LaserScan] = deque(maxlen=_KEPT)
-        self.scanned_at = time.monotonic()
+        self.scans = ScanQueue()
         self._clock = SensorClock(TIME_WRAP)
+        self._thread = DeviceThread("lidar", self._serve, self._lose, self._connect, leaving)
         self._connect()
-        self._thread = DeviceThread("lidar", self._serve, self._lose, self._connect)
         self._thread.start()
 
     @property
@@ -57,16 +55,10 @@ class Urg04lx:
         """Reason why no scans come; None when they do."""
         return self._thread.trouble
 
-    def take(self, timeout: float, newest: bool = False) -> LaserScan | None:
-        """Return the next scan, oldest first, or the ``newest`` of those that wait, stamped in ``time.monotonic``.
-
-        None when none comes within ``timeout`` seconds.
-        """
-        with self._news:
-            self._news.wait_for(lambda: self._scans, timeout)
-            while newest and len(self._scans) > 1:
-                self._scans.popleft()
-            return self._scans.popleft() if self._scans else None
+    @property
+    def period(self) -> float:
+        """Seconds from scan to scan: the mirror turns more often where the line is too slow for every turn."""
+        return self._parameters.scan_time * (1 + self._request.interval)
 
     def close(self) -> None:
         """Switch the laser off, and let go of the sensor; closing twice is allowed."""
@@ -83,23 +75,29 @@ class Urg04lx:
             switch_laser_on(line)
             self._request = choose_request(self._parameters, line.port.baud if line.port.has_baud else None)
             line.ask_until_answered(self._request.encode())
+            end_of_fan = self._parameters.step_time * (self._parameters.last + 1)
+            self._clock = SensorClock(TIME_WRAP, end_of_fan, after=self._clock.latest)
+            self._line, self._last_scan_at = line, time.monotonic()
+            while not self._clock.running:
+                self._give_up_when_leaving()
+                self._serve()
         except BaseException:
             line.port.close()
             raise
-        end_of_fan = self._parameters.step_time * (self._parameters.last + 1)
-        self._clock = SensorClock(TIME_WRAP, end_of_fan, after=self._clock.latest)
-        self._line, self._last_scan_at = line, time.monotonic()
 
     def _serve(self) -> None:
         """Take the scans that come within a short time; RobotError when there are no more."""
         for frame in self._line.receive(_POLL):
             if self._take(frame):
                 self._last_scan_at = frame.ended
-        if time.monotonic() - self._last_scan_at > _SILENCE:
+        if time.monotonic() - self._last_scan_at > max(_SILENCE, _LOST_SCANS * self.period):
             reason = reason_for_silence(self._line, self._parameters)
-            raise RobotError(
-                f"{self._config.lidar_port}: the lidar sends no scans any more" + (f": {reason}" if reason else "")
-            )
+            words = "the lidar sends no scans any more" if self._clock.running else "the lidar sends no scans"
+            raise RobotError(f"{self._config.lidar_port}: {words}{f': {reason}' if reason else ''}")
+
+    def _give_up_when_leaving(self) -> None:
+        if self._leaving.is_set():
+            raise PortLost(f"{self._config.lidar_port}: given up")
 
     def _lose(self) -> None:
         self._line.port.close()
@@ -124,10 +122,7 @@ class Urg04lx:
         scan = self._scan(data, data.time, frame.began if whole else frame.ended)
         self._thread.trouble = None
         if self._clock.settled:
-            with self._news:
-                self._scans.append(scan)
-                self.scanned_at = frame.ended
-                self._news.notify_all()
+            self.scans.put(scan, frame.ended)
         return True
 
     def _require_fine(self, reply: Reply | None) -> None:
@@ -147,5 +142,5 @@ class Urg04lx:
             range_max=self._range_max,
             ranges=np.where(data.ranges > self._range_max, np.inf, data.ranges),
             time_increment=step_time,
-            scan_time=lidar.scan_time * (1 + self._request.interval),
+            scan_time=self.period,
         )

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from slam.run.launch import localize, replay, run
     from slam.run.run import Run
     from slam.run.scoring.evaluate import Evaluation, evaluate
+    from slam.sweep.launch import Sweep, sweep
 
 __all__ = [
     "Estimate",
@@ -41,11 +42,13 @@ __all__ = [
     "Segments",
     "Slam",
     "SlamConfig",
+    "Sweep",
     "evaluate",
     "load_map",
     "localize",
     "replay",
     "run",
+    "sweep",
 ]
 
 _MODULES: Final = {
@@ -60,6 +63,7 @@ _MODULES: Final = {
     "slam.run.launch": ("localize", "replay", "run"),
     "slam.run.run": ("Run",),
     "slam.run.scoring.evaluate": ("Evaluation", "evaluate"),
+    "slam.sweep.launch": ("Sweep", "sweep"),
 }
 """The names of this package by the module that has them; each is imported when one of its names is first asked for."""
 _PLACES: Final = {name: module for module, names in _MODULES.items() for name in names}

@@ -12,7 +12,8 @@ from slam.pose import FloatArray, Pose2D
 
 LEAST_BEAMS: Final = 3
 """Two points always lie on a line."""
-_FULL_TURN: Final = 2.0 * pi + 1e-6
+FULL_TURN: Final = 2.0 * pi + 1e-6
+"""Radians, and what rounding adds."""
 _FARTHEST: Final = 200.0
 """Metres: half of the ranges of a scan are shorter than this, or they are no metres."""
 _FARTHEST_WHOLE: Final = 20.0
@@ -27,15 +28,19 @@ def checked_ranges(given: Any) -> FloatArray:
         raise InputError(f"ranges has {len(ranges)} values; a scan needs {LEAST_BEAMS} or more")
     if excess := BEAMS.excess(len(ranges)):
         raise InputError(f"ranges: {excess}")
-    measured = ranges[np.isfinite(ranges)]
-    if (measured < 0.0).any():
-        k = int(np.flatnonzero(np.isfinite(ranges) & (ranges < 0.0))[0])
+    finite = np.isfinite(ranges)
+    if (ranges[finite] < 0.0).any():
+        k = int(np.flatnonzero(finite & (ranges < 0.0))[0])
         raise InputError(f"ranges[{k}] is {ranges[k]:g}, below 0; {_WHAT_MISSES}")
-    whole = np.array_equal(measured, np.round(measured))
-    middle = float(np.median(measured)) if len(measured) else 0.0
+    if (ranges[finite] > _FARTHEST_WHOLE).any():
+        _check_metres(ranges[finite])
+    return ranges
+
+
+def _check_metres(measured: FloatArray) -> None:
+    middle, whole = float(np.median(np.minimum(measured, 1e9))), np.array_equal(measured, np.round(measured))
     if middle > (_FARTHEST_WHOLE if whole else _FARTHEST):
         raise InputError(f"ranges look like millimetres: their median is {middle:g}; give metres: divide by 1000")
-    return ranges
 
 
 def checked_angles(given: Any, count: int) -> FloatArray:
@@ -43,18 +48,6 @@ def checked_angles(given: Any, count: int) -> FloatArray:
     angles = _row("angles", given, "each beam has a bearing")
     if len(angles) != count:
         raise InputError(f"angles has {len(angles)} values for {count} ranges; give one angle for each range")
-    for k in np.flatnonzero(~np.isfinite(angles)):
-        raise InputError(f"angles[{k}] is {angles[k]}, not finite; each beam has a bearing, also one without an echo")
-    k = np.abs(angles).argmax()
-    if abs(angles[k]) > _FULL_TURN:
-        raise InputError(f"angles look like degrees: angles[{k}] is {angles[k]:g}; give numpy.radians(angles)")
-    if np.ptp(angles) > _FULL_TURN:
-        raise InputError(
-            f"angles go from {angles.min():g} to {angles.max():g}, more than one turn of 2 pi radians; "
-            "give one turn of the lidar at a time"
-        )
-    if np.ptp(angles) == 0.0:
-        raise InputError(f"angles are all {angles[0]:g}; give the bearing of each beam, radians")
     return angles
 
 
@@ -74,7 +67,7 @@ def checked_pose(name: str, given: Any) -> Pose2D:
 def checked_start(name: str, given: Any) -> Pose2D:
     """A pose whose angle is within one turn, or it is in degrees."""
     pose = checked_pose(name, given)
-    if abs(pose.theta) > _FULL_TURN:
+    if abs(pose.theta) > FULL_TURN:
         raise InputError(f"{name}[2], theta, is {pose.theta:g} and looks like degrees; give radians")
     return pose
 
@@ -83,7 +76,7 @@ def checked_number(name: str, given: Any, least: float | None = None, cure: str 
     """A number that is not nan; with ``least``, of that or more."""
     end = f"; {cure}" if cure else ""
     if not isinstance(given, Real | np.number) or isinstance(given, bool | np.bool_):
-        raise InputError(f"{name} is {_shown(given)}, no number{end}")
+        raise InputError(f"{name} is {shown(given)}, no number{end}")
     number = float(given)
     if number != number or (least is not None and number < least):
         raise InputError(f"{name} is {number:g}, not {f'{least:g} or more' if least is not None else 'a number'}{end}")
@@ -115,6 +108,13 @@ def checked_stamp(given: Any) -> float:
     return stamp
 
 
+def checked_seed(given: Any) -> int:
+    """A whole number, 0 or more."""
+    if not isinstance(given, int | np.integer) or isinstance(given, bool) or given < 0:
+        raise InputError(f"seed is {shown(given)}; give a whole number, 0 or more")
+    return int(given)
+
+
 def _row(name: str, given: Any, cure: str) -> FloatArray:
     """A row of numbers as an array of its own."""
     if given is None:
@@ -144,11 +144,11 @@ def _fault_of_items(items: Any) -> str:
     """The first item that is no number, as in ``[3] is None``."""
     for k, item in enumerate(items):
         if isinstance(item, bool | np.bool_) or not isinstance(item, Real | np.number):
-            return f"[{k}] is {_shown(item)}, no number"
+            return f"[{k}] is {shown(item)}, no number"
     return " is no row of numbers"
 
 
-def _shown(item: Any) -> str:
+def shown(item: Any) -> str:
     """A value in a few characters."""
-    text = repr(item)
+    text = " ".join(repr(item).split())
     return text if len(text) <= 40 else f"{text[:37]}..."

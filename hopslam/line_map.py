@@ -73,12 +73,16 @@ class Map:
         length = float(np.hypot(*(self.walls[:, 1] - self.walls[:, 0]).T).sum())
         return f"Map({len(self.walls)} walls, {length:.1f} m in all, {len(self.trajectory)} scans)"
 
-    def _repr_png_(self) -> bytes:
+    def picture(self) -> bytes:
+        """The walls, and the way of the robot, as the content of a PNG file."""
         from slam.run.pictures.figure_style import png_of
         from slam.run.pictures.map_picture import MapContents, map_figure
 
         way = self.trajectory if len(self.trajectory) else self.pose.as_array()[None]
         return png_of(map_figure(MapContents(self.walls, way, points=self.points), longest=9.0))
+
+    def _repr_png_(self) -> bytes:
+        return self.picture()
 
 
 def load_map(path: str | Path, settings: SettingsLike = ()) -> Map:
@@ -108,7 +112,9 @@ def closed_map(closed: ClosedLoops) -> Map:
 
 def state_of(given: Map | str | Path, config: SlamConfig) -> SavedSlam:
     """The state of the method in a map, to go on from: a copy, so that the map stays as it is."""
-    saved = load_map(given, config).saved if isinstance(given, str | Path) else deepcopy(given.saved)
+    if not isinstance(given, Map | str | Path):
+        raise InputError(f"saved_map is of type {type(given).__name__}; give a Map, or the path of one")
+    saved = deepcopy(given.saved) if isinstance(given, Map) else load_map(given, config).saved
     if saved is None:
         raise InputError("saved_map: a map of paper mode cannot be gone on in; map again with slam.mode=hopslam")
     return saved if config.loops != "never" else replace(saved, graph=None)

@@ -8,19 +8,18 @@ from typing import Any, Final
 import numpy as np
 
 from hopslam.arguments import checked_angles, checked_lidar, checked_ranges, checked_stamp
+from hopslam.beams import beams_of
 from hopslam.segments import Segments
 from hopslam.settings import slam_config
 from slam.config import SlamConfig
 from slam.errors import InputError
 from slam.lines.extraction import extract_segments
 from slam.lines.segments import IntArray
-from slam.pose import FloatArray, unit_vectors, wrap_angles
-from slam.scan import LaserScan, even_fan
+from slam.pose import FloatArray
+from slam.scan import LaserScan
 
 RANGE_MIN: Final = 0.02
 """Metres: many drivers write 0 for an erroneous reading."""
-_EVEN: Final = 1e-6
-"""Radians: angles that are so near to even steps are even."""
 
 
 class Scan:
@@ -47,13 +46,12 @@ class Scan:
         bearings = checked_angles(angles, len(measured))
         near, far, between = checked_lidar(range_min, range_max, time_increment)
         measured[np.isfinite(measured) & (measured > far)] = inf
-        order, bearings = _counter_clockwise(bearings)
+        beams = beams_of(bearings)
         self.stamp = None if stamp is None else checked_stamp(stamp)
         """Seconds: the time of the beam that was taken first; None where nobody told."""
-        first, between = _timing(order, between)
-        step = float(bearings[-1] - bearings[0]) / (len(bearings) - 1)
+        first, between = _timing(beams.order, between)
         self._scan = LaserScan(
-            first, float(bearings[0]), step, near, far, measured[order], between, beam_fan=_fan(bearings, step)
+            first, beams.first, beams.step, near, far, measured[beams.order], between, beam_fan=beams.fan
         )
 
     @property
@@ -87,25 +85,15 @@ class Scan:
         angles, echoes = self.angles, int(self._scan.echoes.sum())
         return f"Scan({len(self)} beams from {angles[0]:.3f} to {angles[-1]:.3f} rad, {echoes} with an echo)"
 
-    def _repr_png_(self) -> bytes:
+    def picture(self) -> bytes:
+        """The points of the scan, as the content of a PNG file."""
         from slam.run.pictures.figure_style import png_of
         from slam.run.pictures.scan_picture import scan_figure
 
         return png_of(scan_figure(self.points, None, f"{len(self)} beams", inches=6.0))
 
-
-def _counter_clockwise(angles: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The order in which the beams turn counter-clockwise, and their bearings in it, rising: as they stand where they
-    run one way round, else sorted by bearing."""
-    turned, places = np.unwrap(angles), np.arange(len(angles))
-    steps = np.diff(turned)
-    if (steps > 0.0).all():
-        return places, turned
-    if (steps < 0.0).all():
-        return places[::-1], turned[::-1]
-    wrapped = wrap_angles(angles)
-    order = np.argsort(wrapped, kind="stable")
-    return order, wrapped[order]
+    def _repr_png_(self) -> bytes:
+        return self.picture()
 
 
 def _timing(order: IntArray, between: float) -> tuple[float, float]:
@@ -116,14 +104,6 @@ def _timing(order: IntArray, between: float) -> tuple[float, float]:
     if order[0] != len(order) - 1 or order[-1] != 0:
         raise InputError("time_increment needs angles in the order of the beams, and these go to and fro; leave it out")
     return between * (len(order) - 1), -between
-
-
-def _fan(angles: FloatArray, step: float) -> FloatArray | None:
-    """The fan of uneven beams; None of even ones."""
-    even = even_fan(float(angles[0]), step, len(angles))[0]
-    if np.abs(angles - even).max() <= _EVEN:
-        return None
-    return np.vstack([angles, unit_vectors(angles).T])
 
 
 def _read_only(array: FloatArray) -> FloatArray:

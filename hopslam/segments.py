@@ -50,8 +50,12 @@ class Segments:
     def __repr__(self) -> str:
         return f"Segments({len(self)}, {self.lengths.sum():.2f} m in all)"
 
-    def _repr_png_(self) -> bytes:
+    def picture(self) -> bytes:
+        """The segments in colours, with their points, as the content of a PNG file."""
         from slam.run.pictures.figure_style import png_of
         from slam.run.pictures.scan_picture import scan_figure
 
         return png_of(scan_figure(self._points, self._found, f"{len(self)} segments", inches=6.0))
+
+    def _repr_png_(self) -> bytes:
+        return self.picture()

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from hopslam.arguments import shown
 from slam.config import SlamConfig
 from slam.errors import ScenarioError
 from slam.scenario.file import load_scenario
@@ -14,10 +15,12 @@ def slam_config(settings: SettingsLike) -> SlamConfig:
     """The settings themselves, or the defaults with these ``slam.key=value`` on top; ScenarioError for a wrong one."""
     if isinstance(settings, SlamConfig):
         return settings
+    if not isinstance(settings, str | Sequence):
+        raise ScenarioError(f"settings are of type {type(settings).__name__}; give slam.key=value, or a SlamConfig")
     given = one_or_several(settings)
     for setting in given:
         if not isinstance(setting, str) or not setting.strip().startswith("slam."):
             raise ScenarioError(
-                f"settings: {setting!r} is no setting of the method; write slam.key=value, see docs/api.md"
+                f"settings: {shown(setting)} is no setting of the method; write slam.key=value, as in slam.mode=paper"
             )
     return load_scenario("replay", given).slam

@@ -1,6 +1,7 @@
 """A planar lidar in the simulated world: the Hokuyo URG-04LX, or any other ``LidarModel``."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from sim.moving_outlines import MovingOutlines
 from sim.ray_casters import RayCaster, Surroundings
 from sim.rays import ScanMotion, fire_beams
 from sim.z_buffer import stop_at_legs
+from slam.lidars import Lidar
 from slam.pose import FloatArray, unit_vectors
 from slam.scan import LaserScan
 from slam.scenario.furniture import Movable
@@ -42,17 +44,29 @@ class SimulatedLidar:
 
     def scan(self, motion: ScanMotion, stamp: float, rng: np.random.Generator) -> LaserScan:
         """Take one scan; its first beam fires at ``stamp``, and the noise comes from ``rng``."""
-        lidar = self._lidar
+        lidar = self._turn(rng)
+        increment = self._config.time_increment * lidar.angle_increment / self._lidar.angle_increment
+        bearings = self._bearings if lidar is self._lidar else self._config.mount.theta + lidar.angles
         return LaserScan(
             stamp=stamp,
             angle_min=lidar.angle_min,
             angle_increment=lidar.angle_increment,
             range_min=lidar.range_min,
             range_max=lidar.range_max,
-            ranges=measure(self.true_ranges(motion), stamp, self._config, rng),
-            time_increment=self._config.time_increment,
+            ranges=measure(self._cast(motion, bearings, increment), stamp, self._config, rng),
+            time_increment=increment,
             scan_time=lidar.scan_time,
         )
+
+    def _turn(self, rng: np.random.Generator) -> Lidar:
+        """Return the fan of the next turn: its beams begin anywhere in the first step, and vary in number where the
+        motor does not hold its speed."""
+        vary, nominal = self._config.description.beams_vary, self._lidar
+        if not vary:
+            return nominal
+        beams = nominal.beams + int(rng.integers(-vary, vary + 1))
+        step = nominal.angle_increment * nominal.beams / beams
+        return replace(nominal, angle_min=nominal.angle_min + step * rng.random(), angle_increment=step, beams=beams)
 
     def measure_beams(
         self, bearings: FloatArray, motion: ScanMotion, increment: float, time: float, rng: np.random.Generator

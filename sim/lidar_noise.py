@@ -11,10 +11,6 @@ from slam.lidars import LidarModel
 from slam.pose import FloatArray
 from slam.scenario.lidar_config import LidarConfig, NoiseName
 
-DATASHEET: Final = (0.010, 1.0, 0.01)
-"""Hokuyo's bound for the URG-04LX: 10 mm up to 1 m, 1 % of the range beyond. The description in slam/lidars.py keeps to
-the paper's Table 1, 25 mm and 2.5 %, by which noise levels are defined; who names the sensor learns the difference."""
-
 
 def measure(ranges: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator) -> FloatArray:
     """Readings for these true ranges (N,), metres, inf where nothing stands, ``time`` seconds after the start.
@@ -35,6 +31,14 @@ def _table_1(
     return _within(ranges, normal, (model.near_accuracy, model.near_range, model.far_accuracy), config.bound_sigmas)
 
 
+def _data_sheet(
+    ranges: FloatArray, normal: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator
+) -> FloatArray:
+    model = config.description
+    accuracy = (model.near_accuracy, model.near_range, model.far_accuracy)
+    return _within(ranges, normal, model.noise or accuracy, config.bound_sigmas)
+
+
 def _realistic(
     ranges: FloatArray, normal: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator
 ) -> FloatArray:
@@ -47,7 +51,7 @@ Noise = Callable[[FloatArray, FloatArray, float, LidarConfig, np.random.Generato
 """Noisy ranges (N,) from true ranges, N normal random numbers, the time and the lidar; it may draw more numbers."""
 NOISES: Final[dict[NoiseName, Noise]] = {
     "paper": _table_1,
-    "datasheet": lambda ranges, normal, _, config, __: _within(ranges, normal, DATASHEET, config.bound_sigmas),
+    "datasheet": _data_sheet,
     "realistic": _realistic,
     "none": lambda ranges, *_: ranges,
 }

@@ -11,13 +11,8 @@ from sim.ray_casters import Surroundings
 from sim.z_buffer import stop_at_legs
 from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.furniture import Movable
+from slam.sonar_ring import FRONT, TRANSDUCERS
 
-TRANSDUCERS: Final = np.array(
-    [[69, 136, 90], [114, 119, 50], [148, 78, 30], [166, 27, 10],
-     [166, -27, -10], [148, -78, -30], [114, -119, -50], [69, -136, -90]],
-    np.float64,
-)  # fmt: skip
-"""x (mm), y (mm) and direction (degrees) on the base, from left to right: ARIA p3dx-sh.p."""
 REACH: Final = 5.0
 """Longest range, metres."""
 HEIGHT: Final = 0.17
@@ -34,9 +29,9 @@ class SonarRing:
     def __init__(self, surroundings: Surroundings, movables: Sequence[Movable] = ()) -> None:
         self._caster = surroundings.caster("bullet", HEIGHT, REACH)
         self._outlines = MovingOutlines(movables, HEIGHT)
-        x, y, degrees = TRANSDUCERS.T
-        self._origins = np.repeat(np.column_stack([x, y]) / 1000.0, RAYS, axis=0)
-        self._bearings = (np.radians(degrees)[:, None] + np.linspace(-CONE / 2.0, CONE / 2.0, RAYS)).ravel()
+        ring = TRANSDUCERS[:FRONT]
+        self._origins = np.repeat(ring[:, :2], RAYS, axis=0)
+        self._bearings = (ring[:, 2:] + np.linspace(-CONE / 2.0, CONE / 2.0, RAYS)).ravel()
 
     def read(
         self, T_map_base: Pose2D, legs: FloatArray, leg_radii: FloatArray, things: FloatArray

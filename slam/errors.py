@@ -7,6 +7,7 @@ HopslamError
 │       └── ScansLost   most of its scans could not be used    (exit code 4)
 ├── RobotError          a device or back end failed                (exit code 3)
 │   ├── RobotTimeout    no data within the time asked for
+│   ├── BatteryEmpty    the battery of a real robot is at its end
 │   └── OutputLost      nobody watches a real robot any more   (exit code 141)
 ├── StorageError        results cannot be written any more         (exit code 3)
 ├── BackEndLost         the process that closes loops has ended    (exit code 3)
@@ -51,6 +52,10 @@ class RobotError(HopslamError):
 
 class RobotTimeout(RobotError, TimeoutError):
     """No data within the time asked for."""
+
+
+class BatteryEmpty(RobotError):
+    """The battery is at its end, and the robot was stopped."""
 
 
 class OutputLost(RobotError):

@@ -1,11 +1,20 @@
 """The Robot protocol: a robot as the method, the learning environment, the runner and the viewer know it."""
 
 from dataclasses import dataclass
-from typing import Protocol, Self, runtime_checkable
+from typing import Literal, Protocol, Self, runtime_checkable
 
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.scan import LaserScan
+
+
+@dataclass(frozen=True, slots=True)
+class Battery:
+    """The battery of the base."""
+
+    volts: float
+    level: Literal["good", "low", "empty"] = "good"
+    """``low``: it is time to drive home. ``empty``: the robot stops."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,9 +37,14 @@ class Observation:
     """True for each bumper segment that is pressed, the front ones from left to right, then the rear
     ones; () without bumpers."""
     sonar: tuple[float, ...] = ()
-    """Ranges of the front sonar ring, metres, inf without an echo, from left to right; () without a ring."""
+    """Ranges of the sonar transducers in the order of ``slam.sonar_ring``, the front ring from left to right and then
+    the rear one, metres, inf without an echo; () without a ring."""
     people: tuple[tuple[float, float], ...] = ()
     """Positions of people after the last beam, x and y in the map frame, metres; () for none, or where nobody knows."""
+    battery: Battery | None = None
+    """None where nobody knows."""
+    fault_flags: int = 0
+    """Faults that the base reports, a bit each, of its maker's meaning; 0 for none."""
 
 
 class Robot(Protocol):

@@ -1,11 +1,13 @@
 """The boundary of the API: what is wrong is named with argument, value, place and cure; what is right is understood."""
 
 import re
+from collections.abc import Callable
+from decimal import Decimal
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hopslam
@@ -99,6 +101,44 @@ def test_a_wrong_stamp_is_named_with_its_cure(stamp: Any, message: str) -> None:
 def test_a_wrong_argument_of_slam_is_named(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(hopslam.InputError, match=message):
         hopslam.Slam(**arguments)
+
+
+ODD: tuple[Any, ...] = (
+    b"x", {}, {1: 2}, set(), [[]], object(), (i for i in range(3)), [Decimal(1)] * 101, np.full(101, 1 + 2j),
+    [10**400] * 101, np.full(101, 1e308), np.zeros((2, 2)), np.array("x"), memoryview(b"abc"), "1 2 3", len, int,
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("odd", ODD, ids=lambda odd: type(odd).__name__)
+def test_anything_odd_is_an_input_error_of_one_line(odd: Any) -> None:
+    calls: list[Callable[[], Any]] = [
+        lambda: hopslam.Slam().update(odd, ANGLES),
+        lambda: hopslam.Slam().update(RANGES, odd),
+        lambda: hopslam.Slam().update(RANGES, ANGLES, odd),
+        lambda: hopslam.Slam().update(RANGES, ANGLES, stamp=odd),
+        *(lambda name=name: hopslam.Slam(**{name: odd}) for name in ("settings", "start", "range_max", "seed")),
+        lambda: hopslam.Localizer(odd),
+    ]
+    for call in calls:
+        with pytest.raises(hopslam.InputError) as raised:
+            call()
+        assert "\n" not in str(raised.value)
+        assert len(str(raised.value)) < 250
+
+
+@given(st.integers(0, 2**31))
+@settings(max_examples=25)
+def test_no_scan_however_strange_ends_the_program(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    slam, count = hopslam.Slam(), int(random.choice([3, 10, 60]))
+    for k in range(4):
+        angles = random.choice(np.linspace(-3.0, 3.0, max(count // 2, 2)), count)
+        angles[0], angles[-1] = -3.1, 3.1
+        kinds = random.choice([1.0, 0.0, np.nan, np.inf, -np.inf], count, p=[0.7, 0.1, 0.1, 0.05, 0.05])
+        with np.errstate(invalid="ignore"):
+            ranges = random.uniform(0.0, 9.0, count) * kinds
+        pose = slam.update(ranges, angles, (0.1 * k, 0.0, 0.1 * k)).pose
+        assert np.isfinite(pose.as_array()).all()
 
 
 @given(st.permutations(range(20)), st.floats(-3.0, 3.0))

@@ -1,6 +1,8 @@
 """Runs as functions: they return what they left behind, and say what went wrong by exceptions."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -62,6 +64,7 @@ def test_a_run_replayed_is_the_same_and_scored_alike(run: hopslam.Run, tmp_path:
     with pytest.raises(KeyError, match="there are ATE, aligned"):
         scores["APE"]
     assert "<th>rmse</th>" in scores._repr_html_()
+    assert repr(scores).startswith("Evaluation(ATE, aligned 0.0")
 
 
 def test_a_score_is_the_distance_that_was_put_in(run: hopslam.Run) -> None:
@@ -143,6 +146,22 @@ def test_what_is_strange_is_a_python_warning(tmp_path: Path) -> None:
     strange = ("route.speed=0.5", "robot.limits.linear=0.4")
     with pytest.warns(UserWarning, match=r"route\.speed"):
         hopslam.run(settings=(*SHORT, *strange), out=tmp_path / "run", pictures=False)
+
+
+def test_a_script_without_a_guard_sweeps(tmp_path: Path) -> None:
+    """The workers do not run the user's script once more."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import hopslam, numpy\n"
+        "print('started', flush=True)\n"
+        f"sweep = hopslam.sweep('corridor', seeds=range(2), settings={SHORT!r}, out='sweep', jobs=1,\n"
+        "    grid={'slam.matching.floor': numpy.array([0.01])}, sample={'robot.start.y': 'uniform(-0.1, 0.1)'})\n"
+        "print(sweep.done, sweep.failed, sorted(row['seed'] for row in sweep.rows(['seed', 'status'])))\n"
+        "again = hopslam.sweep('sweep/sweep.yaml', out='sweep')\n"
+        "print(again.done, again.before, 'ate_rmse_m' in again._repr_html_())\n"
+    )
+    said = subprocess.run([sys.executable, script], cwd=tmp_path, check=True, capture_output=True, text=True).stdout
+    assert said.splitlines() == ["started", "2 0 [0, 1]", "0 2 True"]
 
 
 def test_a_robot_is_found_in_the_map_of_a_run(run: hopslam.Run, tmp_path: Path) -> None:

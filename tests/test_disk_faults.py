@@ -14,6 +14,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 from faulty_disk import FaultyDisk
 
+from slam.cli.bench import print_tables
 from slam.cli.main import main
 from slam.errors import InputError, StorageError
 from slam.files.disk import using_disk
@@ -134,6 +135,19 @@ def test_a_failing_call_is_said_and_leaves_readable_files(
         rmtree(folder)
     print(f"{name}: {len(failed)} of {len(cases)} faults failed", *failed, sep="\n")
     assert not failed
+
+
+@pytest.mark.parametrize("fault", [errno.ENOSPC, errno.EIO])
+def test_tables_of_a_benchmark_fail_as_all_else_does(tmp_path: Path, fault: int) -> None:
+    path = tmp_path / "tables.md"
+    with (
+        using_disk(FaultyDisk(0, fault, forever=True)),
+        pytest.raises(StorageError, match="cannot be written"),
+    ):
+        print_tables([], path)
+    assert not list(tmp_path.iterdir())
+    with pytest.raises(InputError, match="choose another --out FILE"):
+        print_tables([], tmp_path / "nowhere" / "tables.md")
 
 
 def require_one_line(code: int, said: list[str], is_survived: bool) -> None:

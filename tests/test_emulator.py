@@ -13,11 +13,12 @@ from hardware.arcos.model import P3DX_SH, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.arcos.sip import Sip
 from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
-from hardware.emulator.serial_line import Device, LineNoise, SerialLine
-from hardware.emulator.urg04lx import EmulatedUrg04lx
+from hardware.emulator.serial_line import ConnectedDevice, Device, LineNoise, SerialLine
+from hardware.emulator.urg04lx import TABLE1_PARAMETERS, EmulatedUrg04lx
 from hardware.scip.frames import FrameDecoder
 from hardware.scip.reply import Reply, decode_old_reply, find_reply
 from hardware.scip.scan_data import ScanData, decode_scan
+from hardware.wire.session import WireSession
 from sim.plant import SimPlant
 from slam.odometry import Twist2D
 from tests.rooms import room_plant
@@ -204,11 +205,71 @@ def test_statuses() -> None:
     assert statuses(lidar, "MD0044080001000", "MD0100004401000", "MDxx") == ["04", "05", "0C"]
     wrong = "MDxx44072501000", "GD00440x2501", "MS004407250x000", "MD004407250100x", "MD00440725010x0"
     assert statuses(lidar, *wrong) == ["01", "02", "03", "07", "07"]
-    assert statuses(lidar, "SS115200", "SS115200", "SS000001", "CR00", "HS0") == ["00", "03", "02", "03", "00"]
+    assert statuses(lidar, "SS115200", "SS115200", "SS000001", "SSx15200") == ["00", "03", "02", "01"]
+    assert statuses(lidar, "SS038400") == ["04"]  # p. 4: not with a URG-04LX
     assert lidar.baud == 115200
+    assert statuses(lidar, "CR00", "CR05", "CR50", "CRxx", "CR99") == ["03", "04", "02", "01", "00"]
+    assert statuses(lidar, "HS0", "HS1", "HS2") == ["03", "03", "01"]  # p. 18: from firmware 3.2.00 on
+    assert statuses(lidar, "GE0044072501", "ME0044072501000", "RB", "DB10", "QTx", "SS1152") == ["0E"] * 5 + ["0C"]
+    assert statuses(lidar, f"VV;{'x' * 16}", f"VV;{'x' * 17}", "VV;a-b", "VV;") == ["00", "0G", "0H", "00"]
+    assert statuses(lidar, "TM5", "TMx") == ["01", "01"]
     assert statuses(lidar, "TM1", "TM0", "QT", "TM1", "TM2", "TM2") == ["04", "00", "0E", "00", "00", "03"]
     assert statuses(lidar, "RS", "VV", "PP", "II") == ["00"] * 4
     assert lidar.baud == 19200
+
+
+def test_a_reboot_ends_everything_and_is_over_after_a_while() -> None:
+    lidar = awake()
+    answers(lidar, "TM0")
+    lidar.reboot(lidar.due)
+    assert lidar.receive(b"QT\n", lidar.due) + run(lidar, 0.5) == b""
+    run(lidar, 0.6)
+    lidar.receive(b"QT\n", lidar.due)
+    (lines,) = FrameDecoder().feed(run(lidar, 0.1))
+    assert decode_old_reply(lines).status == "E"  # SCIP 1.1 again
+    assert not lidar.laser
+
+
+def test_the_lidar_of_table_1_has_its_own_beams() -> None:
+    lidar = EmulatedUrg04lx(plant(), parameters=TABLE1_PARAMETERS)
+    answers(lidar, "SCIP2.0")
+    (reply,) = answers(lidar, "PP")
+    assert {b"ARES:192;", b"AMIN:0;", b"AMAX:127;", b"AFRT:64;", b"DMAX:4000;"} <= set(reply.lines)
+    assert statuses(lidar, "MD0000020001000") == ["04"]
+    (scan, *_) = scans(lidar, "MD0000012701000", 0.5)
+    bearings = (np.arange(128) - 64) * 2 * np.pi / 192
+    assert scan.ranges == pytest.approx(np.round(plant().ranges(bearings), 3), abs=6e-4)
+
+
+def test_a_reply_is_never_cut_when_its_reader_stalls() -> None:
+    class Narrow:
+        """A port with room for a few bytes at a time."""
+
+        address, room, got = "narrow", 0, b""
+
+        def filenos(self) -> list[int]:
+            return [0]
+
+        def write(self, data: bytes) -> int:
+            taken = data[: self.room]
+            self.got += taken
+            self.room -= len(taken)
+            return len(taken)
+
+    port = Narrow()
+    lidar = awake()
+    answers(lidar, "MD0044072501000")
+    device = ConnectedDevice(lidar, port, False, 0, LineNoise(), WireSession())  # type: ignore[arg-type]
+    for k in range(600):
+        device.step()
+        port.room = 0 if k < 300 else 777
+        device.flush(lidar.due)
+    for _ in range(100):
+        port.room = 777
+        device.flush(lidar.due)
+    replies = [find_reply(lines) for lines in FrameDecoder().feed(port.got)]
+    assert len(replies) > 20
+    assert all(reply is not None and len(decode_scan(reply).ranges) == 682 for reply in replies)
 
 
 def scans(lidar: EmulatedUrg04lx, command: str, seconds: float) -> list[ScanData]:
@@ -247,7 +308,9 @@ def test_clusters_give_the_least_range() -> None:
     lidar = awake()
     answers(lidar, "BM", 0.3)
     single, triple = scans(lidar, "GD0044072501", 0.1)[0], scans(lidar, "GD0044072503", 0.1)[0]
+    assert len(triple.ranges) == 228  # of 682 steps: the last value stands for one
     assert triple.ranges[:227] == pytest.approx(single.ranges[:681].reshape(-1, 3).min(axis=1))
+    assert triple.ranges[227] == single.ranges[681]
 
 
 def test_beams_see_what_is_there_when_they_fire() -> None:
@@ -271,7 +334,7 @@ def test_a_line_takes_its_time() -> None:
     arrived = [b"".join(chunk for chunk, _ in line.take_arrived(now)) for now in (0.05, 0.1001)]
     assert [len(data) for data in arrived] == [48, 48]
     line.send(bytes(96), 1.0, None)
-    assert line.take_arrived(1.0) == [(bytes(96), None)]
+    assert list(line.take_arrived(1.0)) == [(bytes(96), None)]
     for _ in range(1000):
         line.send(bytes(1000), 2.0, 9600)
     assert sum(len(chunk) for chunk, _ in line.take_arrived(1e9)) <= 16_384
@@ -294,6 +357,8 @@ def test_noise_damages_about_as_many_bytes_as_it_says() -> None:
         ["RS", "SCIP2.0", "VV", "PP", "MD0044072503000"],  # AriaCoda
         ["SCIP2.0", "VV", "VV", "PP", "II", "TM0", "TM1", "TM1", "TM2", "BM", "CR00", "VV", "MS0044072501000"],
         ["SCIP2.0", "TM2", "RS", "RS", "VV", "MD0044072501000"],  # hokuyo_node
+        ["SCIP2.0", "QT", "QT", "VV", "PP", "QT", "BM", "QT", "MD0044072501000"],  # BreezyLidar
+        ["SCIP2.0", "TM0", "QT", "TM2", "QT", "PP", "MD0044072501000"],  # urg_library, after a client left in time mode
     ],
 )
 def test_the_ways_in_which_other_software_begins(commands: list[str]) -> None:

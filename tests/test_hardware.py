@@ -245,7 +245,8 @@ def test_a_port_says_when_it_is_lost_and_is_nobody_elses() -> None:
 def test_an_emulator_that_is_not_a_robot_is_named(tmp_path: Path) -> None:
     """Two ports mixed up: the lidar's driver finds no lidar, and says where."""
     with Emulator(plant(), TcpPort(), TcpPort(), paced=False) as emulator:
-        wrong = load_scenario("corridor", [f"hardware.lidar_port={emulator.robot.port.address}"])
+        swapped = [f"robot_port={emulator.lidar.port.address}", f"lidar_port={emulator.robot.port.address}"]
+        wrong = load_scenario("corridor", [f"hardware.{setting}" for setting in swapped])
         with pytest.raises(RobotError, match="no SCIP sensor answers"):
             HardwareRobot(wrong).__enter__()
 

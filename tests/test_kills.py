@@ -4,22 +4,30 @@ import os
 import random
 import signal
 import sys
-import time
 from collections import Counter
 from pathlib import Path
 from shutil import copytree, rmtree
+from time import perf_counter, sleep
 
 import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+from killed_commands import children_of, end, is_running, logged_stamps, result_of, start
 
 from slam.cli.main import main
 from slam.errors import InputError
 from slam.run.experiment_setup import replay_experiment
 from slam.scenario.file import load_scenario
+from slam.sweep.folder import Folder
+from slam.sweep.result_store import ResultStore
 
 MOMENTS = 20
-SCANS = 12
+SCANS = 60
+LOST = 1.0
+"""Seconds of a killed run that may be lost."""
+SWEEP = "sweep run corridor --set duration=1 --seeds 0:3 --jobs 2 --out {here}/sweep"
 KILLED = {
-    "run": "run corridor --set duration=2 --out {here}/run",
+    "run": "run corridor --set duration=8 --out {here}/run",
     "replay": "replay {small}/small.log --out {here}/run",
     "localize": "localize {small}/small.log --map {small}/run/map.json --out {here}/run",
     "optimize": "optimize {here}/run",
@@ -27,8 +35,8 @@ KILLED = {
     "report": "report {here}/run",
     "animate": "animate {here}/run --seconds 1 --width 200",
 }
-CHANGING = ("optimize", "repair", "report", "animate")
-"""Commands of a run that is there already."""
+GROWING = ("run", "replay", "localize")
+"""Commands that write a log scan by scan."""
 AFTERWARDS = {
     "report": "report {here}/run --out {here}/after.html",
     "export": "export {here}/run --to csv --out {here}/after.csv --force",
@@ -51,81 +59,114 @@ def small(tmp_path_factory: pytest.TempPathFactory, lap_log: Path) -> Path:
     return folder
 
 
-def start(words: list[str]) -> int:
-    """Run a command in a child process, which has imported all that it needs; its number."""
-    child = os.fork()
-    if child:
-        return child
-    try:
-        nowhere = os.open(os.devnull, os.O_RDWR)
-        for stream in (1, 2):
-            os.dup2(nowhere, stream)
-        sys.argv = ["hopslam", *words]
+@pytest.fixture
+def moments(pytestconfig: pytest.Config) -> int:
+    """Number of random moments at which a command is killed."""
+    if not pytestconfig.getoption("--all-faults"):
+        pytest.skip("takes minutes; make test-all runs it")
+    return MOMENTS
+
+
+def call(command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
+    """Exit code of a command in this process, and its lines on standard error that are no warnings."""
+    monkeypatch.setattr(sys, "argv", ["hopslam", *command.split()])
+    with pytest.raises(SystemExit) as left:
         main()
-    finally:
-        os._exit(0)
+    said = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("hopslam: warning: ")]
+    return int(left.value.code or 0), said
 
 
-def kill_at(words: list[str], seconds: float) -> None:
-    child = start(words)
-    time.sleep(seconds)
-    os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
+def prepared(name: str, folder: Path, small: Path) -> list[str]:
+    """A new folder for a command, and its words."""
+    folder.mkdir()
+    if name not in GROWING:
+        copytree(small / "run", folder / "run")
+    return KILLED[name].format(here=folder, small=small).split()
 
 
-def seconds_of(words: list[str]) -> float:
-    began = time.perf_counter()
-    os.waitpid(start(words), 0)
-    return time.perf_counter() - began
+def seconds_of(name: str, folder: Path, small: Path) -> float:
+    """Duration of a command that is left alone; of one that writes a log, from its first scan."""
+    started = start(prepared(name, folder, small))
+    while name in GROWING and not (folder / "run" / "log.mcap").is_file() and is_running(started.child):
+        sleep(0.001)
+    began = perf_counter()
+    assert result_of(started) == 0
+    return perf_counter() - began
+
+
+def require_usable(name: str, codes: dict[str, int], folder: Path) -> None:
+    """Whatever was made once is there; a repaired run is whole."""
+    if not codes["repair"]:
+        assert not codes["report again"]
+        assert not codes["export again"]
+        assert (folder / "run" / "metrics.json").is_file()
+        assert not list(folder.rglob(".draft-*"))
+        assert not list(folder.rglob(".ready"))
+    if name not in GROWING:
+        assert not any(codes.values()), codes
 
 
 @pytest.mark.parametrize("name", KILLED)
 def test_commands_work_on_what_a_killed_one_leaves(
     name: str,
+    moments: int,
     small: Path,
     tmp_path: Path,
-    pytestconfig: pytest.Config,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    if not pytestconfig.getoption("--all-faults"):
-        pytest.skip("takes minutes; make test-all runs it")
-
-    def prepared(folder: Path, command: str) -> list[str]:
-        folder.mkdir()
-        if name in CHANGING:
-            copytree(small / "run", folder / "run")
-        return command.format(here=folder, small=small).split()
-
-    def call(folder: Path, command: str) -> tuple[int, list[str]]:
-        monkeypatch.setattr(sys, "argv", ["hopslam", *command.format(here=folder).split()])
-        with pytest.raises(SystemExit) as left:
-            main()
-        said = [line for line in capsys.readouterr().err.splitlines() if not line.startswith("hopslam: warning: ")]
-        return int(left.value.code or 0), said
-
-    whole = seconds_of(prepared(tmp_path / "whole", KILLED[name]))
-    chance, table = random.Random(name), Counter[str]()
-    for moment in range(MOMENTS):
+    whole = seconds_of(name, tmp_path / "whole", small)
+    chance, table, lost = random.Random(name), Counter[str](), [0.0]
+    for moment in range(moments):
         folder = tmp_path / f"{moment}"
-        kill_at(prepared(folder, KILLED[name]), chance.uniform(0.0, whole))
+        log = folder / "run" / "log.mcap"
+        begun = log if name in GROWING and moment % 5 else None  # each fifth: at any moment from its start
+        seen = end(start(prepared(name, folder, small)), chance.uniform(0.0, whole), begun)
+        if seen:
+            lost.append(seen[-1] - max([seen[0] - 0.1, *logged_stamps(log)]))
+            assert lost[-1] <= LOST
         codes = {}
         for after, command in AFTERWARDS.items():
-            code, said = call(folder, command)
+            code, said = call(command.format(here=folder), monkeypatch, capsys)
             assert len(said) == (code != 0), (after, code, said)
             assert code in (0, InputError.exit_code), (after, code, said)
             codes[after] = code
             table[f"{after}: {said[0].replace(str(folder), '') if code else 'works'}"] += 1
-        if not codes["repair"]:
-            assert not codes["report again"]
-            assert not codes["export again"]
-            assert (folder / "run" / "metrics.json").is_file()
-            assert not list(folder.rglob(".draft-*"))
-        if name in CHANGING:
+        if seen and len(seen) > LOST / 0.1:
             assert not any(codes.values()), codes
+        require_usable(name, codes, folder)
         rmtree(folder)
-    print(
-        f"\n{name}, killed {MOMENTS} times within {whole:.1f} s",
-        *sorted(f"{n:4} {what}" for what, n in table.items()),
-        sep="\n",
-    )
+    print(f"\n{name}, killed {moments} times within {whole:.1f} s; at most {max(lost):.1f} s of scans lost")
+    print(*sorted(f"{n:4} {what}" for what, n in table.items()), sep="\n")
+
+
+@pytest.mark.parametrize("whom", ["worker", "driver"])
+def test_a_sweep_ends_whole_whatever_of_it_is_killed(
+    whom: str, moments: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chance, table = random.Random(whom), Counter[str]()
+    began = perf_counter()
+    assert result_of(start(SWEEP.format(here=tmp_path / "whole").split())) == 0
+    whole = perf_counter() - began
+    for moment in range(moments):
+        here = tmp_path / f"{moment}"
+        started = start(SWEEP.format(here=here).split())
+        sleep(chance.uniform(0.0, whole))
+        if whom == "driver":
+            end(started, 0.0)
+        else:
+            workers = children_of(started.child) if is_running(started.child) else []
+            if workers:
+                os.kill(chance.choice(workers), signal.SIGKILL)
+            assert result_of(started) == 0
+            table[f"{'a worker' if workers else 'nobody'} was there"] += 1
+        code, said = call(SWEEP.format(here=here), monkeypatch, capsys)
+        assert (code, said) == (0, [])
+        rows = list(ResultStore(Folder(str(here / "sweep"))).rows())
+        assert [row["status"] for row in rows] == ["done"] * 3
+        assert not list(here.rglob(".draft-*"))
+        for row in rows:
+            assert call(f"report {here}/sweep/runs/{row['id']}", monkeypatch, capsys) == (0, [])
+        assert call(f"sweep report {here}/sweep", monkeypatch, capsys) == (0, [])
+        rmtree(here)
+    print(f"\nsweep, its {whom} killed {moments} times within {whole:.1f} s", *table.items(), sep="\n")

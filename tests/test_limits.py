@@ -2,6 +2,7 @@
 
 import bz2
 import gzip
+import shutil
 import struct
 import tracemalloc
 from dataclasses import replace
@@ -15,20 +16,23 @@ from mcap.writer import CompressionType, Writer
 from PIL import Image
 
 from slam.errors import InputError, LogError, ScenarioError
-from slam.files import unpacking
+from slam.files import tum, unpacking
 from slam.files.json_files import read_json
 from slam.files.logs import read_log, read_statistics
 from slam.files.logs.outliers import outliers
 from slam.files.ros.encoder import Encoder
 from slam.files.ros.mcap_files import McapWriter
+from slam.files.tum import read_tum
 from slam.files.unpacking import TooMuch, Unpacker
 from slam.limits import BEAMS, CHUNK, FROM_START, LIMITS, MAP_CELLS, PIXELS, SCANS, YAML_DEPTH, YAML_NODES, Limit, table
 from slam.mapping.surfel_grid import empty_grid, with_room
+from slam.run.results import step_table
+from slam.run.results.run_record import RunRecord
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
 from slam.scenario.settings import parse_setting
 from slam.sweep.make_plan import make_plan
-from tests.fuzz_seeds import MAGIC, READERS, messages, record
+from tests.fuzz_seeds import MAGIC, READERS, messages, record, run_folder
 
 PAGE = Path(__file__).parents[1] / "docs/limits.md"
 MANY = 66 << 20
@@ -238,6 +242,19 @@ def test_a_log_of_too_many_scans_is_read_up_to_the_limit(
     log = read_log(tmp_path / "seeds" / reader.files(reader.make(tmp_path / "seeds"))[0])
     assert len(log) == 1
     assert "it is read no further: 2 scans a log, over the limit of 1: " in log.report
+
+
+def test_a_run_of_too_many_scans_is_read_up_to_the_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in (tum, step_table):
+        monkeypatch.setattr(module, "SCANS", replace(SCANS, most=2))
+    run_folder(tmp_path)
+    shutil.copy(tmp_path / "run" / "trajectory.tum", tmp_path / "run" / "closed.tum")
+    record = RunRecord.open(tmp_path / "run")
+    assert len(record.traces.stamps) == 2
+    assert [damage.split(": ")[1] for damage in record.damage] == ["line 3", "line 3", "line 4", "line 3"]
+    assert all("3 scans a log, over the limit of 2: " in damage for damage in record.damage)
+    with pytest.raises(InputError, match=r"closed\.tum: line 3: 3 scans a log, over the limit"):
+        read_tum(tmp_path / "run" / "closed.tum")
 
 
 def test_messages_are_what_the_seeds_say() -> None:

@@ -28,6 +28,8 @@ from slam.run.results.run_record import RunRecord
 from slam.run.results.traces import Traces
 from slam.scan import LaserScan
 from slam.scenario.file import load_scenario
+from slam.sweep.make_plan import make_plan
+from slam.sweep.run_job import run_job
 
 ENCODER = Encoder()
 SCANS, EPOCH, STEP = 40, 1_700_000_000.0, 2.0 * pi / 120
@@ -538,7 +540,7 @@ def test_a_run_of_varying_beams_replays_to_the_bit(varying_run: Path, tmp_path: 
     assert (folder / "trajectory.tum").read_bytes() == (varying_run / "trajectory.tum").read_bytes()
 
 
-@pytest.mark.parametrize("command", ["replay", "lines"])
+@pytest.mark.parametrize("command", ["replay", "lines", "localize"])
 def test_a_command_fails_on_a_log_that_is_mostly_lost(
     tmp_path: Path, command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -547,9 +549,13 @@ def test_a_command_fails_on_a_log_that_is_mostly_lost(
     words = {
         "replay": ["replay", str(path), "--out", "run"],
         "lines": ["lines", str(path)],
+        "localize": ["localize", str(path), "--map", "map/map.json", "--out", "run"],
     }[command]
     codes = []
     monkeypatch.chdir(tmp_path)
+    if command == "localize":
+        write_mcap(tmp_path / "whole.mcap", [mount(), *scans(), *odometry()])
+        replay_experiment(tmp_path / "whole.mcap", load_scenario("replay")).run(tmp_path / "map", pictures=False)
     for lenient in ([], ["--lenient"]):
         rmtree("run", ignore_errors=True)
         monkeypatch.setattr("sys.argv", ["hopslam", *words, *lenient])
@@ -558,3 +564,17 @@ def test_a_command_fails_on_a_log_that_is_mostly_lost(
         codes.append(left.value.code)
         assert "warning: 24 of 40 scans of the log, 60%, could not be used" in capsys.readouterr().err
     assert codes == [4, 0]
+
+
+def test_a_run_of_a_sweep_fails_on_a_log_that_is_mostly_lost(tmp_path: Path) -> None:
+    write_mcap(tmp_path / "broken.mcap", [mount(), *broken(6), *odometry()])
+    write_mcap(tmp_path / "whole.mcap", [mount(), *broken(3), *odometry()])
+    logs = [str(tmp_path / name) for name in ("broken.mcap", "whole.mcap")]
+    plan = make_plan(logs, {"modes": ["dead_reckoning"]})
+    lost, whole = (run_job(job, str(tmp_path / "runs"), pictures=False) for job in plan.jobs())
+    assert lost is not None
+    assert whole is not None
+    assert (lost["status"], whole["status"]) == ("failed", "done")
+    assert "24 of 40 scans of the log, 60%, could not be used" in lost["error"]
+    assert lost["error"].endswith("mend the log, or leave it out of the sweep")
+    assert [path.name for path in (tmp_path / "runs").iterdir()] == [whole["id"]]

@@ -1,11 +1,13 @@
 """Key scans matched to the whole map."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from slam.config import LeastSquaresConfig, SurfelMapConfig
 from slam.graph.key_scan import KeyScan
-from slam.graph.map_tracking import MapTracking
+from slam.graph.map_tracking import MOST_WAITING, MapTracking
 from slam.graph.single_poses import between, composed
 from slam.lidars import Lidar
 from slam.mapping.surfel_map import SurfelMap
@@ -44,7 +46,8 @@ def map_of_room() -> SurfelMap:
 def tracked(drift: FloatArray, surfel_map: SurfelMap, T_map_local: FloatArray = ORIGIN) -> FloatArray:
     """Where the laser lies in the map (3,) after a drift (3,) since the key scan before."""
     key = key_at(between(T_map_local, T_MAP_LASER + drift))
-    found = MapTracking(LeastSquaresConfig()).T_map_local(key, T_map_local, surfel_map.grid)
+    found, known = MapTracking(LeastSquaresConfig(), SurfelMapConfig()).follow(key, T_map_local, surfel_map.grid)
+    assert known == [key]
     return composed(found, key.T_local_laser)
 
 
@@ -71,3 +74,41 @@ def test_an_empty_map_says_nothing() -> None:
 def test_a_scan_that_disagrees_says_nothing() -> None:
     far = np.array([0.9, 0.7, 0.0])
     assert tracked(far, map_of_room()) == pytest.approx(T_MAP_LASER + far, abs=1e-12)
+
+
+def broken_key(T_local_laser: FloatArray) -> KeyScan:
+    """``key_at``, of a scan that did not fit what came before."""
+    return replace(key_at(T_local_laser), broken=True, index=9)
+
+
+@pytest.mark.parametrize("drift", [(0.9, 0.7, 0.0), (-0.8, 0.4, 0.5), (1.2, 0.0, -0.4)])
+def test_after_a_break_the_place_is_searched_for(drift: tuple[float, float, float]) -> None:
+    key = broken_key(T_MAP_LASER + np.array(drift))
+    tracking = MapTracking(LeastSquaresConfig(), SurfelMapConfig())
+    found, known = tracking.follow(key, ORIGIN, map_of_room().grid)
+    assert composed(found, key.T_local_laser) == pytest.approx(T_MAP_LASER, abs=0.01)
+    assert known == [key]
+
+
+def test_a_broken_scan_waits_where_no_map_is() -> None:
+    tracking, empty = MapTracking(LeastSquaresConfig(), SurfelMapConfig()), SurfelMap(SurfelMapConfig())
+    off = T_MAP_LASER + np.array([0.5, 0.0, 0.2])
+    first, second = broken_key(off), key_at(off)
+    assert tracking.follow(first, ORIGIN, empty.grid)[1] == []
+    found, known = tracking.follow(second, ORIGIN, map_of_room().grid)
+    assert composed(found, off) == pytest.approx(T_MAP_LASER, abs=0.01)
+    assert known == [first, second]
+
+
+def test_scans_of_an_unknown_place_wait_for_a_while() -> None:
+    tracking, empty = MapTracking(LeastSquaresConfig(), SurfelMapConfig()), SurfelMap(SurfelMapConfig())
+    keys = [broken_key(T_MAP_LASER), *(key_at(T_MAP_LASER) for _ in range(MOST_WAITING))]
+    known = [tracking.follow(key, ORIGIN, empty.grid)[1] for key in keys]
+    assert [len(of_key) for of_key in known] == [*[0] * (MOST_WAITING - 1), MOST_WAITING, 1]
+
+
+def test_a_second_break_forgets_who_waited() -> None:
+    tracking, empty = MapTracking(LeastSquaresConfig(), SurfelMapConfig()), SurfelMap(SurfelMapConfig())
+    tracking.follow(broken_key(T_MAP_LASER), ORIGIN, empty.grid)
+    last = broken_key(T_MAP_LASER)
+    assert tracking.follow(last, ORIGIN, map_of_room().grid)[1] == [last]

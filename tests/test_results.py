@@ -74,7 +74,7 @@ def write_run(folder: Path) -> None:
     for name, seed, noise in (("trajectory", 1, 0.05), ("odometry", 2, 0.2), ("groundtruth", 3, 0.0)):
         lines = [format_tum(0.1 * k, pose) + "\n" for k, pose in enumerate(random_walk(seed, noise))]
         (folder / f"{name}.tum").write_text("".join(lines))
-    row = "0.0,1,7,1,100,3,0.1,2.5,0.5,0.0,0,,,,,,,0,0,0,0,-1\n"
+    row = "0.0,1,7,1,100,3,0.1,2.5,0.5,0.0,0,,,,,,,0,0,0,0,-1,0,,0,\n"
     (folder / "steps.csv").write_text(",".join(STEP_COLUMNS) + "\n" + 50 * row)
 
 
@@ -126,10 +126,14 @@ def test_the_work_is_that_of_the_scans_that_were_mapped(tmp_path: Path) -> None:
             0,
             0,
             k if k > 46 else -1,
+            0,
+            "",
+            0,
+            "",
         )
         for k in range(49)
     ]
-    rows = [*mapped, (49, 0, 0, 0, 150, 0, 1000, 1000, 0.5, 0.0, 0, *6 * [""], 1, 0, 0, 0, -1)]
+    rows = [*mapped, (49, 0, 0, 0, 150, 0, 1000, 1000, 0.5, 0.0, 0, *6 * [""], 1, 0, 0, 0, -1, 0, "", 0, "")]
     text = "".join(",".join(map(str, row)) + "\n" for row in rows)
     (tmp_path / "steps.csv").write_text(",".join(STEP_COLUMNS) + "\n" + text)
     known = {

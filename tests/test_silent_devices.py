@@ -30,7 +30,7 @@ class Clumsy:
         self.failures: list[Exception] = [ZeroDivisionError("in a codec"), PortLost("unplugged"), KeyError("again")]
         self.connections = self.losses = 0
         self.well = threading.Event()
-        self.thread = DeviceThread("lidar", self.serve, self.lose, self.connect)
+        self.thread = DeviceThread("lidar", self.serve, self.lose, self.connect, threading.Event())
 
     def serve(self) -> None:
         if self.failures:
@@ -92,12 +92,17 @@ def test_a_pause_inside_an_answer_loses_nothing_on_a_network() -> None:
 
 
 def test_a_program_told_to_end_does_not_wait_for_a_silent_device() -> None:
-    port = PtyPort()
+    ports = PtyPort(), PtyPort()
+    settings = [f"hardware.lidar_port={ports[0].address}", f"hardware.robot_port={ports[1].address}"]
     before = signal.signal(signal.SIGTERM, lambda *_: None)  # as in a run, which ends after the step
-    threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGTERM]).start()
+    ending = threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGTERM])
     try:
+        robot = HardwareRobot(load_scenario("corridor", settings))
+        ending.start()
         with pytest.raises(RobotError, match="given up: the program got SIGTERM"):
-            HardwareRobot(load_scenario("corridor", [f"hardware.lidar_port={port.address}"])).__enter__()
+            robot.__enter__()
     finally:
+        ending.join()
         signal.signal(signal.SIGTERM, before)
-        port.close()
+        for port in ports:
+            port.close()

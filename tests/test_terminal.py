@@ -22,8 +22,8 @@ from slam.console.terminal_table import TerminalTable
 from slam.errors import InputError
 from slam.run.run_and_report import summary_tables
 from slam.run.watchers import RunProgress
+from slam.sweep.launch import Sweep
 from slam.sweep.report.write import write_report
-from slam.sweep.sweep import SweepOutcome
 
 ROOT = Path(__file__).parents[1]
 WILD = "[/x] [m] [bold]b[/bold] :smile: [link=a]"
@@ -142,6 +142,15 @@ def test_a_difference_is_a_share_or_a_factor(value: object, first: object, text:
     assert _cells([first, value])[1] == text
 
 
+def test_a_quiet_console_shows_nothing_that_moves(capsys: pytest.CaptureFixture[str]) -> None:
+    console = Terminal(quiet=True, force_jupyter=True)  # in a notebook, where rich shows widgets
+    with console.waiting("for it"), console.progress() as bar:
+        bar.advance(bar.add_task("it", total=1.0))
+    with pytest.warns(UserWarning, match="strange"):
+        console.warn("strange")
+    assert capsys.readouterr() == ("", "")
+
+
 def command_in(text: str) -> list[str]:
     """The words that a shell makes of the command at the end of a message."""
     return shlex.split("hopslam" + text.strip().rpartition("hopslam")[2])
@@ -152,6 +161,6 @@ def test_a_printed_command_can_be_pasted(tmp_path: Path, monkeypatch: pytest.Mon
     with pytest.raises(InputError) as raised:
         write_report(out)
     assert command_in(str(raised.value)) == ["hopslam", "sweep", "SCENARIO", "--out", out]
-    monkeypatch.setattr("slam.sweep.sweep.run_sweep", lambda *_: SweepOutcome(1, 0, 0, False))
+    monkeypatch.setattr("slam.sweep.launch.sweep", lambda *_, **given: Sweep(given["out"], done=1))
     done = CliRunner().invoke(app, ["sweep", "paper_simulation", "--out", out])
     assert command_in(done.output) == ["hopslam", "sweep", "report", out]

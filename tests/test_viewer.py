@@ -31,7 +31,7 @@ from slam.run.step import Step
 from slam.run.viewer.broadcast import Broadcast
 from slam.run.viewer.live_run import ODOMETRY_ONLY, EventDetector, RunViewer, coloured, frame_of
 from slam.run.viewer.palette import NO_SEGMENT, wall_colours
-from slam.run.viewer.scene import PLOTS, Scene
+from slam.run.viewer.scene import Scene
 from slam.run.viewer.viewers import NO_DISPLAY, Target, Viewers, parse_target, parse_targets
 from slam.scan import LaserScan
 
@@ -40,7 +40,7 @@ SCENE = Scene(Pose2D(0.1, 0.0, 0.0), outlines=(np.array([[-2.0, -2.0], [2.0, -2.
 ENTITIES = {
     "/map/walls", "/map/robot", "/map/robot/body", "/map/scan", "/map/segments", "/map/points", "/map/lines",
     "/map/trajectory/slam", "/map/trajectory/odometry", "/map/trajectory/truth", "/events",
-    *(f"/plots/{name}" for name in PLOTS),
+    *(f"/plots/{name}" for name in SCENE.plots),
 }  # fmt: skip
 
 

@@ -11,11 +11,15 @@ from hardware import DecodeError
 
 
 class CommandId(IntEnum):
-    """The commands in use (ArCommands.h). Before OPEN, a closed robot takes 0, 1 and 2 for SYNC0, SYNC1 and SYNC2."""
+    """The commands (Pioneer 3 Operations Manual, p. 28 to 30; ArCommands.h).
+
+    A closed robot takes 0, 1 and 2 for SYNC0, SYNC1 and SYNC2.
+    """
 
     PULSE = 0
     OPEN = 1
     CLOSE = 2
+    POLLING = 3
     ENABLE = 4
     SETA = 5
     SETV = 6
@@ -27,20 +31,57 @@ class CommandId(IntEnum):
     HEAD = 12
     DHEAD = 13
     SAY = 15
+    JOYREQUEST = 17
     CONFIG = 18
     ENCODER = 19
     RVEL = 21
+    DCHEAD = 22
     SETRA = 23
     SONAR = 28
     STOP = 29
     DIGOUT = 30
     VEL2 = 32
+    GRIPPER = 33
+    ADSEL = 35
+    GRIPPERVAL = 36
+    GRIPREQUEST = 37
+    GYROCALCW = 38
+    GYROCALCCW = 39
     IOREQUEST = 40
+    TTY2 = 42
+    GETAUX = 43
     BUMPSTALL = 44
+    TCM2 = 45
+    JOYDRIVE = 47
+    SONARCYCLE = 48
     HOSTBAUD = 50
+    AUX1BAUD = 51
+    AUX2BAUD = 52
+    AUX3BAUD = 53
     E_STOP = 55
-    E_STALL = 57
+    E_STALL = 56
+    E_STOP_OLD = 57
+    GYROREQUEST = 58
+    LCDWRITE = 59
+    TTY4 = 60
+    GETAUX3 = 61
     BATTERYINFO = 62
+    TTY3 = 66
+    GETAUX2 = 67
+    CHARGE = 68
+    ROTKP = 82
+    ROTKV = 83
+    ROTKI = 84
+    TRANSKP = 85
+    TRANSKV = 86
+    TRANSKI = 87
+    REVCOUNT = 88
+    DRIFTFACTOR = 89
+    SOUNDTOG = 92
+    TICKSMM = 93
+    BATTEST = 250
+    RESET = 253
+    MAINTENANCE = 255
 
 
 _IN_MILLIMETRES: Final[tuple[int, ...]] = (CommandId.SETA, CommandId.SETV, CommandId.MOVE, CommandId.VEL)

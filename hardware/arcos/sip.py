@@ -5,6 +5,7 @@ Layout: ArRobot::processMotorPacket and the functions after it, AriaCoda.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import radians
 from typing import Any, Final
@@ -68,6 +69,11 @@ class Sip:
     def stalled(self) -> bool:
         """True while a wheel cannot turn as it should."""
         return bool((self.left_contacts | self.right_contacts) & 1)
+
+    @property
+    def volts(self) -> float:
+        """Voltage of the battery, as finely as the robot says it."""
+        return self.battery if self.fine_battery is None else self.fine_battery
 
     @property
     def front_bumpers(self) -> int:
@@ -148,6 +154,7 @@ def is_standing(data: bytes) -> bool:
     return data[0] == _STOPPED
 
 
-def flags(motors_enabled: bool, e_stop: bool) -> int:
-    """Return the flags of a SIP."""
-    return _MOTORS_ENABLED * motors_enabled | _E_STOP * e_stop
+def flags(motors_enabled: bool, e_stop: bool, sonar_arrays: Iterable[int] = ()) -> int:
+    """Return the flags of a SIP; ``sonar_arrays`` are the numbers, 1 to 4, of those that are on."""
+    arrays = sum(1 << number for number in sonar_arrays)
+    return _MOTORS_ENABLED * motors_enabled | _E_STOP * e_stop | arrays

@@ -12,11 +12,16 @@ Share = Annotated[float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="S
 
 def emulate(
     scenario: ScenarioName = "corridor",
-    link_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="Links p3dx and urg04lx are made there.")] = None,
+    link_dir: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Links p3dx and urg04lx, or ld19, are made there.")
+    ] = None,
     tcp: Annotated[bool, typer.Option("--tcp", help="TCP ports on the loopback interface instead.")] = False,
     fault: Annotated[
         list[str] | None,
-        typer.Option(metavar="DEVICE:KIND@AT+SECONDS", help="robot or lidar: unplug, stall, e-stop, motors-off, dead."),
+        typer.Option(
+            metavar="DEVICE:KIND@AT+SECONDS",
+            help="robot or lidar: unplug, stall, e-stop, motors-off, battery-low, battery-empty, dead, reboot.",
+        ),
     ] = None,
     bit_errors: Share = 0.0,
     dropped: Share = 0.0,
@@ -31,7 +36,7 @@ def emulate(
     settings: Settings = None,
     rerun: Rerun = None,
 ) -> None:
-    """Emulate a P3-DX and a URG-04LX, for any ARCOS or SCIP software.
+    """Emulate a P3-DX and its lidar, a URG-04LX or an LD19, for any software that speaks to such devices.
 
     The scenario's world moves them in real time. One line of JSON has their addresses once they are ready; they run
     until Ctrl-C.
@@ -44,6 +49,8 @@ def emulate(
 
     hopslam emulate office_loop --link-dir /tmp/robot --rerun serve
 
+    hopslam emulate corridor --set lidar.model=ld19
+
     hopslam emulate corridor --tcp --fault lidar:unplug@10+5 --fault robot:e-stop@20+3
 
     hopslam run corridor --backend hardware --yes --set hardware.robot_port=/tmp/robot/p3dx --set
@@ -51,6 +58,7 @@ def emulate(
     """
     from contextlib import ExitStack
 
+    from hardware.emulator.emulator import emulated_lidar
     from hardware.emulator.serial_line import LineNoise
     from hardware.emulator.serve import EmulatorView, emulator_scene, serve
     from hardware.wire.session import WireSession
@@ -61,6 +69,7 @@ def emulate(
 
     noise = LineNoise(bit_errors, dropped, duplicated)
     loaded = read_scenario(scenario, settings or [])
+    lidar = emulated_lidar(loaded)
     emulated_plant = make_plant(plant, loaded)
     with ExitStack() as stack:
         wire = stack.enter_context(WireSession(record_wire))
@@ -70,4 +79,4 @@ def emulate(
             broadcast = viewers.open(scene)
             assert broadcast is not None  # there are targets
             show = EmulatorView(stack.enter_context(broadcast), scene).show
-        serve(emulated_plant, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog, show, wire)
+        serve(emulated_plant, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog, show, wire, lidar)

@@ -16,16 +16,23 @@ from hardware.arcos.config_packet import ArcosConfig
 from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort
-from hardware.emulator.serial_line import ConnectedDevice, LineNoise
+from hardware.emulator.serial_line import ConnectedDevice, EmulatedLidar, LineNoise
 from hardware.emulator.urg04lx import EmulatedUrg04lx
+from hardware.lidars.models import LIDAR_DEVICES, lidar_emulator
 from hardware.wire.session import WireSession
 from slam.closing import Closing
 from slam.pose import FloatArray, Pose2D, unit_vectors
+from slam.scenario.schema import Scenario
 
 _FARTHEST_BEHIND: Final = 1.0
 """Seconds by which the emulated world may fall behind the clock; beyond, it skips time."""
 _LONGEST_WAIT: Final = 60.0
 """Seconds to wait at most, since a stall without an end has no time at which it ends."""
+
+
+def emulated_lidar(scenario: Scenario) -> str:
+    """Return the model of the scenario's lidar; a URG-04LX for one that has no emulator."""
+    return scenario.lidar.model if scenario.lidar.model in LIDAR_DEVICES else "urg04lx"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,11 +51,17 @@ class EmulatorState:
 _T = TypeVar("_T")
 
 
+def device_name(lidar: str) -> str:
+    """Return the name of the device that this model is: Table 1 describes a URG-04LX with fewer beams."""
+    return "urg04lx" if lidar == "table1" else lidar
+
+
 class Emulator(Closing):
-    """A P3-DX and a URG-04LX at two ports; use it as a context manager.
+    """A P3-DX and a lidar at two ports; use it as a context manager.
 
     ``noise`` is on both lines and ``drift`` in the lidar's clock. ``lidar_on_usb`` sets its line free of any bit rate;
-    with ``paced`` it answers as slowly as a real one, one command a turn. ``wire`` is told what passes at both ports.
+    with ``paced`` it answers as slowly as a real one, one command a turn. ``wire`` is told what passes at both
+    ports, and ``lidar`` is the model of the lidar.
 
     All devices belong to the thread; others reach them through ``do``. What happens at one time is done in the order of
     time, however late the thread wakes up.
@@ -66,14 +79,16 @@ class Emulator(Closing):
         seed: int = 0,
         robot_config: ArcosConfig = FACTORY_CONFIG,
         wire: WireSession | None = None,
+        lidar: str = "urg04lx",
     ) -> None:
         now = time.monotonic()
         wire = wire or WireSession()
         self._plant = plant
         self.p3dx = EmulatedP3dx(plant, now, robot_config)
-        self.urg04lx = EmulatedUrg04lx(plant, now, drift, paced)
+        self._model = lidar
+        self.scanner: EmulatedLidar = lidar_emulator(lidar)(plant, now, drift, paced)
         self.robot = ConnectedDevice(self.p3dx, robot_port or PtyPort(), True, 2 * seed, noise, wire)
-        self.lidar = ConnectedDevice(self.urg04lx, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise, wire)
+        self.lidar = ConnectedDevice(self.scanner, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise, wire)
         self._devices = (self.robot, self.lidar)
         self._calls: deque[Callable[[], object]] = deque()
         self._schedule: list[tuple[float, Callable[[], object]]] = []
@@ -88,9 +103,16 @@ class Emulator(Closing):
         return self
 
     @property
+    def urg04lx(self) -> EmulatedUrg04lx:
+        """The lidar, where it is a URG-04LX."""
+        assert isinstance(self.scanner, EmulatedUrg04lx)
+        return self.scanner
+
+    @property
     def port_settings(self) -> list[str]:
         """Settings of a scenario that name both ports."""
-        return [f"hardware.robot_port={self.robot.port.address}", f"hardware.lidar_port={self.lidar.port.address}"]
+        ports = [f"hardware.robot_port={self.robot.port.address}", f"hardware.lidar_port={self.lidar.port.address}"]
+        return [*ports, f"lidar.model={device_name(self._model)}"]
 
     @property
     def now(self) -> float:
@@ -129,8 +151,8 @@ class Emulator(Closing):
             os.close(self._wake_write)
 
     def _state(self) -> EmulatorState:
-        bearings, ranges = self.urg04lx.sweep
-        echoes = np.isfinite(ranges) & self.urg04lx.laser
+        bearings, ranges = self.scanner.sweep
+        echoes = np.isfinite(ranges) & self.scanner.laser
         near = ranges[echoes, None] * unit_vectors(bearings[echoes])
         plant = self._plant
         return EmulatorState(self.p3dx.moved_until - self._began, plant.T_map_base, plant.odometry, near, plant.stalled)

@@ -7,7 +7,7 @@ from typing import Final
 from hardware import DecodeError
 from hardware.arcos.commands import BAUDS, Command, CommandId
 from hardware.arcos.config_packet import ArcosConfig
-from hardware.arcos.model import Identity
+from hardware.arcos.model import SYNC2, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.emulator.motor_controller import MotorController
 from hardware.emulator.p3dx_commands import execute
@@ -18,7 +18,6 @@ _TICK: Final = 0.01
 """Seconds between two turns of the firmware's loop."""
 _SILENCE: Final = 0.1
 """Seconds between two bytes after which they belong to different packets."""
-_SYNC0, _SYNC1, _SYNC2 = 0, 1, 2
 _IDENTITY: Final = Identity("emulated", "Pioneer", "p3dx-sh")
 FACTORY_CONFIG: Final = ArcosConfig(
     robot_type="Pioneer",
@@ -31,6 +30,7 @@ FACTORY_CONFIG: Final = ArcosConfig(
     pwm_max=500,
     name="emulated",
     sip_cycle=0.1,
+    front_sonar=1,
     low_battery=11.5,
     rev_count=16570,
     watchdog=2.0,
@@ -54,7 +54,7 @@ class EmulatedP3dx:
 
     def __init__(self, plant: Plant, now: float = 0.0, config: ArcosConfig = FACTORY_CONFIG) -> None:
         self._plant = plant
-        self._config = config
+        self.config = config
         self.due = now + _TICK
         self._sip_at = now + config.sip_cycle
         self._decoder = PacketDecoder()
@@ -62,7 +62,7 @@ class EmulatedP3dx:
         self._synced = 0
         self.open = False
         self.baud = BAUDS[config.host_baud]
-        self._reports = P3dxReports(plant, config)
+        self.reports = P3dxReports(plant, config)
         self._reset()
 
     @property
@@ -75,6 +75,10 @@ class EmulatedP3dx:
         """Time up to which its plant has moved."""
         return self.due - _TICK
 
+    def set_battery(self, volts: float) -> None:
+        """Charge or discharge the battery."""
+        self.reports.battery = volts
+
     def step(self) -> bytes:
         """Do one turn of the firmware's loop: motors, then a report every cycle."""
         now = self.due
@@ -83,8 +87,8 @@ class EmulatedP3dx:
         self._plant.advance(_TICK, self.motors.setpoint)
         if now < self._sip_at - _TICK / 2.0:
             return b""
-        self._sip_at += self._config.sip_cycle
-        return self._reports.packets(self.motors) if self.open else b""
+        self._sip_at += self.config.sip_cycle
+        return self.reports.packets(self.motors) if self.open else b""
 
     def receive(self, data: bytes, now: float) -> bytes:
         """Execute the commands in these bytes; some are answered at once."""
@@ -99,35 +103,33 @@ class EmulatedP3dx:
         return answers
 
     def _handshake(self, command: Command, packet: bytes, now: float) -> bytes:
-        """Answer SYNC0, SYNC1 and SYNC2 in this order, then take OPEN, which has the number of SYNC1."""
-        if command.id == CommandId.OPEN and self._synced == _SYNC2 + 1:
+        """Answer SYNC0, SYNC1 and SYNC2 in this order, then take OPEN, which has the number of SYNC1.
+
+        One that was answered may come again; one out of sequence is ignored (Pioneer 3 Operations Manual, p. 28).
+        """
+        if command.id == CommandId.OPEN and self._synced == SYNC2 + 1:
             pressed = self.motors.e_stop
             self.open = True
             self._reset()
             self.motors.press_e_stop(pressed)
             self.motors.feed_watchdog(now)
             return b""
-        if command.id not in (_SYNC0, _SYNC1, _SYNC2):
+        if command.id > min(self._synced, SYNC2):
             return b""
         self._synced = command.id + 1
-        return encode_packet(_IDENTITY.encode() if command.id == _SYNC2 else packet)
+        return encode_packet(_IDENTITY.encode() if command.id == SYNC2 else packet)
 
     def _execute(self, command: Command, now: float) -> bytes:
         self.motors.feed_watchdog(now)
-        if command.id == CommandId.CONFIG:
-            return encode_packet(self._config.encode())
-        if command.id == CommandId.CLOSE:
-            self.open, self._synced = False, 0
-            self.motors.enable(False)
-            self.baud = BAUDS[self._config.host_baud]
-        elif command.id == CommandId.HOSTBAUD:
-            if isinstance(command.argument, int) and 0 <= command.argument < len(BAUDS):
-                self.baud = BAUDS[command.argument]
-        else:
-            execute(command, self.motors, self._reports)
-        return b""
+        return execute(command, self)
+
+    def close(self) -> None:
+        """End the connection: motors without power, and the bit rate of the FLASH."""
+        self.open, self._synced = False, 0
+        self.motors.enable(False)
+        self.baud = BAUDS[self.config.host_baud]
 
     def _reset(self) -> None:
         """Reset all but the odometry as at power-up, with the settings of the FLASH."""
-        self.motors = MotorController(self._config)
-        self._reports.encoders, self._reports.sonar = False, True
+        self.motors = MotorController(self.config)
+        self.reports.reset()

@@ -1,19 +1,45 @@
 """The reports of the emulated P3-DX, sent every cycle."""
 
 from collections.abc import Sequence
+from math import inf
 from typing import Final
 
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.encoder_packet import WheelTravel
+from hardware.arcos.io_packet import IoReport
 from hardware.arcos.model import P3DX_SH, SONAR_REACH
 from hardware.arcos.packet import encode_packet
 from hardware.arcos.sip import Sip, flags
+from hardware.emulator.aux_port import SERAUX_PACKETS, AuxPort
 from hardware.emulator.motor_controller import MotorController
 from hardware.emulator.plant import Plant
 from slam.pose import Pose2D, wrap_angle
 
-_BATTERY: Final = 12.6
+FULL_BATTERY: Final = 12.6
 """Volts."""
+SONAR_ARRAYS: Final = 4
+_ARRAY_SIZE: Final = 8
+_NOT_TOUCHED: Final = 0xFF
+_ANALOG_PORTS: Final = 8
+_VOLTS_A_COUNT: Final = 20.0 / 1023
+"""The battery's share at its analogue port: ours, as the manual does not say."""
+
+
+class Request:
+    """Packets of one kind that were asked for: none, one, or one in every cycle."""
+
+    def __init__(self) -> None:
+        self._left = 0.0
+
+    def ask(self, argument: int) -> None:
+        """Ask for one (1), for one every cycle (more), or for no more (0)."""
+        self._left = inf if argument > 1 else max(argument, 0)
+
+    def take(self) -> bool:
+        """Tell whether a packet is due in this cycle."""
+        due = self._left > 0
+        self._left -= due
+        return due
 
 
 class P3dxReports:
@@ -23,10 +49,25 @@ class P3dxReports:
         self._plant = plant
         self._config = config
         self._origin = plant.odometry
-        self.encoders = False
-        self.sonar = True
+        self.battery = FULL_BATTERY
+        self.aux = [AuxPort(packet_id) for packet_id in SERAUX_PACKETS]
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what clients have asked for."""
+        self.encoders, self.io = Request(), Request()
         self.outputs = 0
         """Outputs of the digital port, a bit each."""
+        self.analog_port = 0
+        self.enable_sonar(True)
+
+    def enable_sonar(self, on: bool, array: int | None = None) -> None:
+        """Switch one array, counted from 1, or all that the robot has."""
+        fitted = {1} | ({2} if self._config.rear_sonar else set())
+        if array is None:
+            self.sonar_arrays = fitted if on else set[int]()
+        elif array in fitted:
+            self.sonar_arrays = self.sonar_arrays | {array} if on else self.sonar_arrays - {array}
 
     @property
     def pose(self) -> Pose2D:
@@ -38,17 +79,19 @@ class P3dxReports:
         self._origin = self._plant.odometry
 
     def packets(self, motors: MotorController) -> bytes:
-        """Make a SIP, and an ENCODERpac where it was asked for."""
-        report = encode_packet(self._sip(motors).encode(P3DX_SH))
-        if self.encoders:
+        """Make a SIP, and behind it the packets that were asked for."""
+        pressed = self._plant.bumpers()
+        report = encode_packet(self._sip(motors, pressed).encode(P3DX_SH))
+        if self.encoders.take():
             report += encode_packet(WheelTravel(*self._plant.travel).encode(self._config.ticks_per_metre))
-        return report
+        if self.io.take():
+            report += encode_packet(self._io(pressed).encode())
+        return report + b"".join(port.packet() for port in self.aux)
 
-    def _sip(self, motors: MotorController) -> Sip:
+    def _sip(self, motors: MotorController, pressed: Sequence[bool]) -> Sip:
         pose, stalled = self.pose, int(self._plant.stalled)
         left, right = motors.setpoint.to_wheels(2.0 * P3DX_SH.half_track)
-        pressed, front = self._plant.bumpers(), self._config.front_bumpers
-        ring = self._plant.sonar() if self.sonar else ()
+        front = self._config.front_bumpers
         return Sip(
             moving=motors.moving,
             x=pose.x,
@@ -56,16 +99,34 @@ class P3dxReports:
             theta=wrap_angle(pose.theta),
             left=left,
             right=right,
-            battery=_BATTERY,
+            battery=self.battery,
             left_contacts=stalled | _mask(pressed[front:]) << 1,
             right_contacts=stalled | _mask(pressed[:front]) << 1,
-            flags=flags(motors.enabled, motors.e_stop),
-            sonar=tuple((number, min(metres, SONAR_REACH)) for number, metres in enumerate(ring)),
+            flags=flags(motors.enabled, motors.e_stop, self.sonar_arrays),
+            sonar=tuple(self._echoes()),
+            analog_port=self.analog_port,
             digital_out=self.outputs,
-            fine_battery=_BATTERY,
+            fine_battery=self.battery,
             charge_state=0,
             turning=motors.angular.speed,
             faults=0,
+        )
+
+    def _echoes(self) -> list[tuple[int, float]]:
+        """Return the transducers of the arrays that are on, with their readings."""
+        ring = enumerate(self._plant.sonar() if self.sonar_arrays else ())
+        return [(n, min(metres, SONAR_REACH)) for n, metres in ring if n // _ARRAY_SIZE + 1 in self.sonar_arrays]
+
+    def _io(self, pressed: Sequence[bool]) -> IoReport:
+        front = self._config.front_bumpers
+        battery = round(self.battery / _VOLTS_A_COUNT)
+        return IoReport(
+            digital_in=0,
+            front_bumpers=_NOT_TOUCHED & ~_mask(pressed[:front]),
+            rear_bumpers=_NOT_TOUCHED & ~_mask(pressed[front:]),
+            infrared=_NOT_TOUCHED,
+            digital_out=self.outputs,
+            analog=(0,) * _ANALOG_PORTS + (min(battery, 1023),),
         )
 
 

@@ -58,11 +58,11 @@ class PtyPort:
                 return os.read(self._master, _AT_ONCE)
         return b""
 
-    def write(self, data: bytes) -> None:
-        """Send bytes; a terminal that no client reads fills up, and the rest is lost."""
+    def write(self, data: bytes) -> int:
+        """Send bytes, and return how many found room; a terminal that no client reads fills up."""
         with suppress(BlockingIOError):
-            if self._master >= 0:
-                os.write(self._master, data)
+            return os.write(self._master, data) if self._master >= 0 else len(data)
+        return 0
 
     def client_baud(self) -> int | None:
         """Read the bit rate from the terminal's settings; any rate, also those without a constant in termios."""
@@ -123,11 +123,14 @@ class TcpPort:
             self._hang_up()
         return data
 
-    def write(self, data: bytes) -> None:
-        """Send bytes; those that find no room are lost."""
-        with suppress(OSError):
-            if self._client is not None:
-                self._client.send(data)
+    def write(self, data: bytes) -> int:
+        """Send bytes, and return how many found room, or had nobody to go to."""
+        try:
+            return self._client.send(data) if self._client is not None else len(data)
+        except BlockingIOError:
+            return 0
+        except OSError:
+            return len(data)
 
     def client_baud(self) -> None:
         """Return None: a TCP port has no bit rate."""
@@ -139,4 +142,4 @@ class TcpPort:
 
 
 Port = PtyPort | TcpPort
-"""One end of a line to a client; ``read`` and ``write`` never wait, and bytes that find no room are lost."""
+"""One end of a line to a client; ``read`` and ``write`` never wait."""

@@ -1,21 +1,25 @@
 """The emulated serial line between a device and its port: its bit rate takes time, and its noise damages bytes."""
 
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
 from random import Random
-from typing import Final
+from typing import Final, Protocol
 
-from hardware.emulator.p3dx import EmulatedP3dx
 from hardware.emulator.ports import Port
-from hardware.emulator.urg04lx import EmulatedUrg04lx
 from hardware.serial_port import BITS_PER_BYTE
 from hardware.wire.session import WireSession
+from slam.pose import FloatArray
 
 _CHUNK: Final = 16
 """Bytes that arrive together, as from the buffer of a UART."""
 _LONGEST_QUEUE: Final = 16_384
-"""Bytes that wait to be sent; more are lost."""
+"""Bytes that wait to be sent; messages that would make it longer are lost."""
+_RETRY: Final = 0.02
+"""Seconds until a port is tried again that had no room, because its client does not read ..."""
+_PATIENCE: Final = 1.0
+"""... and after which new messages to it are lost."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,18 +70,61 @@ class SerialLine:
         """Time at which the next bytes arrive; inf without any."""
         return self._waiting[0][0] if self._waiting else inf
 
-    def take_arrived(self, now: float) -> list[tuple[bytes, int | None]]:
+    def take_arrived(self, now: float) -> Iterator[tuple[bytes, int | None]]:
         """Take the bytes that have come through, each chunk with the bit rate it was sent at."""
-        chunks = []
         while self._waiting and self._waiting[0][0] <= now:
             _, chunk, baud = self._waiting.popleft()
             self._size -= len(chunk)
-            chunks.append((chunk, baud))
-        return chunks
+            yield chunk, baud
 
 
-Device = EmulatedP3dx | EmulatedUrg04lx
-"""A machine of bytes and time: it acts in ``step`` and ``receive`` only, and time never goes back."""
+class Device(Protocol):
+    """A machine of bytes and time: it acts in ``step`` and ``receive`` only, and time never goes back."""
+
+    @property
+    def baud(self) -> int:
+        """Bit rate at which it talks."""
+        ...
+
+    @property
+    def due(self) -> float:
+        """Time of its next step."""
+        ...
+
+    @property
+    def wake(self) -> float:
+        """Time at which it needs to be served again, ``due`` or later."""
+        ...
+
+    def step(self) -> bytes:
+        """Do what is due, and return what it says."""
+        ...
+
+    def receive(self, data: bytes, now: float) -> bytes:
+        """Take bytes, and return what it says at once."""
+        ...
+
+
+class EmulatedLidar(Device, Protocol):
+    """A lidar among the devices."""
+
+    @property
+    def laser(self) -> bool:
+        """True while it measures."""
+        ...
+
+    @property
+    def sweep(self) -> tuple[FloatArray, FloatArray]:
+        """Bearings in the sensor's frame, and the last range measured at each, nan before the first; (N,) each."""
+        ...
+
+    def set_dead(self, dead: bool) -> None:
+        """Fall silent, or come back to life."""
+        ...
+
+    def reboot(self, now: float) -> None:
+        """Begin anew, as after a break of its power."""
+        ...
 
 
 class ConnectedDevice:
@@ -98,12 +145,16 @@ class ConnectedDevice:
         self._rng = Random(seed)
         self._line = SerialLine()
         self._stalled_until = -inf
+        self._unread = b""
+        """Bytes that had no room at the port: the rest of a message, which must not be cut."""
+        self._unread_since = self._retry_at = -inf
 
     @property
     def wake(self) -> float:
         """Time at which there is next something to do."""
-        if self._line.due < inf:
-            return max(min(self._line.due, self.device.wake), self._stalled_until)
+        due = self._retry_at if self._unread else self._line.due
+        if due < inf:
+            return max(min(due, self.device.wake), self._stalled_until)
         return self.device.wake
 
     def filenos(self, now: float) -> list[int]:
@@ -116,7 +167,7 @@ class ConnectedDevice:
 
     def unplug(self) -> None:
         """Pull the plug; bytes on their way are lost."""
-        self._line = SerialLine()
+        self._line, self._unread = SerialLine(), b""
         self.port.close()
 
     def take(self, now: float) -> None:
@@ -136,12 +187,22 @@ class ConnectedDevice:
         self._send(self.device.step(), now, baud)
 
     def flush(self, now: float) -> None:
-        """Give the client the bytes that have arrived at its end."""
-        if now >= self._stalled_until:
-            for data, baud in self._line.take_arrived(now):
-                arriving = self._through(data, baud)
-                self._wire.note(self.port.address, "<", arriving)
-                self.port.write(arriving)
+        """Give the client the bytes that have arrived at its end, as far as there is room."""
+        if now < self._stalled_until:
+            return
+        self._write(self._unread, now)
+        for data, baud in self._line.take_arrived(now) if not self._unread else ():
+            arriving = self._through(data, baud)
+            self._wire.note(self.port.address, "<", arriving)
+            self._write(arriving, now)
+            if self._unread:
+                break
+
+    def _write(self, data: bytes, now: float) -> None:
+        written = self.port.write(data) if data else 0
+        if written or not self._unread:
+            self._unread_since = now
+        self._unread, self._retry_at = data[written:], now + _RETRY
 
     @property
     def _baud(self) -> int | None:
@@ -149,7 +210,8 @@ class ConnectedDevice:
         return self.device.baud if self._limited else None
 
     def _send(self, data: bytes, now: float, baud: int | None) -> None:
-        if data and self.port.filenos():
+        overdue = bool(self._unread) and now - self._unread_since > _PATIENCE
+        if data and self.port.filenos() and not overdue:
             self._line.send(data, now, baud)
 
     def _through(self, data: bytes, baud: int | None) -> bytes:

@@ -11,7 +11,7 @@ from typing import Final, TextIO
 
 import numpy as np
 
-from hardware.emulator.emulator import Emulator, EmulatorState
+from hardware.emulator.emulator import Emulator, EmulatorState, device_name
 from hardware.emulator.faults import TimedFault
 from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.plant import Plant
@@ -45,22 +45,34 @@ def serve(
     watchdog: float,
     show: Callable[[EmulatorState], object] | None = None,
     wire: WireSession | None = None,
+    lidar: str = "urg04lx",
 ) -> None:
     """Print one line of JSON with the addresses of both ports when they are ready, and serve until interrupted.
+
+    ``lidar`` is the model that is emulated.
 
     ``truth`` gets the true poses of the base as TUM text, 20 a second, stamped by the host's monotonic clock; ``show``
     gets the state 10 times a second. InputError for an unknown fault, or a file or folder that cannot be used.
     """
     planned = [TimedFault.parse(text) for text in faults]
-    robot_port, lidar_port = _ports(link_dir, tcp)
+    robot_port, lidar_port = _ports(link_dir, tcp, device_name(lidar))
     config = replace(FACTORY_CONFIG, watchdog=watchdog)
     emulator = Emulator(
-        plant, robot_port, lidar_port, noise, drift, not rs232, seed=seed, robot_config=config, wire=wire
+        plant,
+        robot_port,
+        lidar_port,
+        noise,
+        drift,
+        not rs232,
+        seed=seed,
+        robot_config=config,
+        wire=wire,
+        lidar=lidar,
     )
     for fault in planned:
         fault.schedule(emulator)
     with suppress(KeyboardInterrupt), _opened(truth) as file, emulator:
-        print(json.dumps({"p3dx": robot_port.address, "urg04lx": lidar_port.address}), flush=True)
+        print(json.dumps({"p3dx": robot_port.address, device_name(lidar): lidar_port.address}), flush=True)
         for tick in count():
             sleep(_TRUTH_PERIOD)
             if file is not None:
@@ -76,14 +88,14 @@ def _opened(truth: Path | None) -> AbstractContextManager[TextIO | None]:
         raise InputError(f"--truth {truth}: cannot be written: {error.strerror}") from error
 
 
-def _ports(link_dir: Path | None, tcp: bool) -> tuple[Port, Port]:
+def _ports(link_dir: Path | None, tcp: bool, lidar: str) -> tuple[Port, Port]:
     if tcp:
         return TcpPort(), TcpPort()
     if link_dir is None:
         return PtyPort(), PtyPort()
     try:
         link_dir.mkdir(parents=True, exist_ok=True)
-        return PtyPort(link_dir / "p3dx"), PtyPort(link_dir / "urg04lx")
+        return PtyPort(link_dir / "p3dx"), PtyPort(link_dir / lidar)
     except OSError as error:
         raise InputError(f"{link_dir}: cannot hold the links to the devices: {error.strerror}") from error
 

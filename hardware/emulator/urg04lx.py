@@ -2,14 +2,14 @@
 
 from collections import deque
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from math import pi
 from typing import Final
 
 import numpy as np
 
 from hardware.emulator.plant import Plant
-from hardware.emulator.scip_replies import SensorSettings, reply_to, reply_to_scip1
+from hardware.emulator.scip_replies import reply_to, reply_to_scip1
+from hardware.emulator.sensor_settings import SensorSettings
+from hardware.emulator.swept_fan import SECTORS, SweptFan
 from hardware.scip.commands import ScanRequest, note_of
 from hardware.scip.frames import CommandDecoder
 from hardware.scip.information import SensorParameters
@@ -19,17 +19,12 @@ from slam.pose import FloatArray
 
 PARAMETERS: Final = SensorParameters("URG-04LX(Hokuyo Automatic Co.,Ltd.)", 0.02, 5.6, 1024, 44, 725, 384, 0.1)
 """Abilities of a real one, firmware 3.1.04."""
-_SECTORS: Final = 8
-"""Parts in which the fan is swept, each with the world as it is in its middle."""
-_EDGES: Final = [
-    PARAMETERS.first + (PARAMETERS.last + 1 - PARAMETERS.first) * k // _SECTORS for k in range(_SECTORS + 1)
-]
-"""First step of each sector, and the step behind the last one."""
-_EVENTS: Final = [
-    *((first + end) / 2.0 * PARAMETERS.step_time for first, end in pairwise(_EDGES)),
-    _EDGES[-1] * PARAMETERS.step_time,
-]
-"""Seconds from step 0 to the middle of each sector, and to the end of the fan."""
+TABLE1_PARAMETERS: Final = SensorParameters("URG-04LX of Table 1 (simulated)", 0.06, 4.0, 192, 0, 127, 64, 0.1)
+"""The paper's 128 beams, turned by half a step, for SCIP has whole steps from the front."""
+_UNMEASURED: Final = 43
+"""Steps behind the last one measured, of 1024 a turn, that may be asked for: up to 768."""
+_REBOOT: Final = 1.0
+"""Seconds from power to the first answer: ours, as the maker does not say."""
 _QUEUE: Final = 16
 """Number of commands that wait for their turn; more are forgotten."""
 
@@ -48,22 +43,28 @@ class EmulatedUrg04lx:
     ``drift`` is the share by which its clock runs faster than the plant's.
     """
 
-    def __init__(self, plant: Plant, now: float = 0.0, drift: float = 0.0, paced: bool = True) -> None:
-        self._plant = plant
-        self._plant_began = now - plant.elapsed
+    def __init__(
+        self,
+        plant: Plant,
+        now: float = 0.0,
+        drift: float = 0.0,
+        paced: bool = True,
+        parameters: SensorParameters = PARAMETERS,
+    ) -> None:
+        self._parameters = parameters
+        self._fan = SweptFan(plant, now, parameters)
         self._powered_at = now
         self._drift = drift
         self._paced = paced
         self._turn_began = now
         self._next = 0
-        self._bearings = (np.arange(PARAMETERS.resolution) - PARAMETERS.front) * 2.0 * pi / PARAMETERS.resolution
-        self._ranges = np.full(PARAMETERS.resolution, np.nan)
         self._whole = False
         self._latest: tuple[FloatArray, float] | None = None
         self._decoder = CommandDecoder()
         self._waiting: deque[_WaitingCommand] = deque(maxlen=_QUEUE)
         self._turns_until_scan = 0
-        self._settings = SensorSettings(PARAMETERS)
+        self._settings = self._powered_up()
+        self._answers_from = now
         self.dead = False
 
     @property
@@ -74,12 +75,12 @@ class EmulatedUrg04lx:
     @property
     def due(self) -> float:
         """Time of the middle of the next sector, or of the end of the fan."""
-        return self._turn_began + _EVENTS[self._next]
+        return self._turn_began + self._fan.events[self._next]
 
     @property
     def wake(self) -> float:
         """Time of the next sector while it measures, so that little is left to do at the end of the fan."""
-        return self.due if self._settings.laser else self._turn_began + _EVENTS[-1]
+        return self.due if self._settings.laser else self._turn_began + self._fan.events[-1]
 
     @property
     def laser(self) -> bool:
@@ -89,27 +90,33 @@ class EmulatedUrg04lx:
     @property
     def sweep(self) -> tuple[FloatArray, FloatArray]:
         """Bearings in the sensor's frame, and the last range measured at each, nan before the first; (N,) each."""
-        return self._bearings, self._ranges
+        return self._fan.bearings, self._fan.ranges
 
     def set_dead(self, dead: bool) -> None:
         """Fall silent, or come back to life."""
         self.dead = dead
 
+    def reboot(self, now: float) -> None:
+        """Lose power for a moment: it is silent for a while, and then as at power-up."""
+        self._settings, self._latest, self._powered_at = self._powered_up(), None, now
+        self._waiting.clear()
+        self._answers_from = now + _REBOOT
+
     def step(self) -> bytes:
         """Sweep a sector; at the end of the fan, talk."""
-        if self._next < _SECTORS:
+        if self._next < SECTORS:
             self._sweep(self._next)
             self._next += 1
             return b""
         sent = self._end_of_fan()
         self._next = 0
-        self._turn_began += PARAMETERS.scan_time
+        self._turn_began += self._parameters.scan_time
         self._whole = True
         return sent
 
     def receive(self, data: bytes, now: float) -> bytes:
         """Take commands, which wait for the end of the fan where the sensor is paced; else answer at once."""
-        if self.dead:
+        if self.dead or now < self._answers_from:
             return b""
         for text in self._decoder.feed(data):
             self._waiting.append(_WaitingCommand(text, repeated=any(other.text == text for other in self._waiting)))
@@ -120,7 +127,7 @@ class EmulatedUrg04lx:
 
     def _end_of_fan(self) -> bytes:
         if self._settings.laser and self._whole:
-            self._latest = (self._ranges.copy(), self._time(self._turn_began))
+            self._latest = (self._fan.ranges.copy(), self._time(self._turn_began))
         if self.dead:
             return b""
         sent = self._answer(self._waiting.popleft(), self.due) if self._waiting else b""
@@ -130,9 +137,7 @@ class EmulatedUrg04lx:
         if not self._settings.laser:
             self._whole, self._latest = False, None
             return
-        first, last = _EDGES[sector : sector + 2]
-        ahead = self._turn_began + first * PARAMETERS.step_time - self._plant_began - self._plant.elapsed
-        self._ranges[first:last] = self._plant.ranges(self._bearings[first:last], ahead, PARAMETERS.step_time)
+        self._fan.sweep(sector, self._turn_began)
 
     def _answer(self, command: _WaitingCommand, now: float) -> bytes:
         settings, text = self._settings, command.text
@@ -181,6 +186,10 @@ class EmulatedUrg04lx:
         reply = encode_scan(ScanData(request, clustered, None if request.letters == "G" else time), status)
         return replace(reply, echo=reply.echo + note).encode()
 
+    def _powered_up(self) -> SensorSettings:
+        unmeasured = _UNMEASURED * self._parameters.resolution // PARAMETERS.resolution
+        return SensorSettings(self._parameters, self._parameters.last + unmeasured)
+
     def _time(self, now: float) -> float:
         """Return the sensor's clock, seconds since it was powered or reset."""
         return (now - self._powered_at) * (1.0 + self._drift)
@@ -194,3 +203,10 @@ def _cluster(ranges: FloatArray, size: int) -> FloatArray:
     padded[: len(ranges)] = ranges
     nearest: FloatArray = np.where(np.isnan(padded), np.inf, padded).reshape(-1, size).min(axis=1)
     return nearest
+
+
+class EmulatedTable1(EmulatedUrg04lx):
+    """The URG-04LX of the paper's Table 1, with 128 beams."""
+
+    def __init__(self, plant: Plant, now: float = 0.0, drift: float = 0.0, paced: bool = True) -> None:
+        super().__init__(plant, now, drift, paced, TABLE1_PARAMETERS)

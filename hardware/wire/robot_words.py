@@ -62,7 +62,7 @@ class RobotWords:
 def _sip_words(sip: Sip) -> Iterator[str]:
     yield f"x {sip.x:.3f} y {sip.y:.3f} m, theta {degrees(sip.theta):.1f} deg"
     yield f"wheels {sip.left:.3f} {sip.right:.3f} m/s"
-    yield f"battery {sip.battery if sip.fine_battery is None else sip.fine_battery:.1f} V"
+    yield f"battery {sip.volts:.1f} V"
     yield "motors on" if sip.motors_enabled else "motors off"
     if sip.e_stop:
         yield "emergency stop"

@@ -11,7 +11,6 @@ import typer
 
 from slam.cli.lazy_group import lazy_group
 from slam.console.terminal import Terminal
-from slam.errors import InputError
 
 if TYPE_CHECKING:
     from slam.console.result_table import ResultTable
@@ -54,7 +53,7 @@ def use_one_thread() -> None:
 def print_tables(tables: Iterable[ResultTable], path: Path | None = None, title: str = "") -> None:
     """Print tables as they come, then write them to a Markdown file, if its path is given.
 
-    InputError when the file cannot be written.
+    InputError when the file cannot be written, StorageError where the disk fails.
     """
     printed = []
     for table in tables:
@@ -62,10 +61,8 @@ def print_tables(tables: Iterable[ResultTable], path: Path | None = None, title:
         printed.append(table)
     if path is None:
         return
-    from slam.files.atomic_files import write_atomic
+    from slam.files.atomic_files import require_writable, write_atomic
 
     text = f"# {title}\n\n" + "".join(table.markdown() for table in printed)
-    try:
+    with require_writable(path, "choose another --out FILE"):
         write_atomic(path, text.rstrip() + "\n")
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror}; choose another --out FILE") from error

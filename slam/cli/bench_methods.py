@@ -84,12 +84,14 @@ def bench_match(
     """
     use_one_thread()
     from slam.bench.match_report import compare_matchers, draw_comparison, match_tables
+    from slam.files.atomic_files import require_writable
     from slam.scenario.file import read_scenario
 
     found = compare_matchers(read_scenario(scenario), places, seed, console)
     print_tables(match_tables(found), out, "Matchers on the same scans")
     if png is not None:
-        draw_comparison(png, found)
+        with require_writable(png, "choose another --png FILE"):
+            draw_comparison(png, found)
 
 
 def bench_localize(

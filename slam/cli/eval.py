@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 import typer
 
 from slam.console.terminal import Terminal
-from slam.console.terminal_table import TerminalTable
 from slam.errors import InputError
 
 Reference = Annotated[
@@ -59,4 +58,4 @@ def evaluate(
     if as_json:
         typer.echo(json.dumps(scores.as_dict(), indent=2))
     else:
-        Terminal().print(TerminalTable(*scores.table()))
+        Terminal().print(scores.table().for_terminal())

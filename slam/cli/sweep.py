@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from itertools import pairwise
 from shlex import quote
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,8 +14,8 @@ from slam.console.terminal import Terminal
 from slam.modes import MODES
 
 if TYPE_CHECKING:
+    from slam.sweep.launch import Sweep
     from slam.sweep.plan import Plan
-    from slam.sweep.sweep import SweepOutcome
 
 console = Terminal()
 
@@ -110,15 +109,20 @@ def run(
 
     hopslam sweep paper_vs_ours --ray auto --out s3://bucket/paper_vs_ours
     """
-    from slam.sweep.sweep import ExecutionOptions, run_sweep
+    from slam.sweep import launch
+    from slam.sweep.make_plan import parse_grid, parse_sample
 
-    planned = _plan(scenarios, seeds, mode, grid, sample, settings, allow_modules)
-    address = out or f"sweeps/{planned.config.name}"
-    options = ExecutionOptions(jobs or len(os.sched_getaffinity(0)), ray, retry, pictures)
+    modes = [word.strip() for word in mode.split(",")] if mode else []
+    tried, drawn = dict(map(parse_grid, grid or [])), dict(map(parse_sample, sample or []))
     if plan:
-        _show_plan(planned, address, options.jobs)
-    else:
-        _show_outcome(run_sweep(planned, address, options, console), address)
+        planned = launch.plan(scenarios, seeds, modes, tried, drawn, settings or [], allow_modules or [])
+        _show_plan(planned, launch.folder_of(planned, out), jobs or launch.processors())
+        return
+    made = launch.sweep(
+        scenarios, seeds=seeds, modes=modes, grid=tried, sample=drawn, settings=settings or [], jobs=jobs, ray=ray,
+        out=out, retry=retry, pictures=pictures, allow_modules=allow_modules or [], check=False, console=console,
+    )  # fmt: skip
+    _show_outcome(made)
 
 
 @app.command()
@@ -174,22 +178,6 @@ def repeat(
     console.print(f"all {again.compared} columns are the same, bit for bit")
 
 
-def _plan(
-    scenarios: Scenarios, seeds: Seeds, mode: Mode, grid: Grid, sample: Sample, settings: Settings, allow: AllowModules
-) -> Plan:
-    from slam.scenario.settings import parse_setting
-    from slam.sweep.make_plan import make_plan, parse_grid, parse_sample
-
-    changes = {
-        "seeds": seeds,
-        "modes": mode and [word.strip() for word in mode.split(",")],
-        "grid": dict(map(parse_grid, grid or [])),
-        "sample": dict(map(parse_sample, sample or [])),
-        "settings": {".".join(map(str, key)): value for key, value in map(parse_setting, settings or [])},
-    }
-    return make_plan(scenarios, {key: value for key, value in changes.items() if value}, allow or [])
-
-
 def _show_plan(plan: Plan, out: str, jobs: int) -> None:
     from slam.sweep.plan_table import plan_table
 
@@ -198,11 +186,11 @@ def _show_plan(plan: Plan, out: str, jobs: int) -> None:
     console.print(table.for_terminal())
 
 
-def _show_outcome(outcome: SweepOutcome, out: str) -> None:
+def _show_outcome(made: Sweep) -> None:
     console.print(
-        f"{outcome.done} runs done, {outcome.failed} of them failed; {outcome.before} were there already\n"
-        f"results in {out}; look at them: hopslam sweep report {quote(out)}",
+        f"{made.done} runs done, {made.failed} of them failed; {made.before} were there already\n"
+        f"results in {made.folder}; look at them: hopslam sweep report {quote(made.folder)}",
     )
-    if outcome.interrupted:
+    if made.interrupted:
         console.print("interrupted; the same command goes on with what is missing")
         raise typer.Exit(130)

@@ -1,7 +1,9 @@
-"""A table for the terminal and for a Markdown report."""
+"""A table for the terminal, for a Markdown report and for a notebook."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+
+from markupsafe import Markup
 
 from slam.console.terminal_table import TerminalTable
 
@@ -21,9 +23,20 @@ class ResultTable:
         """The table as the terminal shows it."""
         return TerminalTable(self.columns, self.rows, self.title, self.notes)
 
+    def html(self) -> str:
+        """The table in HTML, with its title above it."""
+        lines = Markup("").join([_line("th", self.columns), *(_line("td", row) for row in self.rows)])
+        title = Markup("<p><b>{}</b></p>").format(self.title) if self.title else Markup("")
+        return str(title + Markup("<table>{}</table>").format(lines))
+
     def markdown(self) -> str:
         """The table in Markdown, with an empty line at the end."""
         names = [column.replace("\n", " ") for column in self.columns]
         alignment = ["---", *["---:"] * (len(self.columns) - 1)]
         lines = ["| " + " | ".join(row) + " |" for row in (names, alignment, *self.rows)]
         return "\n".join([f"## {self.title}", "", *lines, "", *([self.notes, ""] if self.notes else [])]) + "\n"
+
+
+def _line(tag: str, cells: Sequence[str]) -> Markup:
+    """A line of a table in HTML, with cells of this kind."""
+    return Markup("<tr>{}</tr>").format(Markup("").join(Markup(f"<{tag}>{{}}</{tag}>").format(cell) for cell in cells))

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import sys
 import warnings
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from rich.live import Live
     from rich.progress import Progress
 
 
@@ -24,8 +24,10 @@ class Terminal(Console):
         """Take the other options of rich's Console."""
         super().__init__(markup=False, emoji=False, highlight=False, soft_wrap=True, **options)
 
-    def waiting(self, text: str) -> Live:
+    def waiting(self, text: str) -> AbstractContextManager[object]:
         """A spinner beside the text while the block runs, drawn where ``progress`` draws its bar."""
+        if self.quiet:
+            return nullcontext()  # rich would show a widget in a notebook
         from rich.live import Live
         from rich.spinner import Spinner
 

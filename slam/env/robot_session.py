@@ -13,6 +13,7 @@ from slam.errors import InputError, RobotError
 from slam.odometry import Twist2D
 from slam.robot import Observation, Restartable, Robot
 from slam.run.backends import is_restartable, make_robot
+from slam.run.gym_arrays import nearest_beams
 from slam.run.loop import step_patiently
 from slam.run.warm_up import warm_up
 from slam.scan import LaserScan
@@ -141,10 +142,12 @@ def _let_go(robot: Robot) -> None:
 
 
 def _require_lidar(scan: LaserScan, config: LidarConfig) -> None:
-    """RobotError where a scan does not fit into the spaces."""
+    """RobotError where a scan does not see all that the view of it shows; how many beams it has does not matter."""
     given, expected = scan.lidar, config.description.lidar
-    if (given.beams, given.range_max) != (expected.beams, expected.range_max):
+    blind = int((nearest_beams(given, expected) == given.beams).sum())
+    if blind or given.range_max != expected.range_max:
         raise RobotError(
             f"the robot's scans have {given.beams} beams and reach {given.range_max:g} m; those of lidar.model "
-            f"{config.model} have {expected.beams} and reach {expected.range_max:g} m: set lidar to what it carries"
+            f"{config.model} have {expected.beams}, {blind} of them elsewhere, and reach {expected.range_max:g} m: "
+            "set lidar to what it carries"
         )

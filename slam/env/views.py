@@ -43,8 +43,9 @@ class View:
 
 
 def scan_view(setup: ViewSetup) -> View:
-    """Ranges (beams,), metres, within [0, range_max], always finite."""
-    return View(scan_space(setup.scenario.lidar.description.lidar), lambda state: scan_array(state.observation.scan))
+    """Ranges (beams,), metres, within [0, range_max], always finite; the fan is that of the model."""
+    lidar = setup.scenario.lidar.description.lidar
+    return View(scan_space(lidar), lambda state: scan_array(state.observation.scan, lidar))
 
 
 def odometry_view(setup: ViewSetup) -> View:

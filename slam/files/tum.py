@@ -3,16 +3,19 @@
 The format of https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats, which evo reads.
 """
 
+from array import array
 from contextlib import closing
-from math import cos, sin
+from math import cos, inf, sin
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from slam.errors import LogError
+from slam.files.atomic_files import write_atomic
 from slam.files.fields import table_row
 from slam.files.text_lines import read_lines
+from slam.limits import SCANS
 from slam.pose import FloatArray, Pose2D, wrap_angle
 
 _COLUMNS: Final = "stamp x y z qx qy qz qw"
@@ -25,6 +28,12 @@ def format_tum(stamp: float, pose: Pose2D) -> str:
     half = wrap_angle(pose.theta) / 2.0
     position = f"{pose.x:.6f} {pose.y:.6f} {0:.6f}"
     return f"{stamp:.6f} {position} {0:.9f} {0:.9f} {sin(half):.9f} {cos(half):.9f}"
+
+
+def write_tum(path: Path, stamps: FloatArray, poses: FloatArray) -> None:
+    """Write poses (N, 3) with their stamps (N,), whole or not at all."""
+    rows = zip(stamps.tolist(), poses.tolist(), strict=True)
+    write_atomic(path, "".join(format_tum(stamp, Pose2D(*pose)) + "\n" for stamp, pose in rows))
 
 
 def read_tum(path: str | Path) -> tuple[FloatArray, FloatArray]:
@@ -42,20 +51,23 @@ def read_tum(path: str | Path) -> tuple[FloatArray, FloatArray]:
 
 
 def read_tum_so_far(path: str | Path) -> tuple[FloatArray, FloatArray, LogError | None]:
-    """Stamps and poses up to the first line that is no pose or comes too early, and the error that names that line, if
-    there is one. LogError where the file cannot be read."""
-    rows, fault = list[list[float]](), None
+    """Stamps and poses up to the first line that is no pose, comes too early or is one too many, and the error that
+    names that line, if there is one. LogError where the file cannot be read."""
+    values, last, fault = array("d"), -inf, None
     with closing(read_lines(Path(path))) as lines:
         try:
             for number, line in lines:
                 if (words := line.split()) and not words[0].startswith(b"#"):
                     row = _parse(words, f"{path}: line {number}")
-                    if rows and row[0] <= rows[-1][0]:
+                    if row[0] <= last:
                         raise LogError(f"{path}: the stamps do not increase; sort the poses by stamp, one for each")
-                    rows.append(row)
+                    if excess := SCANS.excess(len(values) // len(row) + 1):
+                        raise LogError(f"{path}: line {number}: {excess}")
+                    values.extend(row)
+                    last = row[0]
         except LogError as error:
             fault = error
-    table = np.array(rows).reshape(-1, 8)
+    table = np.array(values).reshape(-1, 8)
     qx, qy, qz, qw = table[:, 4:].T
     headings = np.arctan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
     return table[:, 0], np.column_stack([table[:, 1:3], headings]), fault

@@ -52,7 +52,7 @@ class LoopClosing:
         self.T_map_local = Pose2D()
         self._mapper, self._timing, self._graph = mapper, timing, known
         self._closed = ClosedMap(SurfelMap(mapper.map.config) if known is None else deepcopy(mapper.map))
-        self._tracking = MapTracking(mapper.config)
+        self._tracking = MapTracking(mapper.config, mapper.map.config)
         self._process: BackEndProcess | None = None
         self._early: list[KeyScan] = []  # those that no process knows yet
         self._since: deque[KeyScan] = deque()  # those that the next closure may not know
@@ -168,6 +168,7 @@ class LoopClosing:
         self.T_map_local = Pose2D.from_array(closure.T_map_local)
         self._mapper.know(closure.T_local_submap, closure.covariance, self.T_map_local)
         self._closed = ClosedMap(closure.map)
+        self._tracking.restart()
         while self._known < closure.keys:
             self._since.popleft()
             self._known += 1
@@ -176,6 +177,7 @@ class LoopClosing:
 
     def _add(self, key: KeyScan) -> None:
         """Find a key scan in the map, and put it there."""
-        T_map_local = self._tracking.T_map_local(key, self.T_map_local.as_array(), self.map.grid)
+        T_map_local, known = self._tracking.follow(key, self.T_map_local.as_array(), self.map.grid)
         self.T_map_local = Pose2D.from_array(T_map_local)
-        self._closed.add(key, composed(T_map_local, key.T_local_laser))
+        for one in known:
+            self._closed.add(one, composed(T_map_local, one.T_local_laser))

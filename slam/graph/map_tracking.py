@@ -1,36 +1,80 @@
-"""Key scans matched to the whole map, so that what was seen long ago holds the robot before the next loop is closed."""
+"""Key scans matched to the whole map, so that what was seen long ago holds the robot before the next loop is closed.
+
+Where the front end broke, odometry alone joins what follows to what was mapped. The place in the map is then searched
+for, with each key scan, until one agrees; only then are the key scans since the break put into the map, for there they
+would agree with nothing but themselves.
+"""
 
 from typing import Final
 
 import numpy as np
 
-from slam.config import LeastSquaresConfig
+from slam.config import LeastSquaresConfig, SurfelMapConfig
 from slam.graph.key_scan import KeyScan
 from slam.graph.single_poses import composed, undone
+from slam.mapping.directions import Directions
 from slam.mapping.surfel_grid import Grid
 from slam.matching.least_squares import SolverSettings, solve
-from slam.pose import FloatArray
+from slam.matching.pose_search import PoseSearch, Scene
+from slam.matching.wall_heading import WallHeading
+from slam.motion_model import propagate
+from slam.pose import FloatArray, Pose2D
 
 SIGMAS: Final = np.array([0.02, 0.02, 0.0005])
 """Metres and radians by which the frame ``local`` may drift in the map between key scans. Its heading drifts
 little: the walls of the submap hold it, and the main directions of the building."""
+BREAK_SIGMAS: Final = np.array([0.7, 0.7, 0.6])
+"""Metres and radians by which it may be off after a break."""
 AGREEING: Final = 0.5, 0.8
 """Share of the facets that must agree with the map, and share of that with which the scan agreed with its own submap:
-the lesser."""
+the lesser; after a break the former."""
+MOST_WAITING: Final = 20
+"""Key scans after a break, at most, of which none was found in the map: the robot is where nothing was mapped."""
 
 
 class MapTracking:
-    """Follows the frame ``local`` in the map from key scan to key scan."""
+    """Follows the frame ``local`` in the map from key scan to key scan, and finds it again after a break."""
 
-    def __init__(self, config: LeastSquaresConfig) -> None:
+    def __init__(self, config: LeastSquaresConfig, map_config: SurfelMapConfig) -> None:
         shared = {name: getattr(config, name) for name in SolverSettings._fields if name != "standing_way"}
         self._settings = SolverSettings(**shared, standing_way=0.0)
         self._information = np.diag(SIGMAS**-2.0)
+        self._search = PoseSearch(config.search, map_config.carve_reach, WallHeading(Directions(), enabled=False))
+        self._no_echo_reach = map_config.no_echo_reach
+        self._waiting: list[KeyScan] = []  # since a break, their place in the map not known yet
+        self._last, self._covariance = Pose2D(), np.zeros((3, 3))  # of the sensor with the last of them, map frame
 
-    def T_map_local(self, key: KeyScan, T_map_local: FloatArray, grid: Grid) -> FloatArray:
-        """Return the pose of ``local`` in the map (3,) by a key scan; where they disagree, ``T_map_local`` as it is."""
+    def follow(self, key: KeyScan, T_map_local: FloatArray, grid: Grid) -> tuple[FloatArray, list[KeyScan]]:
+        """Return ``T_map_local`` (3,) by a key scan, and the key scans whose place in the map is known since now."""
+        if key.broken and key.index > 0:
+            self._waiting, self._last = [], Pose2D.from_array(composed(T_map_local, key.T_local_laser))
+            self._covariance = np.diag(BREAK_SIGMAS**2)
+        elif not self._waiting:
+            return self._tracked(key, T_map_local, grid), [key]
+        return self._found(key, T_map_local, grid)
+
+    def restart(self) -> None:
+        """The map was made anew, with all key scans in it."""
+        self._waiting = []
+
+    def _tracked(self, key: KeyScan, T_map_local: FloatArray, grid: Grid) -> FloatArray:
+        """The frame ``local`` a little beside where it was, or there where map and scan disagree."""
         prior = composed(T_map_local, key.T_local_laser)
         fit = solve(key.facets, prior, prior, self._information, grid, self._settings)
         if fit.inliers < min(AGREEING[0], AGREEING[1] * key.share) * len(key.facets):
             return T_map_local
         return undone(fit.pose, key.T_local_laser)
+
+    def _found(self, key: KeyScan, T_map_local: FloatArray, grid: Grid) -> tuple[FloatArray, list[KeyScan]]:
+        """The frame ``local`` wherever around the scan agrees with the map, with all that waited for it."""
+        prior = composed(T_map_local, key.T_local_laser)
+        last, here = self._last, Pose2D.from_array(prior)
+        self._last, self._covariance = here, propagate(self._covariance, last, here)
+        self._waiting.append(key)
+        scene = Scene(key.facets, key.scan, self._no_echo_reach, grid, self._settings)
+        found = self._search.find(scene, prior, self._covariance, last.as_array(), sure=False)
+        agrees = found.fit.inliers >= AGREEING[0] * len(key.facets) and not found.contradicted
+        if not agrees and len(self._waiting) < MOST_WAITING:
+            return T_map_local, []
+        known, self._waiting = self._waiting, []
+        return undone(found.fit.pose, key.T_local_laser) if agrees else T_map_local, known

@@ -9,17 +9,16 @@ import numpy as np
 
 from slam.console.terminal import Terminal
 from slam.errors import BackEndLost
-from slam.files.atomic_files import write_atomic
 from slam.files.graphs.file import write_graph
 from slam.files.graphs.key_scans import write_key_scans
 from slam.files.graphs.walls import write_walls
 from slam.files.maps.file import write_map
-from slam.files.tum import format_tum
+from slam.files.tum import write_tum
 from slam.graph.closure import ClosedRun
 from slam.graph.mapped_walls import mapped_walls
 from slam.graph.run_graph import RunGraph
 from slam.line_slam import Estimate
-from slam.pose import FloatArray, Pose2D
+from slam.pose import FloatArray
 from slam.run.estimator import Estimator, finish, map_made_by
 from slam.run.step import Step
 from slam.saved_slam import SavedSlam
@@ -54,8 +53,7 @@ class ClosedLoops:
         write_walls(folder / "walls.geojson", mapped_walls(self.run))
         write_key_scans(folder / "key_scans.npz", self.run.keys)
         write_graph(folder / "graph.json", self.graph)
-        rows = zip(self.stamps.tolist(), self.trajectory.tolist(), strict=True)
-        write_atomic(folder / "closed.tum", "".join(format_tum(stamp, Pose2D(*pose)) + "\n" for stamp, pose in rows))
+        write_tum(folder / "closed.tum", self.stamps, self.trajectory)
 
 
 class LoopCloser:

@@ -13,7 +13,7 @@ from time import perf_counter
 from typing import Any
 
 from slam.console.terminal import Terminal
-from slam.errors import HopslamError, InputError, RobotError, StorageError
+from slam.errors import BatteryEmpty, HopslamError, InputError, RobotError, StorageError
 from slam.files.atomic_files import write_atomic
 from slam.files.logs import Loss
 from slam.files.maps.file import write_map
@@ -33,7 +33,7 @@ from slam.run.scoring.seen_walls import SeenWalls
 from slam.run.scoring.wall_score import score_walls, wall_metrics
 from slam.run.step import Watcher
 from slam.run.viewer.live_run import RunViewer
-from slam.run.viewer.scene import Scene, planned_route
+from slam.run.viewer.scene import Scene, planned_route, plots
 from slam.run.viewer.viewers import Viewers
 from slam.run.warm_up import warm_up
 from slam.run.watchers import Interruption, RunProgress
@@ -167,9 +167,14 @@ class Experiment:
         """Run the loop; whatever ends it, the robot is stopped at once."""
         try:
             patience = self.scenario.hardware.patience
-            return run_loop(self.env, self.slam, self.pilot, watchers, self.seed, patience, self.duration), None
+            ending = run_loop(
+                self.env, self.slam, self.pilot, watchers, self.seed, patience, self.duration, interruption.asked
+            )
+            return ending, None
         except KeyboardInterrupt:
             return "interrupted", None
+        except BatteryEmpty as error:
+            return "battery empty", error
         except (RobotError, InputError) as error:  # InputError: of an extractor or matcher of the user's own
             return ("failed", error) if interruption.signal is None else ("interrupted", None)
         finally:
@@ -180,7 +185,9 @@ class Experiment:
         """Scene of the viewer before the first scan."""
         odom = self.T_map_odom or self.slam.T_map_base
         deskew, outlines = self.scenario.slam.deskew, tuple(self.outlines)
-        return Scene(self.slam.T_base_laser, odom, self.slam, deskew, outlines, planned_route(self.scenario))
+        curves = plots(battery=self.notes.get("backend") == "hardware")
+        route = planned_route(self.scenario)
+        return Scene(self.slam.T_base_laser, odom, self.slam, deskew, outlines, route, plots=curves)
 
     def _measure(
         self, folder: Path, ending: Ending, wall_time: float, seen: SeenWalls, closed: ClosedLoops | None

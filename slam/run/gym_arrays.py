@@ -21,10 +21,30 @@ def scan_space(lidar: Lidar) -> Box:
     return Box(0.0, lidar.range_max, (lidar.beams,), np.float32)
 
 
-def scan_array(scan: LaserScan) -> NDArray[np.float32]:
-    """The ranges, whatever the sensor said: no echo and an error read ``range_max``, too close reads 0."""
-    ranges = np.nan_to_num(scan.ranges, nan=scan.range_max, posinf=scan.range_max, neginf=0.0)
-    return np.clip(ranges.astype(np.float32), np.float32(0.0), np.float32(scan.range_max))
+def scan_array(scan: LaserScan, lidar: Lidar) -> NDArray[np.float32]:
+    """The ranges in the fan of ``lidar``, whatever fan the sensor sent: each beam is the nearest one of the scan.
+
+    No echo, an error, and a bearing at which the scan has no beam read ``range_max``, too close reads 0.
+    """
+    reach = lidar.range_max
+    ranges = np.nan_to_num(scan.ranges, nan=reach, posinf=reach, neginf=0.0)
+    if (scan.angle_min, scan.angle_increment, len(ranges)) != (lidar.angle_min, lidar.angle_increment, lidar.beams):
+        ranges = np.append(ranges, reach)[nearest_beams(scan.lidar, lidar)]
+    return np.clip(ranges.astype(np.float32), np.float32(0.0), np.float32(reach))
+
+
+def nearest_beams(measured: Lidar, nominal: Lidar) -> NDArray[np.int64]:
+    """For each beam of ``nominal`` the number of the nearest one of ``measured``, (beams,); where there is none within
+    a step of either, the number of beams."""
+    step, turn = measured.angle_increment, 2.0 * np.pi
+    ahead = (nominal.angles - measured.angle_min) % turn
+    places = np.rint(ahead / step).astype(np.int64)
+    places[turn - ahead < 0.5 * step] = 0  # just before the first beam, or all the way round
+    reach = max(step, nominal.angle_increment)
+    beyond = places >= measured.beams
+    near = np.minimum(np.abs(ahead - (measured.beams - 1) * step), turn - ahead) < reach
+    last = np.where(turn - ahead < np.abs(ahead - (measured.beams - 1) * step), 0, measured.beams - 1)
+    return np.where(beyond, np.where(near, last, measured.beams), places)
 
 
 def odometry_space() -> Box:

@@ -2,25 +2,23 @@
 
 import json
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 from slam.console.terminal import Terminal
 from slam.errors import InputError
-from slam.files.atomic_files import DRAFT, clear_drafts, write_atomic
-from slam.files.disk import disk
+from slam.files.atomic_files import write_atomic
 from slam.graph.loop_closing import STEPPED, Timing
 from slam.odometry import Twist2D
 from slam.run.closing_loops import ClosedLoops, LoopCloser
 from slam.run.estimator import make_estimator
+from slam.run.results.folder_update import folder_update
 from slam.run.results.metrics import measure
 from slam.run.results.run_folder import make_run_folder
 from slam.run.results.run_record import RunRecord
+from slam.run.results.traces import carried_on
 from slam.run.scoring.seen_walls import SeenWalls
 from slam.run.scoring.wall_score import score_walls, wall_metrics
 from slam.run.step import Step
@@ -45,7 +43,8 @@ class Optimization:
     def run(self, out: Path | None, console: Terminal) -> tuple[Path, dict[str, Any]]:
         """Do it, in the folder of the run or in a new one; returns the folder and its metrics.
 
-        All new files are there before the first one takes its place. InputError for a run without loops.
+        The new files take their places together; ``run.rrd``, which shows the old ones, goes. Scans that the log has
+        lost are placed by the way from the last one before. InputError for a run without loops.
         """
         record = self.record
         if known := record.known_map:
@@ -55,7 +54,8 @@ class Optimization:
             )
         closed, walls = self._close(console)
         folder = record.folder if out is None else _copied(record.folder, make_run_folder(record.config.name, out))
-        with _new_files(folder) as draft:
+        with folder_update(folder, outdated=("closed.yaml", "run.rrd")) as draft:
+            _link_kept(folder, draft)
             closed.write(draft)
             metrics = (record.metrics or {}) | measure(draft) | closed.metrics | walls
             for outdated in ("optimized", "back_end_lost"):
@@ -92,6 +92,7 @@ class Optimization:
             raise InputError(
                 f"{record.folder}: no loops are closed by these settings; add --set slam.loops=auto, in mode hopslam"
             )
+        closed = _for_all_scans(closed, record)
         if not seen.scans.any():
             return closed, {}
         return closed, wall_metrics(score_walls(seen.walls, seen.seen, closed.run.map.ends))
@@ -113,19 +114,17 @@ def _copied(folder: Path, out: Path) -> Path:
     return out
 
 
-@contextmanager
-def _new_files(folder: Path) -> Iterator[Path]:
-    """A place for new files of a run, where those that stay can be read; they take the places of the old ones when the
-    block is left without an error. What was made of the old ones to be looked at is removed."""
-    clear_drafts(folder)
-    with TemporaryDirectory(prefix=DRAFT, dir=folder) as name:
-        draft = Path(name)
-        for kept in KEPT:
-            if (folder / kept).is_file():
-                (draft / kept).symlink_to((folder / kept).resolve())
-        yield draft
-        for old in ("closed.yaml", "run.rrd"):
-            (folder / old).unlink(missing_ok=True)
-        for path in sorted(draft.iterdir()):
-            if not path.is_symlink():
-                disk().rename(path, folder / path.name)
+def _link_kept(folder: Path, draft: Path) -> None:
+    """Let the files that stay be read beside the new ones."""
+    draft.mkdir()
+    for name in KEPT:
+        if (folder / name).is_file():
+            (draft / name).symlink_to((folder / name).resolve())
+
+
+def _for_all_scans(closed: ClosedLoops, record: RunRecord) -> ClosedLoops:
+    """The closed run with a pose for each scan, those too that the log of a killed run does not have."""
+    stamps, estimate = record.traces.stamps, record.traces.estimate
+    if len(closed.stamps) == len(stamps):
+        return closed
+    return replace(closed, stamps=stamps, trajectory=carried_on(closed.stamps, closed.trajectory, stamps, estimate))

@@ -4,23 +4,27 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Final
 
 from PIL import Image
 
 from slam.console.terminal import Terminal
 from slam.errors import InputError, StorageError
-from slam.files.atomic_files import DRAFT, clear_drafts, require_writable
-from slam.files.disk import disk, storage_error
+from slam.files.atomic_files import require_writable, write_atomic
+from slam.files.disk import storage_error
 from slam.files.graphs.file import read_graph
 from slam.files.logs.read import RUN_LOG
-from slam.files.tum import read_tum
+from slam.files.tum import read_tum, write_tum
 from slam.run.experiment_setup import replay_experiment
+from slam.run.results.folder_update import folder_update
+from slam.run.results.metrics import measure
+from slam.run.results.traces import carried_on
 from slam.scenario.file import load_scenario, read_scenario
 from slam.scenario.schema import Scenario
 
 _REPLAY: Final = "replay"
+_CAUSAL: Final = ("trajectory.tum", "odometry.tum", "groundtruth.tum", "steps.csv")
+"""Files with a row for each scan, from what was known then."""
 _REMEDY: Final = "make room there, and repair it again"
 
 
@@ -37,17 +41,22 @@ class Repair:
 def repair(folder: Path, console: Terminal, force: bool = False) -> Repair:
     """Run the log of a run through the method again, and put the files that are missing or damaged into its folder.
 
-    What is whole is kept, but with ``force`` replaced. InputError without a log that holds a scan,
-    StorageError where the files cannot be made.
+    What is whole is kept, but with ``force`` replaced. Files that have a row for each scan are kept together, where
+    none of them has fewer than the log. InputError without a log that holds a scan, StorageError where the files cannot
+    be made.
     """
     if not (folder / RUN_LOG).is_file():
         raise InputError(f"{folder}: has no {RUN_LOG}, from which all else is made; give the folder of a run")
-    with require_writable(folder, _REMEDY):
-        clear_drafts(folder)
-        with TemporaryDirectory(prefix=DRAFT, dir=folder) as name:
-            again = Path(name) / "run"
-            _run_again(folder, again, console)
-            return _move_in(again, folder, force)
+    with require_writable(folder, _REMEDY), folder_update(folder) as again:
+        _run_again(folder, again, console)
+        found = {path.name for path in again.iterdir()}
+        kept = set() if force else _kept(folder, again, found)
+        for name in kept:
+            (again / name).unlink()
+            (again / name).symlink_to((folder / name).resolve())
+        _fit_to_kept(again)
+    there = {path.name for path in folder.iterdir()}
+    return Repair(sorted(found - kept), sorted(kept), sorted(set(_CHECKS) - there))
 
 
 def _run_again(folder: Path, again: Path, console: Terminal) -> None:
@@ -67,14 +76,30 @@ def _settings(folder: Path) -> Scenario:
     return read_scenario(config) if _is_whole(config) else load_scenario(_REPLAY)
 
 
-def _move_in(again: Path, folder: Path, force: bool) -> Repair:
-    found = sorted(path.name for path in again.iterdir())
-    kept = [] if force else [name for name in found if _is_whole(folder / name)]
-    made = [name for name in found if name not in kept]
-    for name in made:
-        disk().rename(again / name, folder / name)
-    there = {path.name for path in folder.iterdir()}
-    return Repair(made, kept, sorted(set(_CHECKS) - there))
+def _kept(folder: Path, again: Path, found: set[str]) -> set[str]:
+    """Names of the files found again that stay as they are."""
+    whole = {name for name in found if _is_whole(folder / name)}
+    causal = found & set(_CAUSAL)
+    if causal <= whole and _fewest_rows(folder, causal) >= _fewest_rows(again, causal):
+        return whole
+    return whole - {*_CAUSAL, "lines.geojson", "closed.tum"}
+
+
+def _fewest_rows(folder: Path, names: set[str]) -> int:
+    return min(((folder / name).read_bytes().count(b"\n") for name in names), default=0)
+
+
+def _fit_to_kept(again: Path) -> None:
+    """Give the closed trajectory and the metrics the scans of the files that are kept, where the log has fewer."""
+    stamps, estimate = read_tum(again / "trajectory.tum")
+    closed, measures = again / "closed.tum", again / "metrics.json"
+    if closed.is_file() and not closed.is_symlink():
+        known, poses = read_tum(closed)
+        if len(known) < len(stamps):
+            write_tum(closed, stamps, carried_on(known, poses, stamps, estimate))
+    if not measures.is_symlink():
+        metrics = json.loads(measures.read_text()) | measure(again)
+        write_atomic(measures, json.dumps(metrics, indent=2) + "\n")
 
 
 def _is_whole(path: Path) -> bool:

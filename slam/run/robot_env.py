@@ -29,10 +29,10 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
     """A robot behind ``reset`` and ``step``; one step is one scan.
 
     Observations are ``scan`` (beams,), metres, where no echo reads ``range_max`` and too close reads 0, and
-    ``odometry`` (5,): x, y, theta, linear and angular velocity. A scan of fewer beams than the lidar's others is filled
-    up with ``range_max``. The action is (v, omega) in m/s and rad/s; its space ends at 1 of each, which learners like,
-    and faster commands are obeyed up to the limits of the robot. ``info`` has the whole ``Observation`` under
-    ``observation`` and, after a step, the velocity really ``applied``. The reward is 0.
+    ``odometry`` (5,): x, y, theta, linear and angular velocity. The fan is always that of ``lidar``, whatever the
+    sensor sends: each beam is the nearest of the scan. The action is (v, omega) in m/s and rad/s; its space ends at 1
+    of each, which learners like, and faster commands are obeyed up to the limits of the robot. ``info`` has the whole
+    ``Observation`` under ``observation`` and, after a step, the velocity really ``applied``. The reward is 0.
     """
 
     def __init__(self, open_robot: Callable[[int], Robot], lidar: Lidar, limits: Twist2D) -> None:
@@ -103,7 +103,8 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
         raise RobotError(f"the stamps of {_MOST_LATE} scans in a row are not later than {self._stamp:.6f} s")
 
     def _as_dict(self, observation: Observation) -> ObservationDict:
-        scan = scan_array(observation.scan)
-        scan = np.pad(scan, (0, self._lidar.beams - len(scan)), constant_values=np.float32(self._lidar.range_max))
-        self._last = {"scan": scan, "odometry": odometry_array(observation.odometry)}
+        self._last = {
+            "scan": scan_array(observation.scan, self._lidar),
+            "odometry": odometry_array(observation.odometry),
+        }
         return dict(self._last)

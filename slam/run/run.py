@@ -7,8 +7,7 @@ from pathlib import Path
 from signal import SIGINT
 from typing import Any, Self
 
-from markupsafe import Markup
-
+from slam.console.result_table import ResultTable
 from slam.errors import HopslamError
 from slam.files.logs import Loss
 from slam.pose import FloatArray
@@ -109,11 +108,20 @@ class Run:
         write_report([self.record], Path(path))
         return Path(path)
 
+    def view(self, width: int = 950, height: int = 600) -> Any:
+        """The run in rerun's viewer, a widget for notebooks; ``hopslam view`` opens a window of its own.
+
+        InputError where rerun-notebook is not installed.
+        """
+        from slam.run.viewer.finished_run import notebook_viewer, recording_of
+
+        return notebook_viewer(recording_of(self.folder, lambda scans, _: scans), width, height)
+
     def __repr__(self) -> str:
         return f"Run({str(self.folder)!r}, {self.ending or 'cut off'}, {self.metrics['scans']} scans)"
 
-    def _repr_png_(self) -> bytes | None:
-        """The map, with the true walls and three trajectories; None without a scan."""
+    def picture(self) -> bytes | None:
+        """The map, with the true walls and three trajectories, as the content of a PNG file; None without a scan."""
         if not self.metrics["scans"]:
             return None
         from slam.run.pictures.figure_style import png_of
@@ -121,15 +129,17 @@ class Run:
 
         return png_of(map_figure(contents_of(self.record), longest=9.0))
 
+    def _repr_png_(self) -> bytes | None:
+        return self.picture()
+
     def _repr_html_(self) -> str:
-        """The map above the main metrics."""
+        """The main metrics above the map."""
         rows = [
             (METRICS[key].name, METRICS[key].shown(self.metrics[key]), METRICS[key].unit)
             for key in METRICS
             if key in _SHOWN and self.metrics.get(key) is not None
         ]
-        cells = Markup("").join(Markup("<tr><td>{}</td><td>{} {}</td></tr>").format(*row) for row in rows)
-        picture = self._repr_png_()
-        image = Markup('<img src="data:image/png;base64,{}" alt="map">').format(b64encode(picture or b"").decode())
-        head = Markup("<p><b>{}</b>: {}</p>").format(self.folder, self.ending or "cut off")
-        return str(head + (image if picture else "") + Markup("<table>{}</table>").format(cells))
+        table = ResultTable(f"{self.folder}: {self.ending or 'cut off'}", ("", "", ""), rows).html()
+        if (picture := self.picture()) is None:
+            return table
+        return f'{table}<img src="data:image/png;base64,{b64encode(picture).decode()}" alt="map">'

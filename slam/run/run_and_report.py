@@ -77,6 +77,7 @@ def summary_tables(metrics: dict[str, Any]) -> Iterator[TerminalTable]:
         facts.append(("loops", _LOOPS.format(**metrics)))
     if "range_noise_m" in metrics:
         facts.append(("range noise", _range_noise(metrics)))
+    facts += list(_base(metrics))
     if "wall_mapped_m" in metrics:
         facts += list(_walls(metrics))
     if found or facts:
@@ -94,6 +95,18 @@ def _range_noise(metrics: dict[str, Any]) -> str:
     near, far = metrics["range_noise_m"], metrics["range_noise_share"]
     named = f"; as named: {1e3 * metrics['named_range_noise_m']:.0f} mm" if "named_range_noise_m" in metrics else ""
     return f"{1e3 * near:.0f} mm, {100 * far:.1f} % beyond {near / far:.1f} m{named}"
+
+
+def _base(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Rows on what the base said of itself, where there is something to say."""
+    if "battery_end_v" in metrics:
+        yield "battery", "{battery_start_v:.1f} V at the start, {battery_end_v:.1f} V at the end".format(**metrics)
+    if metrics.get("stalled_scans"):
+        yield "stalled", "{stalled_scans} of {scans} scans: a wheel could not turn".format(**metrics)
+    if metrics.get("fault_scans"):
+        yield "faults", "{fault_scans} of {scans} scans: fault_flags in steps.csv says which".format(**metrics)
+    if "sonar_nearest_m" in metrics:
+        yield "sonar", "nearest echo {sonar_nearest_m:.2f} m".format(**metrics)
 
 
 def _walls(metrics: dict[str, Any]) -> Iterator[tuple[str, str]]:

@@ -25,6 +25,9 @@ def _port(name: str) -> str:
 Port = Annotated[str, AfterValidator(_port)]
 
 
+Voltage = Annotated[float, Field(ge=0, le=60)]
+
+
 class FlashSettings(Section):
     """Settings in the FLASH of the robot, for one that does not say them: its CONFIG is missing, damaged, or short."""
 
@@ -45,9 +48,10 @@ class HardwareConfig(Section):
     robot_port: Port = "/dev/ttyUSB0"
     """Serial port of the P3-DX."""
     lidar_port: Port = "/dev/ttyACM0"
-    """Serial port of the URG-04LX."""
+    """Serial port of the lidar."""
     lidar_baud: Literal[19200, 38400, 57600, 115200, 250000, 500000, 750000] = 500000
-    """Bits a second; below 250000 an RS-232 line has no room for ten full scans a second. Over USB it means nothing."""
+    """Bits a second of a URG-04LX; below 250000 an RS-232 line has no room for ten full scans a second. Over USB it
+    means nothing."""
     drive_by: Literal["velocity", "wheels"] = "velocity"
     """Commands for the base in steps of 1 mm/s and 1 deg/s, or for each wheel in steps of 20 mm/s."""
     odometry: Literal["position", "encoders"] = "position"
@@ -61,7 +65,14 @@ class HardwareConfig(Section):
     command_timeout: float = Field(0.5, gt=0, le=2)
     """The robot stops when no new command came for this time, seconds."""
     data_timeout: float = Field(0.3, gt=0.15, le=2)
-    """It also stops when the lidar or the odometry is silent for this time, seconds."""
+    """It also stops when the lidar or the odometry is silent for this time, seconds; the lidar may be silent for three
+    of its scan periods at least."""
+    low_battery: Voltage = 11.5
+    """Below this voltage, or that of the robot's FLASH where it is higher, a run says that the battery is low; volts,
+    0: never ..."""
+    end_battery: Voltage = 11.0
+    """... and below this one, which is at least 0.2 V above that at which the robot switches itself off, it stops and
+    ends; 0: never."""
     patience: float = Field(30.0, ge=0)
     """Time that a run waits, standing, for a lidar or a base that fell silent, before it ends, seconds."""
     max_watchdog: Positive = 2.0

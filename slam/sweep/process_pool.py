@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Iterator, Sequence
@@ -10,7 +11,7 @@ from contextlib import contextmanager
 from multiprocessing import connection, get_context
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
-from typing import Final
+from typing import Any, Final
 
 from slam.sweep.executor import FinishedJob, LostJob
 from slam.sweep.job import Job
@@ -79,7 +80,7 @@ class _Worker:
         self._process: SpawnProcess = get_context("spawn").Process(
             target=_work, args=(far_end, os.getpid(), runs, pictures, allowed), daemon=True
         )
-        with _environment(ONE_THREAD):
+        with _environment(ONE_THREAD), _main_module_hidden():
             self._process.start()
         far_end.close()  # the worker's alone, so that its death closes the pipe
 
@@ -138,6 +139,18 @@ def _describe_exit(exitcode: int | None) -> str:
     if exitcode is None or exitcode >= 0:
         return f"exit code {exitcode}"
     return f"killed by {signal.Signals(-exitcode).name}"
+
+
+@contextmanager
+def _main_module_hidden() -> Iterator[None]:
+    """Hide the user's script, which a new process would run once more: nothing of it is needed there."""
+    main = sys.modules["__main__"]
+    hidden: dict[str, Any] = {name: vars(main).pop(name) for name in ("__file__", "__spec__") if name in vars(main)}
+    main.__spec__ = None
+    try:
+        yield
+    finally:
+        vars(main).update(hidden)
 
 
 @contextmanager

@@ -50,7 +50,7 @@ def make_experiment(job: Job, allowed: Sequence[str] = ()) -> Experiment:
     if job.kind == "log":
         experiment = replay_experiment(Path(source), checked_template("replay", settings, allowed).draw())
         if experiment.loss is not None:
-            experiment.loss.require_most(lenient=False)
+            experiment.loss.require_most(lenient=False, remedy="leave it out of the sweep")
         return experiment
     return scenario_experiment(checked_template(source, settings, allowed).draw())
 

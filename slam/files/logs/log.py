@@ -39,10 +39,10 @@ class Loss(NamedTuple):
             return None
         return f"{self.lost} of {self.scans} scans of the log, {self.share:.0%}, could not be used"
 
-    def require_most(self, lenient: bool) -> None:
+    def require_most(self, lenient: bool, remedy: str = "accept it with --lenient") -> None:
         """ScansLost where more than half is lost, unless that is taken leniently."""
         if self.share > _FAILED and not lenient:
-            raise ScansLost(f"{self.warning}: {self.report}; mend the log, or accept it with --lenient")
+            raise ScansLost(f"{self.warning}: {self.report}; mend the log, or {remedy}")
 
 
 class FanTable(NamedTuple):

@@ -44,7 +44,8 @@ def _how_it_ended(record: RunRecord, metrics: Mapping[str, Any]) -> Iterator[str
     if ending == "interrupted":
         yield f"It was interrupted by hand at {last:.1f} s."
     if "error" in metrics:
-        yield f"The robot failed: {metrics['error']}."
+        what = "stopped" if ending == "battery empty" else "failed"
+        yield f"The robot {what}: {metrics['error']}."
     if ending in _TOO_LONG and "log" not in metrics:
         yield f"It did not arrive within the {record.config.duration:g} s of the scenario."
     if metrics.get("wall_phantom_m", 0.0) > _PHANTOM:

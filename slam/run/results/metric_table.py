@@ -92,6 +92,11 @@ _METRICS: Final = (
     Metric("range_noise_share", "range noise", "far", "", "The same as a share of far ranges.", ".4f"),
     Metric("named_range_noise_m", "range noise", "as named", "m", "That of near ranges by the sensor's name.", ".4f"),
     Metric("map_points", "map", "", "points", "Points or surfels in the map at the end.", "d"),
+    Metric("stalled_scans", "stalled", "", "scans", "Scans at which a wheel could not turn.", "d", True),
+    Metric("fault_scans", "faults", "", "scans", "Scans at which the base reported a fault.", "d", True),
+    Metric("battery_start_v", "battery", "start", "V", "Voltage at the first scan.", ".1f"),
+    Metric("battery_end_v", "battery", "end", "V", "Voltage at the last scan.", ".1f"),
+    Metric("sonar_nearest_m", "sonar", "nearest", "m", "Nearest echo of the sonar rings.", ".2f"),
     Metric("segments", "segments", "", "", "Line segments seen in all mapped scans.", "d"),
 )
 

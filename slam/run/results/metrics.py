@@ -33,7 +33,7 @@ def measure(folder: Path) -> dict[str, Any]:
         metrics |= _errors(traces.closed, truth, "closed_")
     if "closure" in (traces.steps.dtype.names or ()):
         metrics["closures"] = int(traces.jumps.sum())
-    return metrics | _work(traces.steps) | _odometry_only(traces)
+    return metrics | _work(traces.steps) | _odometry_only(traces) | _base_state(traces.steps)
 
 
 def _errors(poses: FloatArray, truth: FloatArray, prefix: str) -> dict[str, float]:
@@ -70,6 +70,22 @@ def _work(steps: NDArray[Any]) -> dict[str, Any]:
         "map_points": int(steps["map_points"][-1]),
         "segments": int(steps["segments"].sum()),
     }
+
+
+def _base_state(steps: NDArray[Any]) -> dict[str, Any]:
+    """What the base said of itself, as far as it did; nothing of an older run."""
+    if "battery" not in (steps.dtype.names or ()):
+        return {}
+    metrics: dict[str, Any] = {
+        "stalled_scans": int((steps["stalled"] == 1).sum()),
+        "fault_scans": int((steps["fault_flags"] != 0).sum()),
+    }
+    volts, nearest = (values[np.isfinite(values)] for values in (steps["battery"], steps["sonar_nearest"]))
+    if len(volts):
+        metrics |= {"battery_start_v": float(volts[0]), "battery_end_v": float(volts[-1])}
+    if len(nearest):
+        metrics["sonar_nearest_m"] = float(nearest.min())
+    return metrics
 
 
 def noise_metrics(noise: RangeNoise, named: RangeNoise | None) -> dict[str, float]:

@@ -1,6 +1,7 @@
 """Writes a run into its folder as it goes, so that whatever ends it, what was done is there."""
 
 from contextlib import ExitStack
+from math import inf
 from pathlib import Path
 from typing import Any, Final
 
@@ -10,12 +11,13 @@ from slam.closing import Closing
 from slam.files.atomic_files import GrowingGeoJson, GrowingText, line_feature
 from slam.files.tum import format_tum
 from slam.pose import FloatArray, Pose2D
+from slam.robot import Observation
 from slam.run.step import Step
 
 STEP_COLUMNS: Final = (
     "stamp", "mapped", "iterations", "converged", "map_points", "segments", "extraction_ms", "slam_ms", "v", "omega",
     "lost", "cov_xx", "cov_xy", "cov_xth", "cov_yy", "cov_yth", "cov_thth", "odometry_only",
-    "local_x", "local_y", "local_theta", "closure",
+    "local_x", "local_y", "local_theta", "closure", "stalled", "battery", "fault_flags", "sonar_nearest",
 )  # fmt: skip
 _UPPER: Final = np.triu_indices(3)
 
@@ -61,7 +63,7 @@ class Recorder(Closing):
             f"{1e3 * estimate.total_time:.4f}", f"{step.applied.linear:.6f}", f"{step.applied.angular:.6f}",
             int(estimate.lost), *_covariance(estimate.covariance), int(estimate.odometry_only),
             f"{local.x:.6f}", f"{local.y:.6f}", f"{local.theta:.9f}",
-            -1 if estimate.closure is None else estimate.closure.submap,
+            -1 if estimate.closure is None else estimate.closure.submap, *_base_state(step.observation),
         )  # fmt: skip
         return ",".join(map(str, values)) + "\n"
 
@@ -74,6 +76,13 @@ class Recorder(Closing):
             line_feature([_millimetres(start), _millimetres(end)], {"scan": step.index, "points": int(count)})
             for start, end, count in zip(in_map.start, in_map.end, segments.counts, strict=True)
         ]
+
+
+def _base_state(seen: Observation) -> list[int | str]:
+    """What the base says of itself, in the order of the columns; empty where it says nothing."""
+    battery = "" if seen.battery is None else f"{seen.battery.volts:.1f}"
+    nearest = min(seen.sonar, default=inf)
+    return [int(seen.stalled), battery, seen.fault_flags, f"{nearest:.3f}" if nearest < inf else ""]
 
 
 def _millimetres(point: Any) -> list[float]:

@@ -19,9 +19,11 @@ from slam.robot import Observation
 from slam.run.step import Step
 
 _SCANS_A_CHUNK: Final = 8
-"""At 10 Hz less than a second of a run is lost when it is killed."""
-_BYTES_BESIDE: Final = 1300
-"""Size of a scan's other messages."""
+"""At most; more of them pack no better."""
+_LOST: Final = 1.0
+"""Seconds of a killed run that may be lost: those in a chunk that is not full."""
+_BYTES_BESIDE: Final = 31
+"""Size of a message's record in MCAP, without the message."""
 _KNOWN_MAP: Final = "hopslam:known_map"
 
 
@@ -49,33 +51,45 @@ class RunLog(Closing):
 
     def on_step(self, step: Step) -> None:
         """Write one step."""
-        observation, encoder = step.observation, self._encoder
-        odometry, scan = observation.odometry, observation.scan
-        writer = self._writer or self._begin(step)
-        time = nanoseconds(scan.stamp)
-        T_map_odom = step.estimate.T_map_base @ odometry.T_odom_base.inverse()
-        links = ("odom", "base_link", odometry.T_odom_base), ("map", "odom", T_map_odom)
-        writer.write(TF, time, encoder.transforms(scan.stamp, *links))
-        writer.write(ODOM, time, encoder.odometry(odometry))
-        if observation.T_map_base is not None:
-            writer.write(GROUND_TRUTH, time, encoder.pose(scan.stamp, "map", observation.T_map_base))
-        writer.write(SCAN, time, encoder.scan(scan))
+        messages = dict(self._messages(step))
+        writer = self._writer or self._begin(step, sum(len(message) + _BYTES_BESIDE for message in messages.values()))
+        for topic, message in messages.items():
+            writer.write(topic, nanoseconds(step.observation.scan.stamp), message)
 
     def close(self) -> None:
         """Write the index, and put everything on the disk."""
         if self._writer is not None:
             self._writer.close()
 
-    def _begin(self, step: Step) -> McapWriter:
-        """The file, with the mount of the lidar in it; its chunks are as large as the first scan asks."""
+    def _messages(self, step: Step) -> Iterator[tuple[str, bytes]]:
+        observation, encoder = step.observation, self._encoder
+        odometry, scan = observation.odometry, observation.scan
+        T_map_odom = step.estimate.T_map_base @ odometry.T_odom_base.inverse()
+        links = ("odom", "base_link", odometry.T_odom_base), ("map", "odom", T_map_odom)
+        yield TF, encoder.transforms(scan.stamp, *links)
+        yield ODOM, encoder.odometry(odometry)
+        if observation.T_map_base is not None:
+            yield GROUND_TRUTH, encoder.pose(scan.stamp, "map", observation.T_map_base)
+        yield SCAN, encoder.scan(scan)
+
+    def _begin(self, step: Step, step_size: int) -> McapWriter:
+        """The file, with the mount of the lidar in it; ``step_size`` are the bytes of a step."""
         scan = step.observation.scan
-        chunk = _SCANS_A_CHUNK * (4 * len(scan.ranges) + _BYTES_BESIDE)
-        self._writer = McapWriter(self._path, self._encoder, chunk)
+        self._writer = McapWriter(self._path, self._encoder, _chunk_size(step_size, scan.scan_time))
         if self._known_map is not None:
             self._writer.note(_KNOWN_MAP, self._known_map._asdict())
         mount = self._encoder.transforms(scan.stamp, ("base_link", "laser", self._T_base_laser))
         self._writer.write(TF_STATIC, nanoseconds(scan.stamp), mount)
         return self._writer
+
+
+def _chunk_size(step_size: int, scan_time: float) -> int:
+    """Bytes at which a chunk is full, for steps of that size and time; where they are slow, each message has its own.
+
+    One step more than these may be lost, as a chunk can end within one.
+    """
+    steps = int(_LOST / scan_time + 1e-6) - 1 if scan_time > 0.0 else 0
+    return step_size * min(steps, _SCANS_A_CHUNK) if steps > 1 else 1
 
 
 def logged_observations(path: Path) -> Iterator[Observation]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Final, Self
 
 from slam.errors import InputError
+from slam.files.atomic_files import require_writable
 from slam.files.graphs.file import read_graph
 from slam.files.json_files import read_json
 from slam.files.logs.read import RUN_LOG
@@ -15,6 +16,7 @@ from slam.graph.run_graph import RunGraph
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, Pose2D
 from slam.robot import Observation
+from slam.run.results.folder_update import finish_update
 from slam.run.results.metric_table import metrics_fault
 from slam.run.results.run_log import KnownMap, logged_known_map, logged_mount, logged_observations, logged_start
 from slam.run.results.segment_file import read_segments
@@ -43,8 +45,13 @@ class RunRecord:
 
     @classmethod
     def open(cls, folder: str | Path) -> Self:
-        """Read the folder of a run; InputError for another folder, and where the run did not come to a scan."""
+        """Read the folder of a run; InputError for another folder, and where the run did not come to a scan.
+
+        Puts new files in their places first where a command was killed that had them ready.
+        """
         folder = Path(folder)
+        with require_writable(folder, "it has new files to put in place; let it be changed"):
+            finish_update(folder)
         if not (folder / "config.yaml").is_file():
             raise InputError(f"{folder}: {_fault(folder)}; give the folder of a run, such as runs/latest")
         traces = Traces.read(folder)

@@ -1,5 +1,6 @@
 """``steps.csv`` of a run read back, up to the first line that is cut or damaged."""
 
+from array import array
 from contextlib import closing
 from pathlib import Path
 from typing import Any, Final
@@ -10,29 +11,34 @@ from numpy.typing import NDArray
 from slam.errors import InputError
 from slam.files.fields import BadLine, bounded
 from slam.files.text_lines import read_lines
+from slam.limits import SCANS
 
 _NEEDED: Final = (
     "stamp", "mapped", "iterations", "converged", "map_points", "segments", "extraction_ms", "slam_ms", "v", "omega",
     "lost",
 )  # fmt: skip
 """Columns that every run has."""
-_MAY_BE_EMPTY: Final = "cov_"
+_MAY_BE_EMPTY: Final = ("cov_", "battery", "sonar_")
+"""Columns of which these are the beginnings."""
 _LARGEST: Final = 1e18
 
 
 def read_steps(path: Path) -> tuple[NDArray[Any], str | None]:
     """Records (K,), named as the columns; and what is wrong with the line at which the table ends before the file does,
     if there is one. InputError where the head is damaged."""
-    rows, fault = list[tuple[float, ...]](), None
+    values, fault = array("d"), None
     with closing(read_lines(path)) as lines:
         names = _names(next(lines, (1, b""))[1], path)
         for number, line in lines:
+            if excess := SCANS.excess(len(values) // len(names) + 1):
+                fault = f"{path.name}: line {number}: {excess}"
+                break
             try:
-                rows.append(_row(line, names))
+                values.extend(_row(line, names))
             except BadLine as error:
                 fault = f"{path.name}: line {number} is {error}"
                 break
-    return np.array(rows, [(name, np.float64) for name in names]), fault
+    return np.array(values).view([(name, np.float64) for name in names]), fault
 
 
 def _names(head: bytes, path: Path) -> list[str]:

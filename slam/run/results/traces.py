@@ -2,15 +2,18 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slam.errors import InputError
-from slam.files.tum import read_tum, read_tum_so_far
-from slam.pose import FloatArray, wrap_angles
+from slam.files.tum import read_tum_so_far
+from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
 from slam.run.results.step_table import read_steps
+
+SAME_STAMP: Final = 1e-5
+"""Seconds between two stamps of one scan, which files round to the microsecond."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,6 +57,13 @@ class Traces:
         return np.asarray((self.steps["odometry_only"] == 1) & (self.steps["mapped"] == 1))
 
     @property
+    def volts(self) -> FloatArray:
+        """(K,): voltage of the base's battery; nan where nobody knows."""
+        if "battery" not in (self.steps.dtype.names or ()):
+            return np.full(len(self.steps), np.nan)
+        return np.asarray(self.steps["battery"])
+
+    @property
     def jumps(self) -> NDArray[np.bool_]:
         """True for a scan at which a closure was taken over: pose and map changed as a whole, (K,)."""
         if "closure" not in (self.steps.dtype.names or ()):
@@ -80,23 +90,37 @@ class Traces:
         K = min(map(len, (stamps, odometry, steps, stamps if truth is None else truth)))
         if not K:
             return None
-        closed = _closed(folder / "closed.tum", len(stamps), cut=fault[0] is not None)
+        closed = _closed(folder / "closed.tum", stamps[:K])
         truth, closed = (None if poses is None else poses[:K] for poses in (truth, closed))
         damage = tuple(map(str, filter(None, (*fault, *odometry_fault, *steps_fault, *truth_fault))))
         return cls(stamps[:K], estimate[:K], odometry[:K], truth, steps[:K], closed, damage)
 
 
-def _closed(path: Path, count: int, cut: bool) -> FloatArray | None:
-    """The closed trajectory, which has a pose for each of so many scans, or for more where the other one is cut;
+def _closed(path: Path, stamps: FloatArray) -> FloatArray | None:
+    """The closed trajectory, which has a pose for each of these scans, and for more where other files are cut;
     InputError where it has not."""
     if not path.is_file():
         return None
-    poses = read_tum(path)[1]
-    if len(poses) < count or (len(poses) > count and not cut):
-        raise InputError(
-            f"{path}: has {len(poses)} poses for {count} scans; remove it, and the run counts as not closed"
-        )
+    known, poses, cut = read_tum_so_far(path)
+    count = len(stamps)
+    if cut is not None and len(known) < count:
+        raise cut
+    if len(known) < count or np.abs(known[:count] - stamps).max() > SAME_STAMP:
+        fault = f"has {len(poses)} poses for {count} scans" if len(known) < count else "is not of the scans of this run"
+        raise InputError(f"{path}: {fault}; remove it, and the run counts as not closed")
     return poses
+
+
+def carried_on(known: FloatArray, poses: FloatArray, stamps: FloatArray, motion: FloatArray) -> FloatArray:
+    """Poses (N, 3) at all ``stamps`` (N,) of a run, of which ``poses`` (M, 3) are known at some (M,), others are not.
+
+    From a known pose to the next one they go on as those of ``motion`` (N, 3) do, and before the first one too.
+    """
+    at = np.searchsorted(stamps, known - SAME_STAMP)
+    last = np.maximum(np.searchsorted(at, np.arange(len(stamps)), side="right") - 1, 0)
+    moved = relative_poses(motion[at[last]], motion)
+    is_known = at[last] == np.arange(len(stamps))
+    return np.where(is_known[:, None], poses[last], compose_poses(poses[last], moved))
 
 
 def _has_lines(path: Path, count: int) -> bool:

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from markupsafe import Markup
 
+from slam.console.result_table import ResultTable
 from slam.errors import InputError
 from slam.pose import FloatArray
 from slam.run.scoring import pose_errors
@@ -42,7 +42,7 @@ class Delta(NamedTuple):
     unit: Unit = "m"
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class Evaluation:
     """The scores of a trajectory, in the order in which tables show them."""
 
@@ -67,24 +67,21 @@ class Evaluation:
             for score in self.scores
         }
 
-    def table(self) -> tuple[Sequence[str], list[Sequence[str]]]:
-        """Head and rows: one for the translation of each score, and one for its rotation."""
+    def table(self) -> ResultTable:
+        """A row for the translation of each score, and one for its rotation."""
         columns, rows = ("mean", "std", "rmse", "median", "max"), list[Sequence[str]]()
         for score in self.scores:
             used = f"{len(score.errors.metres)} of {score.asked}"
             for unit, values in (("m", score.metres), ("deg", statistics(np.degrees(score.errors.radians)))):
                 rows.append((f"{score.name} [{unit}]", *(f"{values[column]:.4f}" for column in columns), used))
-        return ("", *columns, "used"), rows
+        return ResultTable("", ("", *columns, "used"), rows)
+
+    def __repr__(self) -> str:
+        scores = (f"{score.name} {score.metres['rmse']:.4f} m rmse" for score in self.scores)
+        return f"Evaluation({'; '.join(scores)})"
 
     def _repr_html_(self) -> str:
-        head, rows = self.table()
-        lines = [_line("th", head), *(_line("td", row) for row in rows)]
-        return str(Markup("<table>{}</table>").format(Markup("").join(lines)))
-
-
-def _line(tag: str, texts: Sequence[str]) -> Markup:
-    """A line of a table in HTML, with cells of this kind."""
-    return Markup("<tr>{}</tr>").format(Markup("").join(Markup(f"<{tag}>{{}}</{tag}>").format(text) for text in texts))
+        return self.table().html()
 
 
 def evaluate(

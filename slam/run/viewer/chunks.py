@@ -46,6 +46,12 @@ def frame_chunks(frames: Sequence[Frame]) -> Iterator[Chunk]:
     yield Chunk("map/segments", when, _segments(frames))
     poses = stack_poses(frame.robot for frame in frames)
     places = rr.Transform3D.columns(translation=at_height(poses[:, :2], 0.06), quaternion=_yaw_quaternions(poses[:, 2]))
+    if any(frame.sonar is not None for frame in frames):
+        echoes = [np.empty((0, 2)) if frame.sonar is None else frame.sonar for frame in frames]
+        columns = rr.Points3D.columns(positions=at_height(np.concatenate(echoes), 0.03)).partition(
+            list(map(len, echoes))
+        )
+        yield Chunk("map/sonar", when, columns)
     yield Chunk("map/robot", when, [*places, *_ellipses(frames), *_unconstrained_arrows(frames)])
 
 

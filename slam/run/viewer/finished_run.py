@@ -11,12 +11,13 @@ import numpy as np
 
 from slam.deskew import deskewed
 from slam.files.atomic_files import atomic_file, require_writable
+from slam.named_code import import_optional
 from slam.pose import FloatArray, Pose2D
 from slam.run.results.run_record import RunRecord
 from slam.run.viewer.live_run import LOST, ODOMETRY_ONLY
 from slam.run.viewer.loop_events import LoopsShown, closure_text, end_text
 from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
-from slam.run.viewer.scene import Event, Frame, Scene, planned_route
+from slam.run.viewer.scene import Event, Frame, Scene, planned_route, plots
 
 if TYPE_CHECKING:  # it imports rerun
     from slam.run.viewer.broadcast import Broadcast
@@ -46,11 +47,24 @@ def make_recording(record: RunRecord, path: Path, track: Track) -> None:
                 pass
 
 
+def notebook_viewer(recording: Path, width: int, height: int) -> Any:
+    """A recording in rerun's viewer, as a widget of a notebook; InputError where its package is not installed."""
+    import_optional("rerun_notebook", "notebook")
+    import rerun
+    from rerun.notebook import Viewer
+
+    stream = rerun.RecordingStream("hopslam")
+    viewer = Viewer(width=width, height=height, recording=stream)
+    stream.log_file_from_path(recording)
+    return viewer
+
+
 def scene_of(record: RunRecord) -> Scene:
     """Scene of a run, as its folder has it."""
     around = np.concatenate([record.traces.estimate[:, :2], record.walls.reshape(-1, 2)])
     route = planned_route(record.config)
-    return Scene(record.T_base_laser, outlines=tuple(record.outlines), route=route, around=around)
+    curves = plots(battery=bool(np.isfinite(record.traces.volts).any()))
+    return Scene(record.T_base_laser, outlines=tuple(record.outlines), route=route, around=around, plots=curves)
 
 
 def show_finished(record: RunRecord, broadcast: Broadcast) -> Iterator[int]:
@@ -147,6 +161,7 @@ def frames_of(record: RunRecord) -> Iterator[Frame]:
             1e-3 * float(row["extraction_ms"]),
             1e-3 * float(row["slam_ms"]),
             (float(row["v"]), float(row["omega"])),
+            float(traces.volts[index]),
         )
 
 

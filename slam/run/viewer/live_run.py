@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from math import nan
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -17,6 +18,7 @@ from slam.run.step import Step
 from slam.run.viewer.loop_events import LoopsShown, closure_text, end_text
 from slam.run.viewer.palette import NO_SEGMENT, Colour, wall_colours
 from slam.run.viewer.scene import Event, Frame, Level, Scene
+from slam.sonar_ring import echo_points
 
 if TYPE_CHECKING:  # it imports rerun
     from slam.run.viewer.broadcast import Broadcast
@@ -104,6 +106,10 @@ class EventDetector:
         self._T_map_local = step.estimate.T_map_local
         if (stalled := self._changed("stalled", seen.stalled)) is not None:
             yield ("WARN", "stalled: a wheel cannot turn") if stalled else ("INFO", "the wheels turn again")
+        if seen.battery is not None and self._changed("battery low", seen.battery.level != "good"):
+            yield "WARN", f"the battery is low: {seen.battery.volts:.1f} V"
+        if self._changed("faulty", bool(seen.fault_flags)):
+            yield "WARN", f"the base reports faults, flags {seen.fault_flags:#06x}"
         if self._changed("bumped", any(seen.bumpers)):
             yield "WARN", "a bumper is pressed"
         if self._changed("collided", seen.collided):
@@ -117,7 +123,8 @@ class EventDetector:
 
 def frame_of(step: Step, T_map_odom: Pose2D, T_base_laser: Pose2D, deskew: bool) -> Frame:
     """Frame of a step; the scan is deskewed as the method deskews it."""
-    estimate, scan, odometry = step.estimate, step.observation.scan, step.observation.odometry
+    estimate, seen = step.estimate, step.observation
+    scan, odometry = seen.scan, seen.odometry
     if deskew:
         scan = deskewed(scan, odometry.twist, T_base_laser)
     T_map_laser = estimate.T_map_base @ T_base_laser
@@ -128,7 +135,7 @@ def frame_of(step: Step, T_map_odom: Pose2D, T_base_laser: Pose2D, deskew: bool)
         estimate.stamp,
         estimate.T_map_base,
         T_map_odom @ odometry.T_odom_base,
-        step.observation.T_map_base,
+        seen.T_map_base,
         T_map_laser.transform(points),
         colours,
         ends,
@@ -139,6 +146,8 @@ def frame_of(step: Step, T_map_odom: Pose2D, T_base_laser: Pose2D, deskew: bool)
         estimate.extraction_time,
         estimate.total_time,
         (step.applied.linear, step.applied.angular),
+        nan if seen.battery is None else seen.battery.volts,
+        estimate.T_map_base.transform(echo_points(seen.sonar)) if seen.sonar else None,
     )
 
 

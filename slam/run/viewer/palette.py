@@ -22,6 +22,7 @@ TRUTH: Final = 0xFFCC00FF
 START_MARK: Final = 0x56B4E9FF
 END_MARK: Final = 0xE0561BFF
 UNSURE: Final = 0x9D4EDDFF
+SONAR: Final = 0xC792EAFF
 NO_SEGMENT: Final = 0x8A93A0FF
 CLOSED: Final = 0x2EC4A0FF
 """The way as it is known once loops are closed."""

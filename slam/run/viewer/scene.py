@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import degrees, sqrt
+from math import degrees, nan, sqrt
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
@@ -46,6 +46,10 @@ class Frame:
     total_time: float = 0.0
     command: tuple[float, float] = (0.0, 0.0)
     """m/s and rad/s, as applied."""
+    battery: float = nan
+    """Volts; nan where nobody knows."""
+    sonar: FloatArray | None = None
+    """(K, 2): echoes of the sonar rings; None without a ring."""
     loops: LoopsShown | None = None
     """The way and the loops, where they are drawn anew with this scan ..."""
     jumped: bool = False
@@ -95,7 +99,13 @@ PLOTS: Final = {
         "time a scan, ms", ("all", "lines"), lambda frame: (1e3 * frame.total_time, 1e3 * frame.extraction_time)
     ),
     "command": Plot("command, m/s and rad/s", ("v", "omega"), lambda frame: frame.command),
+    "battery": Plot("battery, V", ("volts",), lambda frame: (frame.battery,)),
 }
+
+
+def plots(battery: bool) -> tuple[str, ...]:
+    """Return the names of the curves of a robot that tells its battery, or does not."""
+    return tuple(name for name in PLOTS if battery or name != "battery")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +125,7 @@ class Scene:
     """Way-points (W, 2), from the start on."""
     around: FloatArray | None = None
     """Additional points (N, 2) that the first view should show."""
-    plots: tuple[str, ...] = tuple(PLOTS)
+    plots: tuple[str, ...] = plots(battery=False)
     """Names of the curves that are shown."""
 
 

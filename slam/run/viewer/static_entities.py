@@ -45,6 +45,7 @@ def _looks() -> Iterator[tuple[str, rr.AsComponents]]:
     points = rr.Radius.ui_points
     yield "map/scan", rr.Points3D.from_fields(radii=points(1.6))
     yield "map/scan", rr.Transform3D(translation=(0.0, 0.0, 0.03))
+    yield "map/sonar", rr.Points3D.from_fields(colors=palette.SONAR, radii=points(3.0))
     yield "map/segments", rr.LineStrips3D.from_fields(radii=points(1.5))
     yield "map/segments", rr.Points3D.from_fields(radii=points(3.0))
     yield "map/points", rr.Points3D.from_fields(colors=palette.MAP_POINTS, radii=points(1.2))

@@ -1,0 +1,106 @@
+"""LDROBOT's LD19, LD06 and STL-19P on their serial line."""
+
+import threading
+import time
+from typing import Final
+
+import numpy as np
+
+from hardware.device_thread import DeviceThread
+from hardware.ldrobot import BAUD, SIZE, TIME_WRAP, LdDecoder
+from hardware.lidars.ld_turns import Turn, TurnCollector
+from hardware.scan_queue import ScanQueue
+from hardware.sensor_clock import SensorClock
+from hardware.serial_port import BITS_PER_BYTE, NoDevice, PortLost, SerialPort
+from hardware.wire.session import WireSession
+from slam.errors import RobotError
+from slam.lidars import LidarModel
+from slam.scenario.hardware_config import HardwareConfig
+
+_POLL: Final = 0.1
+"""Seconds after which the thread checks whether it should end."""
+_FIRST_PACKET: Final = 2.0
+"""Seconds for a packet to come: the sensor needs 0.7 s after it gets power (LD19 Development Manual)."""
+_LEAST_SILENCE: Final = 1.5
+_LOST_SCANS: Final = 5
+"""Turns, and seconds at least, without a scan after which the sensor is opened anew."""
+_FEWEST: Final = 0.75
+"""Share of the beams of a turn that must have come, so that it is a scan."""
+_SENDING: Final = SIZE * BITS_PER_BYTE / BAUD
+"""Seconds that a packet takes on the line, at least."""
+
+
+class Ld19:
+    """Opened when made: packets come, and scans from then on.
+
+    A thread reads them; it opens the port again when it is lost, or falls silent. Scans begin and end behind the robot;
+    the sensor turns clockwise, so that time falls from beam to beam. Once ``leaving`` is set, attempts to connect are
+    given up. RobotError when nothing that makes sense comes.
+    """
+
+    def __init__(self, config: HardwareConfig, model: LidarModel, leaving: threading.Event, wire: WireSession) -> None:
+        self._port_name, self._lidar = config.lidar_port, model.lidar
+        self._leaving, self._wire = leaving, wire
+        self.scans = ScanQueue()
+        self._clock = SensorClock(TIME_WRAP, _SENDING)
+        self._turn = TurnCollector()
+        self.period = self._lidar.scan_time
+        """Seconds from scan to scan."""
+        self._connect()
+        self._thread = DeviceThread("lidar", self._serve, self._lose, self._connect, leaving)
+        self._thread.start()
+
+    @property
+    def trouble(self) -> str | None:
+        """Reason why no scans come; None when they do."""
+        return self._thread.trouble
+
+    def close(self) -> None:
+        """Let go of the sensor, which goes on turning; closing twice is allowed."""
+        self._leaving.set()
+        self._thread.close()
+        self._port.close()
+
+    def _connect(self) -> None:
+        self._port = SerialPort(self._port_name, BAUD, self._wire)
+        self._decoder, self._turn = LdDecoder(), TurnCollector()
+        self._clock = SensorClock(TIME_WRAP, _SENDING, after=self._clock.latest)
+        until = time.monotonic() + _FIRST_PACKET
+        try:
+            while not self._receive():
+                if self._leaving.is_set():
+                    raise PortLost(f"{self._port_name}: given up")
+                if time.monotonic() > until:
+                    tip = "is it powered, its PWM line at ground, and this the right port?"
+                    raise NoDevice(f"{self._port_name}: no packets of an LD19 come at {BAUD} baud; {tip}")
+        except BaseException:
+            self._port.close()
+            raise
+        self._last_scan_at = time.monotonic()
+
+    def _lose(self) -> None:
+        self._port.close()
+
+    def _serve(self) -> None:
+        """Take the packets that come within a short time; RobotError when there are no more scans."""
+        self._receive()
+        if time.monotonic() - self._last_scan_at > max(_LEAST_SILENCE, _LOST_SCANS * self.period):
+            raise RobotError(f"{self._port_name}: the lidar sends no scans any more")
+
+    def _receive(self) -> int:
+        """Take the packets that have come, and return their number."""
+        packets = self._decoder.feed(self._port.read(_POLL))
+        now = time.monotonic()
+        for packet in packets:
+            whole = self._turn.add(packet, self._clock.host_time(packet.time, now))
+            if whole is not None:
+                self._keep(whole, now)
+        return len(packets)
+
+    def _keep(self, turn: Turn, now: float) -> None:
+        """Keep a whole turn as a scan, unless much of it is missing or its time is not known."""
+        scan = turn.scan(self._lidar.range_min, self._lidar.range_max)
+        self._last_scan_at, self.period = now, scan.scan_time
+        if self._clock.settled and np.isnan(scan.ranges).mean() <= 1.0 - _FEWEST:
+            self._thread.trouble = None
+            self.scans.put(scan, now)

@@ -1,0 +1,57 @@
+"""New files of the folder of a run, which take the places of the old ones together or not at all."""
+
+import shutil
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Final
+
+from slam.files.atomic_files import DRAFT, clear_drafts
+from slam.files.disk import disk
+
+READY: Final = ".ready"
+"""Folder of new files that are all whole, and have not all taken their places yet."""
+
+
+@contextmanager
+def folder_update(folder: Path, outdated: Iterable[str] = ()) -> Iterator[Path]:
+    """A place for a folder with the new files of a run.
+
+    When the block is left without an error, one rename decides that they count; then each takes its place, and those
+    that are ``outdated`` go. Killed after that rename, ``finish_update`` does the rest. Links in it are left out.
+    """
+    finish_update(folder)
+    clear_drafts(folder)
+    draft = Path(mkdtemp(prefix=DRAFT, dir=folder))
+    try:
+        new = draft / "run"
+        yield new
+        for path in new.iterdir():
+            if path.is_symlink():
+                path.unlink()
+        for name in outdated:
+            (new / name).touch()
+        disk().rename(new, folder / READY)
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+    finish_update(folder)
+
+
+def finish_update(folder: Path) -> None:
+    """Put new files that are ready into their places; an empty one stands for a file that goes.
+
+    Two processes may do it at a time. OSError where the folder cannot be changed.
+    """
+    ready = folder / READY
+    if not ready.is_dir():
+        return
+    for path in sorted(ready.iterdir()):
+        with suppress(FileNotFoundError):  # the other one was faster
+            if path.stat().st_size:
+                disk().rename(path, folder / path.name)
+            else:
+                (folder / path.name).unlink(missing_ok=True)
+                path.unlink()
+    with suppress(FileNotFoundError):
+        ready.rmdir()

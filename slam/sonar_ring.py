@@ -1,0 +1,29 @@
+"""The sonar rings of a Pioneer P3-DX: where each transducer sits on the base and where it points."""
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from slam.pose import FloatArray, unit_vectors
+
+_MILLIMETRES_AND_DEGREES: Final = np.array(
+    [[69, 136, 90], [114, 119, 50], [148, 78, 30], [166, 27, 10],
+     [166, -27, -10], [148, -78, -30], [114, -119, -50], [69, -136, -90],
+     [-157, -136, -90], [-203, -119, -130], [-237, -78, -150], [-255, -27, -170],
+     [-255, 27, 170], [-237, 78, 150], [-203, 119, 130], [-157, 136, 90]],
+    np.float64,
+)  # fmt: skip
+TRANSDUCERS: Final = _MILLIMETRES_AND_DEGREES * np.array([1e-3, 1e-3, np.pi / 180.0])
+"""(16, 3): x, y, bearing in the frame of the base, metres and radians: the front ring from left to right, then the rear
+one from right to left (SonarUnit of ARIA's p3dx-sh.p)."""
+FRONT: Final = 8
+"""Number of transducers in the front ring."""
+
+
+def echo_points(ranges: Sequence[float]) -> FloatArray:
+    """Return the middles of the echoes (K, 2), frame of the base, of the transducers in their order; no echo is inf."""
+    known = np.array(ranges[: len(TRANSDUCERS)], np.float64)
+    ring = TRANSDUCERS[: len(known)]
+    points = ring[:, :2] + np.where(np.isfinite(known), known, 0.0)[:, None] * unit_vectors(ring[:, 2])
+    return np.asarray(points[np.isfinite(known)])

@@ -1,0 +1,139 @@
+"""Sweeps made by a command or a program: planned, run, and returned as values."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Self
+
+from slam.console.terminal import Terminal
+from slam.scenario.settings import one_or_several, parse_setting
+from slam.sweep.folder import Folder
+from slam.sweep.make_plan import make_plan, parse_sample
+from slam.sweep.plan import Plan
+from slam.sweep.report.groups import group_runs, pick_metric
+from slam.sweep.report.tables import tables
+from slam.sweep.result_rows import Row
+from slam.sweep.result_store import ResultStore
+from slam.sweep.sweep import ExecutionOptions, SweepOutcome, run_sweep
+
+if TYPE_CHECKING:
+    from slam.sweep.report.write import SweepReport
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """The results of a sweep, and how many of its runs were made now."""
+
+    folder: str
+    """Path or URL."""
+    done: int = 0
+    """Runs that are over now, and were not before ..."""
+    failed: int = 0
+    """... and those of them without a result."""
+    before: int = 0
+    """Runs that were over already."""
+    interrupted: bool = False
+
+    @classmethod
+    def of(cls, folder: str, outcome: SweepOutcome) -> Self:
+        """The sweep in this folder, with this outcome."""
+        return cls(folder, outcome.done, outcome.failed, outcome.before, outcome.interrupted)
+
+    def rows(self, columns: Sequence[str] | None = None) -> list[Row]:
+        """A dictionary for each run: ``mode``, ``seed``, ``set.<key>``, ``status``, and every metric by its name; all
+        columns, or these. docs/sweeps.md lists them, and ``pandas.DataFrame`` takes them as they are."""
+        return list(self._store().rows(None if columns is None else list(columns)))
+
+    def report(self, metric: str | None = None) -> SweepReport:
+        """Write tables, comparisons and pictures into the folder ``report``; ``page`` is the path of the HTML page."""
+        from slam.sweep.report.write import write_report  # late: matplotlib takes long to load
+
+        return write_report(self.folder, metric)
+
+    def _store(self) -> ResultStore:
+        store = ResultStore(Folder(self.folder))
+        store.compact()
+        return store
+
+    def _repr_html_(self) -> str:
+        """The tables of the report."""
+        store = self._store()
+        metric = pick_metric(store, None)
+        return "".join(table.html() for table in tables(group_runs(store, metric), metric))
+
+
+def sweep(
+    scenarios: str | Sequence[str],
+    *,
+    seeds: str | int | Iterable[int] | None = None,
+    modes: str | Sequence[str] = (),
+    grid: Mapping[str, Iterable[Any]] | None = None,
+    sample: Mapping[str, Any] | None = None,
+    settings: str | Sequence[str] = (),
+    jobs: int | None = None,
+    ray: str | None = None,
+    out: str | os.PathLike[str] | None = None,
+    retry: int = 2,
+    pictures: bool = False,
+    allow_modules: str | Sequence[str] = (),
+    check: bool = True,
+    console: Terminal | None = None,
+) -> Sweep:
+    """Run scenarios and logs by mode, settings and seed, as ``hopslam sweep`` does: what has a result is not run again.
+
+    ``seeds`` are ``"first:end"``, without the end, or numbers; ``grid`` has the values of each setting that are tried,
+    and ``sample`` a distribution for each that is drawn by seed, such as ``"uniform(0.1, 0.2)"``. Runs go to ``jobs``
+    processes, by default one for each processor, or to a cluster at ``ray``; results to ``out``, a path or URL, by
+    default ``sweeps/<name>``. InputError for what is wrong, before anything is run. A run that fails is a row that says
+    so. A sweep that is interrupted raises KeyboardInterrupt, and is returned with ``check=False``.
+    """
+    planned = plan(scenarios, seeds, modes, grid, sample, settings, allow_modules)
+    address = folder_of(planned, out)
+    options = ExecutionOptions(jobs or processors(), ray, retry, pictures)
+    outcome = run_sweep(planned, address, options, console or Terminal(quiet=True))
+    if check and outcome.interrupted:
+        raise KeyboardInterrupt(f"the same sweep goes on with what is missing in {address}")
+    return Sweep.of(address, outcome)
+
+
+def plan(
+    scenarios: str | Sequence[str],
+    seeds: str | int | Iterable[int] | None = None,
+    modes: str | Sequence[str] = (),
+    grid: Mapping[str, Iterable[Any]] | None = None,
+    sample: Mapping[str, Any] | None = None,
+    settings: str | Sequence[str] = (),
+    allow_modules: str | Sequence[str] = (),
+) -> Plan:
+    """The runs of a sweep; see ``sweep``."""
+    given = {
+        "seeds": seeds if seeds is None or isinstance(seeds, str | int) else [_plain(seed) for seed in seeds],
+        "modes": one_or_several(modes),
+        "grid": {key: [_plain(value) for value in values] for key, values in (grid or {}).items()},
+        "sample": dict(_sampled(*item) for item in (sample or {}).items()),
+        "settings": {".".join(map(str, key)): value for key, value in map(parse_setting, one_or_several(settings))},
+    }
+    changes = {key: value for key, value in given.items() if value not in (None, (), {})}
+    return make_plan(scenarios, changes, allow_modules)
+
+
+def folder_of(planned: Plan, out: str | os.PathLike[str] | None) -> str:
+    """Path or URL of the results."""
+    return f"sweeps/{planned.config.name}" if out is None else os.fspath(out)
+
+
+def processors() -> int:
+    """Number of the processors that this program may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _sampled(key: str, distribution: Any) -> tuple[str, Any]:
+    """A setting and its distribution, which may be written as on the command line."""
+    return parse_sample(f"{key}={distribution}") if isinstance(distribution, str) else (key, distribution)
+
+
+def _plain(value: Any) -> Any:
+    """A number of numpy as one of Python."""
+    return value.item() if hasattr(value, "item") else value

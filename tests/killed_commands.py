@@ -1,0 +1,100 @@
+"""Commands that are killed in a process of their own, and what is seen of them from outside: a tool of tests."""
+
+import os
+import signal
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from mcap.exceptions import McapError
+from mcap.records import Channel, Message
+from mcap.stream_reader import StreamReader
+
+from slam.cli.main import main
+from slam.run.results.run_log import RunLog
+from slam.run.step import Step
+
+
+class Started(NamedTuple):
+    """A command that runs."""
+
+    child: int
+    """Number of its process."""
+    witness: int
+    """End of a pipe from which the stamps of the scans come that it saw, a line each."""
+
+
+def start(words: list[str]) -> Started:
+    """Run a command in a child process, which has imported all that it needs."""
+    witness, told = os.pipe()
+    if child := os.fork():
+        os.close(told)
+        return Started(child, witness)
+    code = 1
+    try:
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        for stream in (1, 2):
+            os.dup2(nowhere, stream)
+        tell_stamps(told)
+        sys.argv = ["hopslam", *words]
+        main()
+    except SystemExit as left:
+        code = int(left.code or 0)
+    finally:
+        os._exit(code)
+
+
+def tell_stamps(pipe: int) -> None:
+    """Let each scan of this process be told before it is written down."""
+    on_step = RunLog.on_step
+
+    def telling(log: RunLog, step: Step) -> None:
+        os.write(pipe, b"%.6f\n" % step.observation.scan.stamp)
+        on_step(log, step)
+
+    RunLog.on_step = telling  # type: ignore[method-assign]  # of this process alone
+
+
+def end(started: Started, seconds: float, begun: Path | None = None) -> list[float]:
+    """Kill it so many seconds after it began, or after this file is there; the stamps of the scans that it saw."""
+    until = time.monotonic() + 120.0
+    while begun is not None and not begun.is_file() and time.monotonic() < until and is_running(started.child):
+        time.sleep(0.001)
+    time.sleep(seconds)
+    os.kill(started.child, signal.SIGKILL)
+    os.waitpid(started.child, 0)
+    with os.fdopen(started.witness) as told:
+        return [float(line) for line in told if line.endswith("\n")]
+
+
+def is_running(child: int) -> bool:
+    """True while the process has not ended, though nobody has waited for it."""
+    return os.waitid(os.P_PID, child, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
+
+
+def result_of(started: Started) -> int:
+    """Exit code of a command that comes to its end."""
+    code = os.waitstatus_to_exitcode(os.waitpid(started.child, 0)[1])
+    os.close(started.witness)
+    return code
+
+
+def children_of(process: int) -> list[int]:
+    """Numbers of the processes that this one has started."""
+    return [int(word) for word in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+
+
+def logged_stamps(path: Path) -> list[float]:
+    """Times of the scans in a log that may be cut, by the reader of those who made the format."""
+    stamps, scans = list[float](), set[int]()
+    if not path.is_file():
+        return []
+    with path.open("rb") as file, suppress(McapError):
+        for record in StreamReader(file).records:
+            if isinstance(record, Channel) and record.topic == "/scan":
+                scans.add(record.id)
+            elif isinstance(record, Message) and record.channel_id in scans:
+                stamps.append(record.log_time / 1e9)
+    return stamps

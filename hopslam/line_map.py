@@ -10,8 +10,8 @@ from hopslam.settings import SettingsLike, slam_config
 from slam.config import SlamConfig
 from slam.errors import InputError
 from slam.files.atomic_files import require_writable
-from slam.files.graphs.file import read_graph
-from slam.files.graphs.key_scans import read_known_graph
+from slam.files.graphs.file import read_graph, write_graph
+from slam.files.graphs.key_scans import read_known_graph, write_key_scans
 from slam.files.maps.file import read_map, write_map
 from slam.graph.known_graph import KnownGraph
 from slam.pose import FloatArray, Pose2D
@@ -62,9 +62,7 @@ class Map:
         with require_writable(path, "choose another folder"):
             path.mkdir(parents=True, exist_ok=True)
             if self._closed is None:
-                for other in ("graph.json", "key_scans.npz", "closed.tum", "walls.geojson"):
-                    (path / other).unlink(missing_ok=True)  # of a map that was here before
-                write_map(path / _FILE, self.saved)
+                _write(path, self.saved)
             else:
                 self._closed.write(path)
         return path / _FILE
@@ -83,6 +81,16 @@ class Map:
 
     def _repr_png_(self) -> bytes:
         return self.picture()
+
+
+def _write(folder: Path, saved: SavedSlam) -> None:
+    """Write a map whose run is not over, or that was loaded, in the place of one that may be there."""
+    for other in ("graph.json", "key_scans.npz", "closed.tum", "walls.geojson"):
+        (folder / other).unlink(missing_ok=True)
+    write_map(folder / _FILE, saved)
+    if saved.graph is not None:
+        write_key_scans(folder / "key_scans.npz", saved.graph.keys)
+        write_graph(folder / "graph.json", saved.graph.graph)
 
 
 def load_map(path: str | Path, settings: SettingsLike = ()) -> Map:

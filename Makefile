@@ -13,7 +13,7 @@ test: .venv/.dev
 	PYTEST_XDIST_AUTO_NUM_WORKERS=$$(($$(getconf _NPROCESSORS_ONLN) + 1)) \
 	    .venv/bin/python -m pytest -q -n auto --dist loadfile
 
-# With what takes an hour too: every point at which a write can fail, and commands killed at random moments.
+# With what takes hours too: every point at which a write can fail, commands killed at random moments, long runs.
 test-all: .venv/.dev
 	.venv/bin/python -m pytest -q -n auto --dist loadfile --all-faults
 

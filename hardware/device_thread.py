@@ -19,13 +19,20 @@ class DeviceThread:
     """Calls ``serve`` again and again; when that raises, ``lose``, then ``connect`` until it succeeds.
 
     ``serve`` handles what comes within a fraction of a second. RobotError means that the device is lost; any other
-    exception is a fault of the driver, which is logged with its place and cured in the same way.
+    exception is a fault of the driver, which is logged with its place and cured in the same way. Once ``leaving`` is
+    set, a device that is lost is no news.
     """
 
     def __init__(
-        self, name: str, serve: Callable[[], None], lose: Callable[[], None], connect: Callable[[], None]
+        self,
+        name: str,
+        serve: Callable[[], None],
+        lose: Callable[[], None],
+        connect: Callable[[], None],
+        leaving: threading.Event,
     ) -> None:
         self._name = name
+        self._leaving = leaving
         self._serve, self._lose, self._connect = serve, lose, connect
         self._closing = threading.Event()
         self.trouble: str | None = None
@@ -51,7 +58,7 @@ class DeviceThread:
     def _reconnect(self, reason: str) -> None:
         """Try again, ever less often, until the device answers or the driver is closed."""
         self.trouble = reason
-        _LOG.warning("%s", reason)
+        _LOG.log(logging.INFO if self._leaving.is_set() else logging.WARNING, "%s", reason)
         self._lose()
         for _ in self._attempts():
             try:

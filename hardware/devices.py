@@ -2,54 +2,18 @@
 
 import threading
 import time
-from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Final
 
-from hardware.ld19 import Ld19
+from hardware.lidars.models import lidar_driver
 from hardware.p3dx import P3dx
-from hardware.scan_queue import ScanQueue
 from hardware.staleness_guard import StalenessGuard
-from hardware.urg04lx import Urg04lx
 from hardware.wire.session import WireSession
-from slam.errors import ScenarioError
-from slam.lidars import LidarModel
-from slam.scenario.hardware_config import HardwareConfig
 from slam.scenario.schema import Scenario
 
-
-class LidarDriver(Protocol):
-    """A lidar that was opened, whose scans come by themselves, on a thread of its own."""
-
-    scans: ScanQueue
-
-    @property
-    def period(self) -> float:
-        """Seconds from scan to scan, as it turns now."""
-        ...
-
-    @property
-    def trouble(self) -> str | None:
-        """Reason why no scans come; None when they do."""
-        ...
-
-    def close(self) -> None:
-        """Let go of the lidar; closing twice is allowed."""
-        ...
-
-
-MakeLidar = Callable[[HardwareConfig, LidarModel, threading.Event, WireSession], LidarDriver]
-_DRIVERS: Final[dict[str, MakeLidar]] = {"urg04lx": Urg04lx, "ld19": Ld19}
 _LOST_SCANS: Final = 3.0
 """Scan periods without a scan, at least, after which the robot is stopped: one lost scan of a slow lidar is none."""
-
-
-def lidar_driver(model: str) -> MakeLidar:
-    """Return what opens a lidar of this model; ScenarioError where there is no driver for it."""
-    if model not in _DRIVERS:
-        raise ScenarioError(f"lidar.model: {model} is only simulated; set lidar.model={' or '.join(_DRIVERS)}")
-    return _DRIVERS[model]
 
 
 class RobotDevices:

@@ -59,7 +59,7 @@ class P3dx:
         self._position: PositionOdometry | None = None
         self._line = self._connect()
         self.reported_at = time.monotonic()
-        self._thread = DeviceThread("robot", self._serve, self._lose, self._reconnect)
+        self._thread = DeviceThread("robot", self._serve, self._lose, self._reconnect, leaving)
         self._thread.start()
 
     @property

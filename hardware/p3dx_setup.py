@@ -2,6 +2,7 @@
 
 import logging
 import threading
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from typing import Final
@@ -9,8 +10,8 @@ from typing import Final
 from hardware.arcos.commands import Command, CommandId
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.model import UNITS, ArcosUnits, units_of
-from hardware.arcos_session import ArcosLine, connect_robot, read_config, speed_up
-from hardware.serial_port import SerialPort
+from hardware.arcos_session import ArcosLine, connect_robot, disconnect_robot, read_config, speed_up
+from hardware.serial_port import PortLost, SerialPort
 from hardware.wire.session import WireSession
 from slam.errors import RobotError
 from slam.scenario.hardware_config import FlashSettings, HardwareConfig
@@ -35,14 +36,19 @@ def open_p3dx(config: HardwareConfig, limits: Limits, closing: threading.Event, 
     """Open the robot; RobotError when no P3-DX answers, its watchdog is off or too slow, or it hides its ticks."""
     line = ArcosLine(SerialPort(config.robot_port, _FIRST_BAUD, wire), closing)
     try:
-        return _set_up(line, config, limits)
+        subclass = connect_robot(line).subclass
+        try:
+            return _set_up(line, subclass, config, limits)
+        except RobotError:
+            with suppress(PortLost):
+                disconnect_robot(line)
+            raise
     except BaseException:
         line.port.close()
         raise
 
 
-def _set_up(line: ArcosLine, config: HardwareConfig, limits: Limits) -> OpenedP3dx:
-    subclass = connect_robot(line).subclass
+def _set_up(line: ArcosLine, subclass: str, config: HardwareConfig, limits: Limits) -> OpenedP3dx:
     units = units_of(subclass)
     if units is None:
         known = ", ".join(UNITS)

@@ -10,7 +10,8 @@ from math import isfinite
 from pathlib import Path
 from typing import Final, Self
 
-from hardware.devices import RobotDevices, lidar_driver
+from hardware.devices import RobotDevices
+from hardware.lidars.models import lidar_driver
 from hardware.operator_consent import OperatorConsent
 from hardware.process_watch import StopCallbacks, process_watch
 from hardware.serial_port import PortLost, SerialPort

@@ -188,7 +188,10 @@ def _version(line: ScipLine) -> VersionInfo:
             break
     with suppress(DecodeError):
         return VersionInfo.decode(decode_reply(lines))
-    _LOG.warning("%s: the lidar's answer to VV is damaged; it goes on without", line.port.url)
+    _LOG.warning(
+        "%s: the lidar does not say who it is, its answer to VV is damaged, or a refusal",
+        line.port.url,
+    )
     return VersionInfo.decode_leniently(lines)
 
 

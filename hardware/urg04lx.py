@@ -17,7 +17,7 @@ from hardware.scip.time_stamp import TIME_WRAP
 from hardware.scip_scans import choose_request, reason_for_silence, switch_laser_on
 from hardware.scip_session import RawAnswer, ScipLine, connect_lidar, identify, stop_scans
 from hardware.sensor_clock import SensorClock
-from hardware.serial_port import SerialPort
+from hardware.serial_port import PortLost, SerialPort
 from hardware.wire.session import WireSession
 from slam.errors import RobotError
 from slam.lidars import LidarModel
@@ -46,8 +46,8 @@ class Urg04lx:
         self._leaving = leaving
         self.scans = ScanQueue()
         self._clock = SensorClock(TIME_WRAP)
+        self._thread = DeviceThread("lidar", self._serve, self._lose, self._connect, leaving)
         self._connect()
-        self._thread = DeviceThread("lidar", self._serve, self._lose, self._connect)
         self._thread.start()
 
     @property
@@ -75,12 +75,15 @@ class Urg04lx:
             switch_laser_on(line)
             self._request = choose_request(self._parameters, line.port.baud if line.port.has_baud else None)
             line.ask_until_answered(self._request.encode())
+            end_of_fan = self._parameters.step_time * (self._parameters.last + 1)
+            self._clock = SensorClock(TIME_WRAP, end_of_fan, after=self._clock.latest)
+            self._line, self._last_scan_at = line, time.monotonic()
+            while not self._clock.running:
+                self._give_up_when_leaving()
+                self._serve()
         except BaseException:
             line.port.close()
             raise
-        end_of_fan = self._parameters.step_time * (self._parameters.last + 1)
-        self._clock = SensorClock(TIME_WRAP, end_of_fan, after=self._clock.latest)
-        self._line, self._last_scan_at = line, time.monotonic()
 
     def _serve(self) -> None:
         """Take the scans that come within a short time; RobotError when there are no more."""
@@ -89,9 +92,12 @@ class Urg04lx:
                 self._last_scan_at = frame.ended
         if time.monotonic() - self._last_scan_at > max(_SILENCE, _LOST_SCANS * self.period):
             reason = reason_for_silence(self._line, self._parameters)
-            raise RobotError(
-                f"{self._config.lidar_port}: the lidar sends no scans any more" + (f": {reason}" if reason else "")
-            )
+            words = "the lidar sends no scans any more" if self._clock.running else "the lidar sends no scans"
+            raise RobotError(f"{self._config.lidar_port}: {words}{f': {reason}' if reason else ''}")
+
+    def _give_up_when_leaving(self) -> None:
+        if self._leaving.is_set():
+            raise PortLost(f"{self._config.lidar_port}: given up")
 
     def _lose(self) -> None:
         self._line.port.close()

@@ -63,17 +63,17 @@ def quantised(ranges: FloatArray, model: LidarModel) -> FloatArray:
 
     Beyond the reach they are inf, closer than ``range_min`` -inf (REP-117).
     """
-    return np.round(_quantised(ranges, model.lidar.range_min, model.lidar.range_max, model.resolution), 6)
+    return np.round(quantised_steps(ranges, model.lidar.range_min, model.lidar.range_max, model.resolution), 6)
 
 
 def _within(ranges: FloatArray, normal: FloatArray, bound: tuple[float, float, float], sigmas: float) -> FloatArray:
     """Add Gaussian noise, bounded by so many standard deviations: near (m) up to near_range (m), far x range beyond."""
     near, near_range, far = bound
-    return _bounded_noise(ranges, near / sigmas, near_range, far / sigmas, normal)
+    return bounded_noise(ranges, near / sigmas, near_range, far / sigmas, normal)
 
 
 @compiled
-def _bounded_noise(ranges: FloatArray, near: float, near_range: float, far: float, normal: FloatArray) -> FloatArray:
+def bounded_noise(ranges: FloatArray, near: float, near_range: float, far: float, normal: FloatArray) -> FloatArray:
     """Add Gaussian noise: standard deviation ``near`` metres up to ``near_range``, ``far`` times the range beyond."""
     noisy = np.empty(len(ranges))
     for j in range(len(ranges)):
@@ -83,7 +83,7 @@ def _bounded_noise(ranges: FloatArray, near: float, near_range: float, far: floa
 
 
 @compiled
-def _quantised(ranges: FloatArray, range_min: float, range_max: float, resolution: float) -> FloatArray:
+def quantised_steps(ranges: FloatArray, range_min: float, range_max: float, resolution: float) -> FloatArray:
     last = np.rint((range_max - range_min) / resolution)
     rounded = np.empty(len(ranges))
     for j in range(len(ranges)):

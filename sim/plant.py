@@ -35,10 +35,9 @@ class SimPlant:
         robot = scenario.robot.model_copy(update={"control_rate": _RATE, "odometry": errors})
         self._track = errors.track
         self._body = robot_in_world(scenario, robot, -(-scenario.physics.rate // _RATE) * _RATE)
-        self._body.restart(scenario.seed)
         self._left = self._right = 0.0
-        still = self._sweep([self._place()] * 2, 1.0)  # compiled now: later, real time does not wait for it
-        self._body.lidar.measure_beams(np.zeros(1), still, 0.0, 0.0, np.random.default_rng(0))
+        self._compile(scenario.seed)
+        self._body.restart(scenario.seed)
 
     @property
     def T_map_base(self) -> Pose2D:
@@ -90,6 +89,13 @@ class SimPlant:
     def sonar(self) -> tuple[float, ...]:
         """The front ring, metres from left to right, inf without an echo; () where the scenario has none."""
         return self._body.read_sonar()
+
+    def _compile(self, seed: int) -> None:
+        """Do all of it once: later, real time does not wait for the compiler."""
+        self._body.restart(seed)
+        self._body.roll(Twist2D(), 1)
+        still = self._sweep([self._place()] * 2, 1.0)
+        self._body.lidar.measure_beams(np.zeros(1), still, 0.0, 0.0, np.random.default_rng(0))
 
     def _sweep(self, path: Sequence[Pose2D], seconds: float) -> ScanMotion:
         """Sweep from one place of the base to another, with all else where it is now."""

@@ -81,37 +81,26 @@ class WheelOdometry:
     @property
     def pose(self) -> Pose2D:
         """``T_odom_base`` as it is reported."""
-        return reported_pose(self._T_odom_base, self._errors)
+        pose = self._T_odom_base
+        if not self._errors.firmware_units:
+            return pose
+        return Pose2D(rounded(pose.x, MILLIMETRE), rounded(pose.y, MILLIMETRE), rounded(pose.theta, ANGLE_UNIT))
 
     def mean_twist(self, time: float) -> Twist2D:
         """Mean velocity since the last call, as it is reported at ``time`` seconds; 0 where no time passed."""
-        twist = reported_twist(self._left, self._right, time - self._time, self._errors)
+        rate = 1.0 / (time - self._time) if time > self._time else 0.0
+        left, right = self._left * rate, self._right * rate
+        if self._errors.firmware_units:
+            left, right = rounded(left, MILLIMETRE), rounded(right, MILLIMETRE)
         self._left = self._right = 0.0
         self._time = time
-        return twist
+        return Twist2D.from_wheels(left, right, self._errors.track)
 
     def _travel(self, ticks: int, radius: float) -> float:
         """Metres that a wheel believed of this radius rolled; the variance of the error grows with the way."""
         way = ticks * (2.0 * pi / TICKS_PER_TURN) * radius
         noise = self._errors.travel_noise
         return way + noise * sqrt(abs(way)) * self._rng.standard_normal() if noise else way
-
-
-def reported_pose(T_odom_base: Pose2D, errors: WheelErrors) -> Pose2D:
-    """The pose as the firmware reports it."""
-    if not errors.firmware_units:
-        return T_odom_base
-    x, y, theta = T_odom_base.x, T_odom_base.y, T_odom_base.theta
-    return Pose2D(rounded(x, MILLIMETRE), rounded(y, MILLIMETRE), rounded(theta, ANGLE_UNIT))
-
-
-def reported_twist(left: float, right: float, seconds: float, errors: WheelErrors) -> Twist2D:
-    """The mean velocity, as the firmware reports it, of wheels that rolled so many metres; 0 where no time passed."""
-    rate = 1.0 / seconds if seconds > 0.0 else 0.0
-    left, right = left * rate, right * rate
-    if errors.firmware_units:
-        left, right = rounded(left, MILLIMETRE), rounded(right, MILLIMETRE)
-    return Twist2D.from_wheels(left, right, errors.track)
 
 
 def rounded(value: float, unit: float) -> float:

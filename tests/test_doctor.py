@@ -77,7 +77,7 @@ def serving(answer: Callable[[str], str]) -> Iterator[SimpleNamespace]:
 @pytest.mark.parametrize(
     ("statuses", "state", "said"),
     [
-        ({"BM": "01"}, "Sensor works well.", "refuses BM: status 01, the laser is faulty"),
+        ({"BM": "01"}, "Sensor works well.", "the laser is faulty (BM, status 01)"),
         ({"GD": "50"}, "Sensor works well.", "status 50, the sensor has a hardware fault"),
         ({"BM": "01"}, "Laser malfunction", '"Laser malfunction"'),
     ],
@@ -93,6 +93,7 @@ def test_doctor_repeats_what_a_lidar_says(statuses: dict[str, str], state: str, 
 
 def test_doctor_repeats_what_a_robot_says() -> None:
     with Emulator(plan_plant(load_scenario("corridor")), TcpPort(), paced=False) as emulator:
+        assert emulator.truth  # its loops are compiled now
         port = emulator.robot.port.address
         assert examine(port, 19200).fine
         emulator.do(lambda: emulator.p3dx.motors.press_e_stop(True))

@@ -24,8 +24,12 @@ def command(number: int, argument: int | None = None) -> bytes:
     return packet(data if argument is None else data + b"\x3b" + argument.to_bytes(2, "little"))
 
 
+def closed() -> EmulatedP3dx:
+    return EmulatedP3dx(RingedPlant(room_scenario((-2.0, 3.0), (-2.0, 2.0))))
+
+
 def opened() -> EmulatedP3dx:
-    robot = EmulatedP3dx(RingedPlant(room_scenario((-2.0, 3.0), (-2.0, 2.0))))
+    robot = closed()
     for number in (0, 1, 2, 1):
         robot.receive(command(number), robot.due)
     return robot
@@ -44,6 +48,18 @@ def cycle(robot: EmulatedP3dx, sent: bytes = b"", count: int = 1) -> dict[int, l
         found.setdefault(said[3], []).append(said[4 : size - 2])
         said = said[size:]
     return found
+
+
+def test_a_closed_robot_answers_the_handshake_in_its_order() -> None:
+    robot = closed()
+    for number in (2, 1, 4, 18):  # a CLOSE sent just in case, and what else may come too early
+        assert robot.receive(command(number), robot.due) == b""
+    for number in (0, 0, 1, 1):  # an echo that was lost is asked for again
+        assert robot.receive(command(number), robot.due) == command(number)
+    assert robot.receive(command(2), robot.due)[3:4] == b"\x02"
+    assert not robot.open
+    assert robot.receive(command(1), robot.due) == b""
+    assert robot.open
 
 
 def sip_flags(found: dict[int, list[bytes]]) -> tuple[int, int]:

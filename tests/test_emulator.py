@@ -357,6 +357,8 @@ def test_noise_damages_about_as_many_bytes_as_it_says() -> None:
         ["RS", "SCIP2.0", "VV", "PP", "MD0044072503000"],  # AriaCoda
         ["SCIP2.0", "VV", "VV", "PP", "II", "TM0", "TM1", "TM1", "TM2", "BM", "CR00", "VV", "MS0044072501000"],
         ["SCIP2.0", "TM2", "RS", "RS", "VV", "MD0044072501000"],  # hokuyo_node
+        ["SCIP2.0", "QT", "QT", "VV", "PP", "QT", "BM", "QT", "MD0044072501000"],  # BreezyLidar
+        ["SCIP2.0", "TM0", "QT", "TM2", "QT", "PP", "MD0044072501000"],  # urg_library, after a client left in time mode
     ],
 )
 def test_the_ways_in_which_other_software_begins(commands: list[str]) -> None:

@@ -2,7 +2,6 @@
 
 import logging
 import threading
-import time
 
 import numpy as np
 import pytest
@@ -13,7 +12,9 @@ from hardware.p3dx import P3dx
 from hardware.scip_session import ScipLine, connect_lidar, identify
 from hardware.serial_port import SerialPort
 from hardware.urg04lx import Urg04lx
+from hardware.wire.session import WireSession
 from slam.errors import RobotError
+from slam.lidars import URG04LX
 from slam.scenario.hardware_config import FlashSettings, HardwareConfig
 from slam.scenario.robot_config import Limits
 from tests.scripted_devices import LIDAR, VERSION, config, device, entries, lidar, packet, robot, scip, sip
@@ -29,7 +30,7 @@ def quiet(caplog: pytest.LogCaptureFixture) -> None:
 def open_robot(on_config: bytes, settings: FlashSettings | None = None, subclass: str = "p3dx-sh") -> None:
     with device(robot(subclass, on_config)) as url:
         hardware = HardwareConfig(robot_port=url, settings=settings or FlashSettings())
-        P3dx(hardware, Limits(), threading.Event()).close()
+        P3dx(hardware, Limits(), threading.Event(), WireSession()).close()
 
 
 def test_a_robot_that_does_not_say_its_settings(caplog: pytest.LogCaptureFixture) -> None:
@@ -97,7 +98,7 @@ def identity_and_beams(answers: dict[str, str]) -> tuple[str, int]:
 )
 def test_a_damaged_identity_only_warns(answer: str, serial_number: str, caplog: pytest.LogCaptureFixture) -> None:
     assert identity_and_beams({"VV": answer}) == (serial_number, 682)
-    assert "answer to VV is damaged" in caplog.text
+    assert "its answer to VV is damaged, or a refusal" in caplog.text
 
 
 @pytest.mark.parametrize("status", ["0E", "10"])  # of a URG-04LX, and of urg_sim
@@ -127,7 +128,7 @@ def test_firmware_that_is_too_old_is_named() -> None:
 
 
 def open_lidar(url: str) -> Urg04lx:
-    return Urg04lx(HardwareConfig(lidar_port=url), 4.0, threading.Event())
+    return Urg04lx(HardwareConfig(lidar_port=url), URG04LX, threading.Event(), WireSession())
 
 
 def test_a_sensor_that_refuses_to_stop_is_named() -> None:
@@ -149,17 +150,16 @@ def test_a_faulty_laser_is_named() -> None:
 def test_a_sensor_without_single_scans_works() -> None:
     with device(lidar(LIDAR)) as url:
         sensor = open_lidar(url)
-        scan = sensor.take(20.0)
+        scan = sensor.scans.take(20.0)
         sensor.close()
     assert scan is not None
     assert np.array_equal(scan.ranges, np.full(682, 1.0))
 
 
 def test_a_sensor_that_sends_nothing_is_asked_why() -> None:
-    with device(lidar(LIDAR | {"GD0044072501": f"GD0044072501\n{scip('50')}\n\n"}, scans=False)) as url:
-        sensor = open_lidar(url)
-        until = time.monotonic() + 20.0
-        while "hardware fault" not in (sensor.trouble or "") and time.monotonic() < until:
-            time.sleep(0.01)
-        assert "status 50 to GD0044072501, the sensor has a hardware fault" in str(sensor.trouble)
-        sensor.close()
+    refusal = {"GD0044072501": f"GD0044072501\n{scip('50')}\n\n"}
+    with (
+        device(lidar(LIDAR | refusal, scans=False)) as url,
+        pytest.raises(RobotError, match="sends no scans: status 50 to GD0044072501, the sensor has a hardware fault"),
+    ):
+        open_lidar(url)

@@ -10,10 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hardware.doctor import examine
 from hardware.emulator.emulator import Emulator
 from hardware.emulator.ld19 import EmulatedLd19
-from hardware.ld_turns import TurnCollector
 from hardware.ldrobot import SIZE, LdDecoder, LdPacket
+from hardware.lidars.ld_turns import TurnCollector
 from hardware.robot import HardwareRobot
 from sim.plant import SimPlant
 from sim.robot import SimRobot
@@ -143,6 +144,15 @@ def test_the_driver_sees_the_room_and_stops_without_scans() -> None:
     scan = deskewed(seen.scan, seen.odometry.twist, robot.T_base_laser)
     off = to_walls((seen.odometry.T_odom_base @ robot.T_base_laser).transform(scan.points()))
     assert np.median(off) < 0.01
+
+
+def test_doctor_hears_it_without_a_word() -> None:
+    with Emulator(plant(), lidar="ld19") as emulator:
+        finding = examine(emulator.lidar.port.address, 500000)
+        assert finding.fine
+        assert finding.words.startswith("lidar of LDROBOT's LD series (LD06, LD19, STL-19P), ")
+        assert finding.scan is not None
+        assert to_walls(finding.scan.points() + np.array([0.16, 0.0])).max() < 0.01
 
 
 def test_a_slow_lidar_that_loses_one_scan_is_no_emergency() -> None:

@@ -190,3 +190,5 @@ def test_a_robot_that_falls_silent_is_waited_for_and_stands_meanwhile() -> None:
     assert robot.commands == [forward, Twist2D(), Twist2D(), forward, forward, forward]
     with pytest.raises(RobotTimeout, match="no scan"):
         run_loop(env_of(Silent(1)), Oracle([WRONG] * 4), pilot, [], 0)
+    with pytest.raises(RobotTimeout, match="no scan"):
+        run_loop(env_of(Silent(9)), Oracle([WRONG] * 4), pilot, [], 0, patience=600.0, told_to_end=lambda: True)

@@ -30,7 +30,7 @@ class Clumsy:
         self.failures: list[Exception] = [ZeroDivisionError("in a codec"), PortLost("unplugged"), KeyError("again")]
         self.connections = self.losses = 0
         self.well = threading.Event()
-        self.thread = DeviceThread("lidar", self.serve, self.lose, self.connect)
+        self.thread = DeviceThread("lidar", self.serve, self.lose, self.connect, threading.Event())
 
     def serve(self) -> None:
         if self.failures:

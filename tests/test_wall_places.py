@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from slam.config import SurfelMapConfig
@@ -84,6 +84,7 @@ def test_a_place_turns_and_shifts_with_either_submap(T: Pose2D, seed: int) -> No
 
 @settings(max_examples=20, deadline=None)
 @given(POSES)
+@example(Pose2D(-1.59375, 1.5, -0.296875))  # two rounds with a wide kernel stay 6 cm off, where walls overlap in part
 def test_swapping_the_submaps_gives_the_inverse_place(T: Pose2D) -> None:
     a, b = constellation(offices(0)[:-3]), constellation(offices(0)[3:], T)
     there, back = propose_places(a, b)[0], propose_places(b, a)[0]

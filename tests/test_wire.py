@@ -70,7 +70,7 @@ def test_a_cut_file_has_all_that_came_before(chunks: list[bytes], data: st.DataO
 def test_no_byte_is_lost_in_messages(chunks: list[bytes]) -> None:
     splitter = MessageSplitter(b"\n")
     messages = [message for chunk in chunks for message in splitter.feed(chunk)] + list(splitter.flush())
-    framing = {"arcos": 5, "scip": 0, "none": 0}
+    framing = {"arcos": 5, "ldrobot": 0, "scip": 0, "none": 0}
     found = sum(len(message.data) + framing[message.protocol] for message in messages)
     sent = b"".join(chunks)
     breaks = sent.count(b"\n") + sent.count(b"\r")
@@ -82,6 +82,19 @@ def test_bytes_of_aria_are_named(hexadecimal: str) -> None:
     data = bytes.fromhex(hexadecimal)
     events = [WireEvent(k / 100.0, "/dev/ttyUSB0", ">", data[k : k + 1]) for k in range(len(data))]
     assert words(*events) == [ARIA[hexadecimal]]
+
+
+def test_the_packet_of_the_manual_of_the_ld19_is_named() -> None:
+    packet = (
+        "54 2C 68 08 AB 7E E0 00 E4 DC 00 E2 D9 00 E5 D5 00 E3 D3 00 E4 D0 00 E9 CD 00 E4 CA 00 E2 C7 00 E9 C5 00 E5"
+    )
+    data = bytes.fromhex("99 31" + packet + "C2 00 E5 C0 00 E5 BE 82 3A 1A 50")
+    lost, points = words(*(WireEvent(0.0, "p", "<", data[k : k + 9]) for k in range(0, len(data), 9)))
+    assert lost == "2 bytes that are no whole message: 99 31"
+    assert (
+        points
+        == "points 324.27 to 334.70 deg clockwise, 12 echoes 0.192 to 0.224 m, 2152 deg/s, sensor's clock 6.714 s"
+    )
 
 
 def test_pulse_and_sync_are_told_apart() -> None:

@@ -1,6 +1,6 @@
 """The drivers and the emulated devices in one process, for the benchmarks to measure, and the load of them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -62,12 +62,15 @@ def seconds_until(
 
 
 @contextmanager
-def emulated_robot(watchdog: float = FACTORY_CONFIG.watchdog) -> Iterator[EmulatedRobot]:
-    """Emulate both devices on pseudo-terminals, the robot with this watchdog in its FLASH, seconds, and drive them."""
+def emulated_robot(watchdog: float = FACTORY_CONFIG.watchdog, settings: Sequence[str] = ()) -> Iterator[EmulatedRobot]:
+    """Emulate both devices on pseudo-terminals, the robot with this watchdog in its FLASH, seconds, and drive them.
+
+    ``settings`` are those of the scenario.
+    """
     with (
-        emulated_devices(load_scenario("corridor"), watchdog) as emulator,
+        emulated_devices(load_scenario("corridor", settings), watchdog) as emulator,
         emulator,
-        HardwareRobot(load_scenario("corridor", emulator.port_settings), yes=True) as robot,
+        HardwareRobot(load_scenario("corridor", [*settings, *emulator.port_settings]), yes=True) as robot,
     ):
         yield EmulatedRobot(emulator, robot)
 

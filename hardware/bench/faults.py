@@ -3,7 +3,7 @@
 import os
 import signal
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -49,9 +49,11 @@ _PATIENCE: Final = 30.0
 """Seconds in which a program begins to drive, or its robot stands."""
 
 
-def fault_results(faults: Mapping[str, tuple[str, str]], watchdog: float) -> Iterator[FaultResult]:
+def fault_results(
+    faults: Mapping[str, tuple[str, str]], watchdog: float, settings: Sequence[str] = ()
+) -> Iterator[FaultResult]:
     """Measure each fault while a robot drives whose watchdog waits for so long, seconds."""
-    with emulated_robot(watchdog) as emulated:
+    with emulated_robot(watchdog, settings) as emulated:
         for name, fault in faults.items():
             yield _fault_result(emulated, name, *DEVICE_FAULTS[fault])
 
@@ -70,10 +72,10 @@ def _fault_result(emulated: EmulatedRobot, name: str, begin: Action, end: Action
     return FaultResult(name, to_stand, stopped_by, reason, emulated.drive_until(lambda: not emulated.standing))
 
 
-def kill_result(watchdog: float) -> FaultResult:
+def kill_result(watchdog: float, settings: Sequence[str] = ()) -> FaultResult:
     """Kill a program that drives, a fork of this one, with SIGKILL, and let another one find its emulated robot."""
-    with emulated_devices(load_scenario("corridor"), watchdog) as emulator:
-        scenario = load_scenario("corridor", emulator.port_settings)
+    with emulated_devices(load_scenario("corridor", settings), watchdog) as emulator:
+        scenario = load_scenario("corridor", [*settings, *emulator.port_settings])
         program = os.fork()
         if not program:
             _drive_for_ever(scenario)

@@ -33,9 +33,9 @@ _WATCHDOGS: Final = (2.0, 0.4)
 """Watchdogs, seconds: as delivered, and as docs/hardware.md says to set it."""
 
 
-def load_table(seconds: float, console: Terminal) -> ResultTable:
+def load_table(seconds: float, console: Terminal, settings: Sequence[str] = ()) -> ResultTable:
     """Measure the processor time of drivers and emulator, and how late scans are."""
-    with console.progress(transient=True, still=True) as bar, emulated_robot() as emulated:
+    with console.progress(transient=True, still=True) as bar, emulated_robot(settings=settings) as emulated:
         bar.add_task(f"driving for {seconds:g} s", total=None)
         bar.refresh()
         load = measure_load(emulated, seconds)
@@ -52,24 +52,24 @@ def load_table(seconds: float, console: Terminal) -> ResultTable:
     )
 
 
-def fault_table(console: Terminal) -> ResultTable:
+def fault_table(console: Terminal, settings: Sequence[str] = ()) -> ResultTable:
     """Measure every fault, and with both watchdogs those in which the robot is alone."""
     total = len(FAULTS) + len(_WATCHDOGS) * (len(CUT_OFF) + 1)
     with console.progress(still=True) as bar:
-        rows = [_fault_row(*found) for found in bar.track(_faults(), total, description="faults")]
+        rows = [_fault_row(*found) for found in bar.track(_faults(settings), total, description="faults")]
     columns = ("fault", "until it stands\ns", "by", "cure to motion\ns", "reason named")
     notes = "A watchdog counts from the last command, up to 0.1 s before the fault, and then begins to brake."
     return ResultTable("Faults at 0.3 m/s", columns, rows, notes)
 
 
-def _faults() -> Iterator[tuple[FaultResult, str]]:
+def _faults(settings: Sequence[str]) -> Iterator[tuple[FaultResult, str]]:
     """Yield each fault's result, and the condition under which it was measured."""
     conditions = {watchdog: f", watchdog {watchdog:g} s" for watchdog in _WATCHDOGS}
     # Killed programs are forks: they come first, while there are no threads.
-    yield from [(kill_result(watchdog), condition) for watchdog, condition in conditions.items()]
-    yield from ((result, "") for result in fault_results(FAULTS, _WATCHDOGS[0]))
+    yield from [(kill_result(watchdog, settings), condition) for watchdog, condition in conditions.items()]
+    yield from ((result, "") for result in fault_results(FAULTS, _WATCHDOGS[0], settings))
     for watchdog, condition in conditions.items():
-        yield from ((result, condition) for result in fault_results(CUT_OFF, watchdog))
+        yield from ((result, condition) for result in fault_results(CUT_OFF, watchdog, settings))
 
 
 def ending_table(console: Terminal) -> ResultTable:

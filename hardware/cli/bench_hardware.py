@@ -26,7 +26,7 @@ def bench_hardware(
     packets: Annotated[int, typer.Option(min=1, help="noise: messages of each kind.")] = 10_000,
     scenario: Annotated[str, typer.Option(metavar="NAME", help="sim, env: scenario to drive twice.")] = "corridor",
     settings: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="sim, env: change one setting of it.")
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="load, faults, sim, env: change one setting.")
     ] = None,
     allow_modules: AllowModules = None,
 ) -> None:
@@ -43,6 +43,8 @@ def bench_hardware(
     hopslam bench hardware
 
     hopslam bench hardware load faults --seconds 60
+
+    hopslam bench hardware load faults sim --set lidar.model=ld19
 
     hopslam bench hardware endings
 
@@ -62,9 +64,9 @@ def bench_hardware(
     from hardware.bench import report
 
     tables: dict[Benchmark, Callable[[], ResultTable]] = {
-        Benchmark.FAULTS: lambda: report.fault_table(console),
+        Benchmark.FAULTS: lambda: report.fault_table(console, settings or []),
         Benchmark.ENDINGS: lambda: report.ending_table(console),
-        Benchmark.LOAD: lambda: report.load_table(seconds, console),
+        Benchmark.LOAD: lambda: report.load_table(seconds, console, settings or []),
         Benchmark.NOISE: lambda: report.noise_table(packets, console),
         Benchmark.SIM: lambda: report.sim_table(scenario, settings or [], console, allow_modules or []),
         Benchmark.ENV: lambda: report.env_table(scenario, settings or [], allow_modules or []),

@@ -11,8 +11,9 @@ from slam.console.options import RecordWire
 from slam.errors import InputError
 
 if TYPE_CHECKING:
-    from hardware.doctor import Finding
+    from hardware.doctor.finding import Finding
     from slam.console.terminal import Terminal
+    from slam.lidars import LidarName
     from slam.scan import LaserScan
 
 
@@ -53,7 +54,7 @@ def doctor(
         _print(finding, console)
         if finding.scan is not None:
             with console.waiting("drawing its scan (the first time on a machine compiles the line extraction)"):
-                _draw(png, finding.scan, port)
+                _draw(png, finding.scan, finding.model, port)
             console.print(f"its scan is drawn in {png}")
     if not _fit_for_use(findings, named=bool(ports)):
         raise typer.Exit(3)
@@ -88,12 +89,12 @@ def _fit_for_use(findings: list[Finding], named: bool) -> bool:
     return bool(counted) and all(finding.fine for finding in counted)
 
 
-def _draw(png: Path, scan: LaserScan, port: str) -> None:
+def _draw(png: Path, scan: LaserScan, model: LidarName, port: str) -> None:
     from slam.config import ChiSquareConfig
     from slam.lines.extraction import extract_segments
     from slam.run.pictures.scan_picture import draw_scan
 
     try:
-        draw_scan(png, scan.points(), extract_segments(scan, ChiSquareConfig(sensor="urg04lx")), port)
+        draw_scan(png, scan.points(), extract_segments(scan, ChiSquareConfig(sensor=model)), port)
     except OSError as error:
         raise InputError(f"{png}: cannot be written: {error.strerror}") from error

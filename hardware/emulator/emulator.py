@@ -13,12 +13,12 @@ from typing import Final, Self, TypeVar
 import numpy as np
 
 from hardware.arcos.config_packet import ArcosConfig
-from hardware.emulator.ld19 import EmulatedLd19
 from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
 from hardware.emulator.plant import Plant
 from hardware.emulator.ports import Port, PtyPort
-from hardware.emulator.serial_line import ConnectedDevice, LineNoise
+from hardware.emulator.serial_line import ConnectedDevice, EmulatedLidar, LineNoise
 from hardware.emulator.urg04lx import EmulatedUrg04lx
+from hardware.lidars.models import LIDAR_DEVICES, lidar_emulator
 from hardware.wire.session import WireSession
 from slam.closing import Closing
 from slam.pose import FloatArray, Pose2D, unit_vectors
@@ -32,7 +32,7 @@ _LONGEST_WAIT: Final = 60.0
 
 def emulated_lidar(scenario: Scenario) -> str:
     """Return the model of the scenario's lidar; a URG-04LX for one that has no emulator."""
-    return scenario.lidar.model if scenario.lidar.model in EMULATED_LIDARS else "urg04lx"
+    return scenario.lidar.model if scenario.lidar.model in LIDAR_DEVICES else "urg04lx"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,8 +49,11 @@ class EmulatorState:
 
 
 _T = TypeVar("_T")
-MakeScanner = Callable[[Plant, float, float, bool], EmulatedUrg04lx | EmulatedLd19]
-EMULATED_LIDARS: Final[dict[str, MakeScanner]] = {"urg04lx": EmulatedUrg04lx, "ld19": EmulatedLd19}
+
+
+def device_name(lidar: str) -> str:
+    """Return the name of the device that this model is: Table 1 describes a URG-04LX with fewer beams."""
+    return "urg04lx" if lidar == "table1" else lidar
 
 
 class Emulator(Closing):
@@ -83,7 +86,7 @@ class Emulator(Closing):
         self._plant = plant
         self.p3dx = EmulatedP3dx(plant, now, robot_config)
         self._model = lidar
-        self.scanner = EMULATED_LIDARS[lidar](plant, now, drift, paced)
+        self.scanner: EmulatedLidar = lidar_emulator(lidar)(plant, now, drift, paced)
         self.robot = ConnectedDevice(self.p3dx, robot_port or PtyPort(), True, 2 * seed, noise, wire)
         self.lidar = ConnectedDevice(self.scanner, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise, wire)
         self._devices = (self.robot, self.lidar)
@@ -109,7 +112,7 @@ class Emulator(Closing):
     def port_settings(self) -> list[str]:
         """Settings of a scenario that name both ports."""
         ports = [f"hardware.robot_port={self.robot.port.address}", f"hardware.lidar_port={self.lidar.port.address}"]
-        return [*ports, f"lidar.model={self._model}"]
+        return [*ports, f"lidar.model={device_name(self._model)}"]
 
     @property
     def now(self) -> float:

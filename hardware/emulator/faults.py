@@ -22,9 +22,9 @@ DEVICE_FAULTS: Final[dict[tuple[str, str], tuple[Action, Action]]] = {
     ("lidar", "stall"): (lambda e: e.lidar.stall(inf), lambda e: e.lidar.stall(-inf)),
     ("robot", "e-stop"): (lambda e: e.p3dx.motors.press_e_stop(True), lambda e: e.p3dx.motors.press_e_stop(False)),
     ("robot", "motors-off"): (lambda e: e.p3dx.motors.enable(False), lambda e: e.p3dx.motors.enable(True)),
-    ("lidar", "reboot"): (lambda e: e.urg04lx.reboot(e.now), lambda _: None),
     ("robot", "battery-low"): (lambda e: e.p3dx.set_battery(11.3), lambda e: e.p3dx.set_battery(FULL_BATTERY)),
     ("robot", "battery-empty"): (lambda e: e.p3dx.set_battery(10.8), lambda e: e.p3dx.set_battery(FULL_BATTERY)),
+    ("lidar", "reboot"): (lambda e: e.scanner.reboot(e.now), lambda _: None),
     ("lidar", "dead"): (lambda e: e.scanner.set_dead(True), lambda e: e.scanner.set_dead(False)),
 }
 """Begin and end of each fault, by device and kind; both are called on the emulator's thread."""

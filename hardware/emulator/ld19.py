@@ -14,6 +14,8 @@ _POINT_TIME: Final = 1.0 / 4500.0
 _TOGETHER: Final = 4
 """Packets that leave together, as a USB adapter sends them."""
 _PERIOD: Final = _TOGETHER * POINTS * _POINT_TIME
+_START: Final = 0.7
+"""Seconds from power to the first packet (LD19 Development Manual); when it is made it has been on for long."""
 _SPEED_ERROR: Final = 0.01
 """Share by which the speed of the motor swings to both sides, so that the number of points a turn varies ..."""
 _SWING: Final = 2.0 * pi / 3.0
@@ -31,7 +33,7 @@ class EmulatedLd19:
     ) -> None:
         self._plant = plant
         self._plant_began = now - plant.elapsed
-        self._powered_at = now
+        self._powered_at = now - _START
         self._drift = drift
         self.rate = rate
         """Turns a second."""
@@ -57,6 +59,10 @@ class EmulatedLd19:
         """Fall silent, or come back to life."""
         self.dead = dead
 
+    def reboot(self, now: float) -> None:
+        """Begin anew, as after a break of its power: its clock begins at 0, and it is silent for a while."""
+        self._powered_at = now
+
     def receive(self, data: bytes, now: float) -> bytes:
         """Take no notice: its line goes one way."""
         return b""
@@ -67,7 +73,7 @@ class EmulatedLd19:
         turned = (1.0 + _SPEED_ERROR * sin(_SWING * (began - self._powered_at))) * 2.0 * pi * self.rate
         angles: FloatArray = self._angle + turned * _POINT_TIME * np.arange(_TOGETHER * POINTS, dtype=np.float64)
         self._angle = (self._angle + turned * _PERIOD) % (2.0 * pi)
-        if self.dead:
+        if self.dead or began - self._powered_at < _START:
             return b""
         ahead = began - self._plant_began - self._plant.elapsed
         ranges = self._plant.ranges(-angles, ahead, _POINT_TIME)

@@ -7,7 +7,7 @@ from typing import Final
 from hardware import DecodeError
 from hardware.arcos.commands import BAUDS, Command, CommandId
 from hardware.arcos.config_packet import ArcosConfig
-from hardware.arcos.model import Identity
+from hardware.arcos.model import SYNC2, Identity
 from hardware.arcos.packet import PacketDecoder, encode_packet
 from hardware.emulator.motor_controller import MotorController
 from hardware.emulator.p3dx_commands import execute
@@ -18,7 +18,6 @@ _TICK: Final = 0.01
 """Seconds between two turns of the firmware's loop."""
 _SILENCE: Final = 0.1
 """Seconds between two bytes after which they belong to different packets."""
-_SYNC0, _SYNC1, _SYNC2 = 0, 1, 2
 _IDENTITY: Final = Identity("emulated", "Pioneer", "p3dx-sh")
 FACTORY_CONFIG: Final = ArcosConfig(
     robot_type="Pioneer",
@@ -104,18 +103,21 @@ class EmulatedP3dx:
         return answers
 
     def _handshake(self, command: Command, packet: bytes, now: float) -> bytes:
-        """Answer SYNC0, SYNC1 and SYNC2 in this order, then take OPEN, which has the number of SYNC1."""
-        if command.id == CommandId.OPEN and self._synced == _SYNC2 + 1:
+        """Answer SYNC0, SYNC1 and SYNC2 in this order, then take OPEN, which has the number of SYNC1.
+
+        One that was answered may come again; one out of sequence is ignored (Pioneer 3 Operations Manual, p. 28).
+        """
+        if command.id == CommandId.OPEN and self._synced == SYNC2 + 1:
             pressed = self.motors.e_stop
             self.open = True
             self._reset()
             self.motors.press_e_stop(pressed)
             self.motors.feed_watchdog(now)
             return b""
-        if command.id not in (_SYNC0, _SYNC1, _SYNC2):
+        if command.id > min(self._synced, SYNC2):
             return b""
         self._synced = command.id + 1
-        return encode_packet(_IDENTITY.encode() if command.id == _SYNC2 else packet)
+        return encode_packet(_IDENTITY.encode() if command.id == SYNC2 else packet)
 
     def _execute(self, command: Command, now: float) -> bytes:
         self.motors.feed_watchdog(now)

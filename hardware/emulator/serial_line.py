@@ -5,14 +5,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
 from random import Random
-from typing import Final
+from typing import Final, Protocol
 
-from hardware.emulator.ld19 import EmulatedLd19
-from hardware.emulator.p3dx import EmulatedP3dx
 from hardware.emulator.ports import Port
-from hardware.emulator.urg04lx import EmulatedUrg04lx
 from hardware.serial_port import BITS_PER_BYTE
 from hardware.wire.session import WireSession
+from slam.pose import FloatArray
 
 _CHUNK: Final = 16
 """Bytes that arrive together, as from the buffer of a UART."""
@@ -80,8 +78,53 @@ class SerialLine:
             yield chunk, baud
 
 
-Device = EmulatedP3dx | EmulatedUrg04lx | EmulatedLd19
-"""A machine of bytes and time: it acts in ``step`` and ``receive`` only, and time never goes back."""
+class Device(Protocol):
+    """A machine of bytes and time: it acts in ``step`` and ``receive`` only, and time never goes back."""
+
+    @property
+    def baud(self) -> int:
+        """Bit rate at which it talks."""
+        ...
+
+    @property
+    def due(self) -> float:
+        """Time of its next step."""
+        ...
+
+    @property
+    def wake(self) -> float:
+        """Time at which it needs to be served again, ``due`` or later."""
+        ...
+
+    def step(self) -> bytes:
+        """Do what is due, and return what it says."""
+        ...
+
+    def receive(self, data: bytes, now: float) -> bytes:
+        """Take bytes, and return what it says at once."""
+        ...
+
+
+class EmulatedLidar(Device, Protocol):
+    """A lidar among the devices."""
+
+    @property
+    def laser(self) -> bool:
+        """True while it measures."""
+        ...
+
+    @property
+    def sweep(self) -> tuple[FloatArray, FloatArray]:
+        """Bearings in the sensor's frame, and the last range measured at each, nan before the first; (N,) each."""
+        ...
+
+    def set_dead(self, dead: bool) -> None:
+        """Fall silent, or come back to life."""
+        ...
+
+    def reboot(self, now: float) -> None:
+        """Begin anew, as after a break of its power."""
+        ...
 
 
 class ConnectedDevice:

@@ -11,7 +11,7 @@ from typing import Final, TextIO
 
 import numpy as np
 
-from hardware.emulator.emulator import Emulator, EmulatorState
+from hardware.emulator.emulator import Emulator, EmulatorState, device_name
 from hardware.emulator.faults import TimedFault
 from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.plant import Plant
@@ -55,7 +55,7 @@ def serve(
     gets the state 10 times a second. InputError for an unknown fault, or a file or folder that cannot be used.
     """
     planned = [TimedFault.parse(text) for text in faults]
-    robot_port, lidar_port = _ports(link_dir, tcp, lidar)
+    robot_port, lidar_port = _ports(link_dir, tcp, device_name(lidar))
     config = replace(FACTORY_CONFIG, watchdog=watchdog)
     emulator = Emulator(
         plant,
@@ -72,7 +72,7 @@ def serve(
     for fault in planned:
         fault.schedule(emulator)
     with suppress(KeyboardInterrupt), _opened(truth) as file, emulator:
-        print(json.dumps({"p3dx": robot_port.address, lidar: lidar_port.address}), flush=True)
+        print(json.dumps({"p3dx": robot_port.address, device_name(lidar): lidar_port.address}), flush=True)
         for tick in count():
             sleep(_TRUTH_PERIOD)
             if file is not None:

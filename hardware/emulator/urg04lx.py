@@ -203,3 +203,10 @@ def _cluster(ranges: FloatArray, size: int) -> FloatArray:
     padded[: len(ranges)] = ranges
     nearest: FloatArray = np.where(np.isnan(padded), np.inf, padded).reshape(-1, size).min(axis=1)
     return nearest
+
+
+class EmulatedTable1(EmulatedUrg04lx):
+    """The URG-04LX of the paper's Table 1, with 128 beams."""
+
+    def __init__(self, plant: Plant, now: float = 0.0, drift: float = 0.0, paced: bool = True) -> None:
+        super().__init__(plant, now, drift, paced, TABLE1_PARAMETERS)

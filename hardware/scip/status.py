@@ -1,14 +1,16 @@
-"""The meaning of a status, the two characters behind an echo."""
+"""The meaning of a status, the two characters behind an echo (C-42-03320B)."""
 
 from typing import Final
 
 _GENERAL: Final = {
-    "0A": "no such command",
+    "0A": "it could not make an answer",
     "0B": "the same command twice, or its buffer is full",
-    "0C": "not a command",
-    "0D": "not a command",
-    **dict.fromkeys(("0E", "0F", "0G", "0H"), "not a command now"),
+    **dict.fromkeys(("0C", "0F"), "parameters are missing"),
+    **dict.fromkeys(("0D", "0E"), "not a command, or not now"),
+    "0G": "the note is longer than 16 characters",
+    "0H": "the note has characters that it may not have",
     "0I": "the sensor is in firmware update mode",
+    "0L": "the sensor is in an abnormal state",
 }
 _SPECIAL: Final = {
     ("BM", "01"): "the laser is faulty",
@@ -19,8 +21,14 @@ _SPECIAL: Final = {
     ("SS", "02"): "no such bit rate",
     ("SS", "03"): "the bit rate was that already",
     ("SS", "04"): "the bit rate is not supported",
+    ("CR", "01"): "the speed is no number",
+    ("CR", "02"): "the speed is out of range",
     ("CR", "03"): "the motor turned at that speed already",
     ("CR", "04"): "the speed is not supported",
+    ("HS", "01"): "no such sensitivity",
+    ("HS", "02"): "the sensitivity was that already",
+    ("HS", "03"): "this firmware has one sensitivity",
+    ("TM", "01"): "no such control code",
     ("TM", "02"): "the clock could be read already",
     ("TM", "03"): "the clock could not be read anyway",
     ("TM", "04"): "the clock cannot be read before TM0",

@@ -1,12 +1,14 @@
-"""A wire recording in words: a line for each message of ARCOS and SCIP, and for bytes that are neither."""
+"""A wire recording in words: a line for each message of ARCOS, SCIP and LDROBOT, and for bytes that are none."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from math import degrees
 from typing import Final
 
 import numpy as np
 
 from hardware import DecodeError
+from hardware.ldrobot import LdPacket
 from hardware.scip.reply import Reply, decode_old_reply, find_reply
 from hardware.scip.scan_data import decode_scan
 from hardware.scip.status import status_meaning
@@ -61,10 +63,25 @@ class _PortListing:
     def _words(self, kind: str, message: WireMessage) -> str:
         if message.protocol == "arcos":
             return self._robot.of_command(message.data) if kind == _TO else self._robot.of_packet(message.data)
+        if message.protocol == "ldrobot":
+            return _points(message.data)
         if message.protocol == "scip":
             return message.data.decode("ascii") if kind == _TO else _answer(message.data)
         shown = message.data[:_SHOWN].hex(" ") + " ..." * (len(message.data) > _SHOWN)
         return f"{len(message.data)} bytes that are no whole message: {shown}"
+
+
+def _points(packet: bytes) -> str:
+    """Describe a packet of a lidar of LDROBOT."""
+    try:
+        points = LdPacket.decode(packet)
+    except DecodeError as error:
+        return f"points: {error}"
+    first, last, speed = (degrees(angle) for angle in (points.first, points.last, points.speed))
+    echoes = points.ranges[np.isfinite(points.ranges)]
+    reach = f" {echoes.min():.3f} to {echoes.max():.3f} m" if len(echoes) else ""
+    turning = f"{speed:.0f} deg/s, sensor's clock {points.time:.3f} s"
+    return f"points {first:.2f} to {last:.2f} deg clockwise, {len(echoes)} echoes{reach}, {turning}"
 
 
 def _answer(text: bytes) -> str:

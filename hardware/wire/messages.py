@@ -6,15 +6,17 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from hardware.arcos.packet import HEADER, MAX_DATA, checksum
+from hardware.ldrobot import HEADER as LD_HEADER
+from hardware.ldrobot import SIZE, crc8
 
-Protocol = Literal["arcos", "scip", "none"]
+Protocol = Literal["arcos", "ldrobot", "scip", "none"]
 _TEXT: Final = re.compile(rb"[\n\r\x20-\x7e]*")
 _LONGEST_TEXT: Final = 8192
 
 
 @dataclass(frozen=True, slots=True)
 class WireMessage:
-    """Bytes that belong together: the data of an ARCOS packet, the text of SCIP, or bytes that are neither."""
+    """Bytes that belong together: the data of an ARCOS packet, a packet of LDROBOT, the text of SCIP, or none."""
 
     protocol: Protocol
     data: bytes
@@ -48,6 +50,8 @@ class MessageSplitter:
         """Return the first message and the number of its bytes; 0 where it is not whole yet."""
         if self._buffer.startswith(HEADER) or self._buffer == HEADER[:1]:
             return self._packet()
+        if self._buffer.startswith(LD_HEADER):
+            return self._points()
         text = _TEXT.match(self._buffer)
         return self._text(text.group()) if text and text.group() else self._neither()
 
@@ -62,6 +66,12 @@ class MessageSplitter:
         data, tail = buffer[3 : whole - 2], buffer[whole - 2 : whole]
         return (WireMessage("arcos", data), whole) if checksum(data) == int.from_bytes(tail, "big") else self._neither()
 
+    def _points(self) -> tuple[WireMessage, int]:
+        packet = self._buffer[:SIZE]
+        if len(packet) < SIZE:
+            return WireMessage("ldrobot", packet), 0
+        return (WireMessage("ldrobot", packet), SIZE) if crc8(packet[:-1]) == packet[-1] else self._neither()
+
     def _text(self, text: bytes) -> tuple[WireMessage, int]:
         leading = len(text) - len(text.lstrip(b"\n"))
         end = text.find(self._end, leading)
@@ -73,7 +83,6 @@ class MessageSplitter:
 
     def _neither(self) -> tuple[WireMessage, int]:
         """Return the bytes up to where the next packet may begin."""
-        end = self._buffer.find(HEADER, 1)
-        if end < 0:
-            end = len(self._buffer) - (len(self._buffer) > 1 and self._buffer.endswith(HEADER[:1]))
+        starts = [place for header in (HEADER, LD_HEADER) if (place := self._buffer.find(header, 1)) > 0]
+        end = min(starts, default=len(self._buffer) - (len(self._buffer) > 1 and self._buffer.endswith(HEADER[:1])))
         return WireMessage("none", self._buffer[:end]), end

@@ -33,7 +33,7 @@ MODEL: Final = np.dtype(
     [
         ("linear", "f8"), ("angular", "f8"), ("rise", "f8"), ("fall", "f8"), ("turn", "f8"),  # limits; a control step's
         ("left_radius", "f8"), ("right_radius", "f8"), ("track", "f8"), ("same", "f8"), ("other", "f8"),
-        ("travel_noise", "f8"), ("encoder_noise", "f8"), ("spins", "i4"),
+        ("travel_noise", "f8"), ("encoder_noise", "f8"), ("spins", "i4"), ("firmware_units", "i4"),
         ("watchdog", "i4"), ("patience", "i4"), ("rest", "i4"), ("substeps", "i4"), ("substep", "f8"),
     ],
     align=True,
@@ -51,6 +51,7 @@ def model_of(config: RobotConfig, physics_rate: int) -> NDArray[Any]:
             limits.linear, limits.angular, limits.acceleration / rate, limits.deceleration / rate,
             limits.angular_acceleration / rate, believed.left_radius, believed.right_radius, believed.track,
             traction.same, traction.other, believed.travel_noise, believed.encoder_noise, spins,
+            believed.firmware_units,
             round(WATCHDOG * rate), round(STALL_TIME * rate), round(RECOVERY_TIME * rate), physics_rate // rate,
             1.0 / physics_rate,
         )],

@@ -11,11 +11,12 @@ from sim.plan.advance import advance, walk
 from sim.plan.base import command, put_down
 from sim.plan.footprint import RADIUS
 from sim.plan.records import BASE, model_of
+from sim.plan.reports import reported_pose, take_mean_twist
 from sim.ray_casters import ExactCaster, RayCaster
 from sim.rays import ScanMotion
 from sim.robot_in_world import RobotInWorld
 from sim.wall_plan import wall_plan
-from sim.wheels import TRACK, reported_pose, reported_twist
+from sim.wheels import TRACK
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
@@ -42,7 +43,6 @@ class PlanRobot(RobotInWorld):
     def __init__(self, scenario: Scenario, robot: RobotConfig, rate: int) -> None:
         prisms = scenario.world.prisms()
         self._start = robot.start.pose
-        self._errors = robot.odometry
         self._rate, self._steps_per_control = rate, rate // robot.control_rate
         self._base, self._model = np.zeros(1, BASE)[0], model_of(robot, rate)[0]
         self._obstacles = wall_plan([obstacle_footprints(prisms)], RADIUS)
@@ -108,14 +108,12 @@ class PlanRobot(RobotInWorld):
 
     @property
     def odometry(self) -> Pose2D:
-        return reported_pose(Pose2D(*self._base[["odom_x", "odom_y", "odom_theta"]].item()), self._errors)
+        return Pose2D(*reported_pose(self._base, self._model))
 
     def mean_twist(self) -> Twist2D:
         seconds = (self.steps - self._reported_at) / self._rate
-        twist = reported_twist(float(self._base["way_left"]), float(self._base["way_right"]), seconds, self._errors)
-        self._base["way_left"] = self._base["way_right"] = 0.0
         self._reported_at = self.steps
-        return twist
+        return Twist2D(*take_mean_twist(self._base, self._model, seconds))
 
     @property
     def stalled(self) -> bool:

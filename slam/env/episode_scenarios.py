@@ -124,6 +124,12 @@ class EpisodeScenarios:
         self._config.require_route(scenario)
         return scenario
 
+    def draw_pool(self, count: int | None) -> list[Scenario]:
+        """Draw so many scenarios, 64 unless told, of the seeds from the file's own on; one where nothing is random."""
+        if self._template is None or not self._template.random:
+            return [self.first]
+        return [self.draw(self.first.seed + k, ResetOptions()) for k in range(count or 64)]
+
     def _load(self, more: tuple[str, ...] = ()) -> ScenarioTemplate:
         """Load the file, with more settings on top; ScenarioError for a value, which takes none."""
         settings = self._settings + more

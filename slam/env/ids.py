@@ -23,13 +23,27 @@ ENV_IDS: Final[dict[str, str | None]] = {
 }
 """Every id with the scenario it stands for; None where that is the argument ``scenario``."""
 
+BATCH: Final = "sim.batch.env:BatchEnv"
+"""slam knows of sim by name only."""
+
+
+class _SyncUnlessTold(dict[str, Any]):
+    """Arguments of an environment of which ``gymnasium.make_vec`` makes several in the usual way unless told otherwise.
+
+    gymnasium takes ``vectorization_mode`` from an environment's arguments with the caller's as the default; where the
+    caller gave none, it would choose the vector entry point, which has no PyBullet.
+    """
+
+    def pop(self, key: str, default: Any = None) -> Any:
+        return super().pop(key, "sync" if key == "vectorization_mode" and default is None else default)
+
 
 def register_ids() -> None:
     """Register every id with gymnasium, once. ``import sim`` does it, and so ``gymnasium.make("sim:hopslam/...")``."""
     for env_id, scenario in ENV_IDS.items():
         if env_id not in gymnasium.registry:
-            kwargs = {} if scenario is None else {"scenario": scenario}
-            gymnasium.register(id=env_id, entry_point="slam.env.p3dx_env:P3DXEnv", kwargs=kwargs)
+            kwargs = _SyncUnlessTold({} if scenario is None else {"scenario": scenario})
+            gymnasium.register(env_id, "slam.env.p3dx_env:P3DXEnv", vector_entry_point=BATCH, kwargs=kwargs)
 
 
 def find_env_id(name: str) -> str:

@@ -85,12 +85,12 @@ def mark_rays(
     found = 0
     for k in range(len(headings)):
         if lengths[k] > 0.0:
-            found += _march(cells, x, y, np.cos(headings[k]), np.sin(headings[k]), lengths[k], echoes[k])
+            found += march(cells, x, y, np.cos(headings[k]), np.sin(headings[k]), lengths[k], echoes[k])
     return found
 
 
 @compiled
-def _march(cells: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, length: float, echo: bool) -> int:
+def march(cells: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, length: float, echo: bool) -> int:
     """March along one ray, from border to border of the cells it crosses (Amanatides and Woo, 1987)."""
     column, row = int(np.floor(x)), int(np.floor(y))
     step_x, step_y = (1 if dx > 0.0 else -1), (1 if dy > 0.0 else -1)

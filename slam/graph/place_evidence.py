@@ -26,7 +26,7 @@ from slam.lines.segments import IntArray
 from slam.matching.coarse_search import HEADING, PLACE_X, PLACE_Y, SCORE
 from slam.pose import FloatArray
 
-KERNELS = (0.25, 0.25, 0.15)
+KERNELS = (0.25, 0.15, 0.1)
 """Standard deviation of the offset of two walls that are one, metres: two rounds refine, the last one scores."""
 SAME_WAY: Final = 0.97
 """Cosine between two walls that may be one: 14 degrees."""

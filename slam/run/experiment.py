@@ -167,7 +167,10 @@ class Experiment:
         """Run the loop; whatever ends it, the robot is stopped at once."""
         try:
             patience = self.scenario.hardware.patience
-            return run_loop(self.env, self.slam, self.pilot, watchers, self.seed, patience, self.duration), None
+            ending = run_loop(
+                self.env, self.slam, self.pilot, watchers, self.seed, patience, self.duration, interruption.asked
+            )
+            return ending, None
         except KeyboardInterrupt:
             return "interrupted", None
         except BatteryEmpty as error:

@@ -30,11 +30,13 @@ def run_loop(
     seed: int | None,
     patience: float = 0.0,
     duration: float = inf,
+    told_to_end: Callable[[], bool] = lambda: False,
 ) -> Ending:
     """Drive until the pilot has arrived, the robot has hit something, or there are no more scans: because ``duration``,
     seconds, is over, or for reasons of the robot's own.
 
-    A robot that falls silent has ``patience`` seconds to come back; RobotTimeout after that.
+    A robot that falls silent has ``patience`` seconds to come back; RobotTimeout after that, or once the program is
+    ``told_to_end``.
     """
     _, info = env.reset(seed=seed)
     applied, index, timeouts = Twist2D(), 0, 0
@@ -50,7 +52,7 @@ def run_loop(
         if command is None:
             return "arrived"
         (*_, truncated, info), timeouts = step_patiently(
-            lambda twist: env.step(np.array([twist.linear, twist.angular], np.float32)), command, patience
+            lambda twist: env.step(np.array([twist.linear, twist.angular], np.float32)), command, patience, told_to_end
         )
         if truncated:
             left = began + duration - observation.scan.stamp
@@ -58,17 +60,22 @@ def run_loop(
         applied, index = info["applied"], index + 1
 
 
-def step_patiently(step: Callable[[Twist2D], Taken], command: Twist2D, patience: float) -> tuple[Taken, int]:
+def step_patiently(
+    step: Callable[[Twist2D], Taken],
+    command: Twist2D,
+    patience: float,
+    told_to_end: Callable[[], bool] = lambda: False,
+) -> tuple[Taken, int]:
     """Make a step, which drives until the next scan comes; where no scan comes, stand and wait for one.
 
     Returns what the step returned, and how often the robot was silent for too long. RobotTimeout after ``patience``
-    seconds.
+    seconds, or once the program is ``told_to_end``.
     """
     until, timeouts = monotonic() + patience, 0
     while True:
         try:
             return step(command), timeouts
         except RobotTimeout:
-            if monotonic() >= until:
+            if monotonic() >= until or told_to_end():
                 raise
             command, timeouts = Twist2D(), timeouts + 1

@@ -56,6 +56,10 @@ class Interruption(Closing):
         self._handlers = ExitStack()
         self._handlers.enter_context(signal_handler(self._ask, ENDING_SIGNALS))
 
+    def asked(self) -> bool:
+        """Tell whether the user asked for the end."""
+        return self.signal is not None
+
     def close(self) -> None:
         """Handle the signals as before."""
         self._handlers.close()

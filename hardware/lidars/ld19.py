@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 
 from hardware.device_thread import DeviceThread
-from hardware.ld_turns import Turn, TurnCollector
 from hardware.ldrobot import BAUD, SIZE, TIME_WRAP, LdDecoder
+from hardware.lidars.ld_turns import Turn, TurnCollector
 from hardware.scan_queue import ScanQueue
 from hardware.sensor_clock import SensorClock
 from hardware.serial_port import BITS_PER_BYTE, NoDevice, PortLost, SerialPort
@@ -47,7 +47,7 @@ class Ld19:
         self.period = self._lidar.scan_time
         """Seconds from scan to scan."""
         self._connect()
-        self._thread = DeviceThread("lidar", self._serve, self._lose, self._connect)
+        self._thread = DeviceThread("lidar", self._serve, self._lose, self._connect, leaving)
         self._thread.start()
 
     @property

@@ -1,0 +1,33 @@
+"""What was found at a port, in words."""
+
+from dataclasses import dataclass
+
+from hardware.usb_serial import latency_timer
+from slam.lidars import LidarName
+from slam.scan import LaserScan
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What was found at a port, in words."""
+
+    port: str
+    words: str
+    answered: bool = True
+    faults: tuple[str, ...] = ()
+    """What keeps the device from use, with the next step."""
+    scan: LaserScan | None = None
+    """One scan, where it is a lidar that measures ..."""
+    model: LidarName = "urg04lx"
+    """... and the model that it is taken for."""
+
+    @property
+    def fine(self) -> bool:
+        """True where a device answers and nothing is wrong with it."""
+        return self.answered and not self.faults
+
+    @property
+    def advice(self) -> str | None:
+        """What would make the line of a device that answers faster; None where nothing would."""
+        timer = latency_timer(self.port) if self.answered else None
+        return timer.advice if timer else None

@@ -1,0 +1,1 @@
+"""Thousands of kinematic robots at once: the vector entry point of the learning environments."""

@@ -1,0 +1,78 @@
+"""N robots, and what they see and get in a step, as arrays. SI units, radians."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.batch.worlds import Worlds
+from sim.plan.records import BASE
+from slam.pose import FloatArray
+
+
+class Robots(NamedTuple):
+    """N robots, each in an episode of its own."""
+
+    base: NDArray[Any]
+    """(N,) of BASE."""
+    world: NDArray[np.int64]
+    walked: FloatArray
+    """(N, P, 2): what each person has walked, and the rest left ..."""
+    people: FloatArray
+    """... where they are (N, P, 2) ..."""
+    legs: FloatArray
+    """... and their legs (N, P, 2, 2)."""
+    waypoint: NDArray[np.int64]
+    """(N,): number of the next way-point."""
+    left: FloatArray
+    """(N,): metres of the route that are left."""
+    turns: NDArray[np.int64]
+    """(N,): turns of the lidar in this episode."""
+    cells: NDArray[np.uint8]
+    """(N, rows, columns): occupancy grids; (N, 0, 0) where nothing needs them."""
+
+
+class Seen(NamedTuple):
+    """What N robots see and get in one step; a view that is not asked for has no rows."""
+
+    scan: NDArray[np.float32]
+    """(N, B): ranges; ``range_max`` without an echo, 0 where something is too close."""
+    odometry: NDArray[np.float32]
+    """(N, 5): x, y, theta, v, omega."""
+    goal: NDArray[np.float32]
+    """(N, 2): distance and bearing of the next way-point, or x and y; 0 at the end."""
+    map: NDArray[np.uint8]
+    """(N, 1, n, n)."""
+    pose: FloatArray
+    """(N, 3): ``T_map_base`` when the first beam fired."""
+    gained: FloatArray
+    """(N, 2): metres of the route, and newly seen cells."""
+    collided: NDArray[np.bool_]
+    stalled: NDArray[np.bool_]
+    arrived: NDArray[np.bool_]
+    late: NDArray[np.bool_]
+    """(N,): no time is left."""
+    applied: FloatArray
+    """(N, 2): the command within the limits."""
+
+
+def make_robots(count: int, worlds: Worlds, grid: tuple[int, int]) -> Robots:
+    """Make so many robots, which are nowhere yet; ``grid`` has rows and columns."""
+    people = worlds.crowd.starts.shape[1]
+    return Robots(
+        np.zeros(count, BASE), np.zeros(count, np.int64), np.zeros((count, people, 2)), np.zeros((count, people, 2)),
+        np.zeros((count, people, 2, 2)), np.zeros(count, np.int64), np.zeros(count), np.zeros(count, np.int64),
+        np.zeros((count, *grid), np.uint8),
+    )  # fmt: skip
+
+
+def make_seen(count: int, beams: int, views: tuple[str, ...], map_cells: int) -> Seen:
+    """Make fresh arrays for so many robots."""
+    rows = {name: count if name in views else 0 for name in ("odometry", "goal", "map")}
+    collided, stalled, arrived, late = np.zeros((4, count), np.bool_)
+    return Seen(
+        np.empty((count, beams), np.float32), np.empty((rows["odometry"], 5), np.float32),
+        np.empty((rows["goal"], 2), np.float32), np.empty((rows["map"], 1, map_cells, map_cells), np.uint8),
+        np.empty((count, 3)), np.zeros((count, 2)),
+        collided, stalled, arrived, late, np.empty((count, 2)),
+    )  # fmt: skip

@@ -1,0 +1,160 @@
+"""The scenarios of a batch, as arrays. Metres, seconds, radians, map frame."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import hypot
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim.crowd import Crowd, crowd_of
+from sim.lidar_noise import DATASHEET
+from sim.plan.footprint import RADIUS
+from sim.plan.records import model_of
+from sim.wall_plan import WallPlan, wall_plan
+from slam.env.config import EnvConfig
+from slam.env.occupancy_grid import Extent
+from slam.errors import ScenarioError
+from slam.pose import FloatArray
+from slam.scenario.lidar_config import LidarConfig, NoiseName
+from slam.scenario.schema import Scenario
+from slam.scenario.solids import obstacle_footprints
+
+NO_NOISE, GAUSSIAN, REALISTIC = 0, 1, 2
+_KINDS: Final[dict[NoiseName, int]] = {
+    "none": NO_NOISE, "paper": GAUSSIAN, "datasheet": GAUSSIAN, "realistic": REALISTIC,
+}  # fmt: skip
+
+SENSOR: Final = np.dtype(
+    [
+        ("x", "f8"), ("y", "f8"), ("theta", "f8"),  # T_base_laser
+        ("increment", "f8"),  # seconds from beam to beam
+        ("noise", "i4"), ("near", "f8"), ("near_range", "f8"), ("far", "f8"),  # a kind; sigma, and from where on far
+        ("dropout", "f8"), ("reflectivity", "f8"),
+    ],
+    align=True,
+)  # fmt: skip
+"""The lidar of a scenario."""
+
+
+class Worlds(NamedTuple):
+    """W worlds, each with the robot, the lidar and the route of its scenario."""
+
+    walls: WallPlan
+    """What the lidar sees ..."""
+    obstacles: WallPlan
+    """... and what the robot can run into."""
+    crowd: Crowd
+    models: NDArray[Any]
+    """(W,) of MODEL."""
+    sensors: NDArray[Any]
+    """(W,) of SENSOR."""
+    bearings: FloatArray
+    """(W, B): of the beams, base frame ..."""
+    beams: FloatArray
+    """... and their unit vectors (W, 2, B)."""
+    starts: FloatArray
+    """(W, 3)."""
+    waypoints: FloatArray
+    """(W, K, 2): K or fewer."""
+    waypoint_counts: NDArray[np.int64]
+    after: FloatArray
+    """(W, K): length of the route from each way-point on."""
+    arrival: FloatArray
+    """(W,)."""
+    last_turn: NDArray[np.int64]
+    """(W,): turns of the lidar after which an episode is truncated."""
+    low: FloatArray
+    """(W, 2): lower corner of the occupancy grid."""
+
+
+class Timing(NamedTuple):
+    """The lidar and the clock that all worlds of a batch share."""
+
+    range_min: float
+    range_max: float
+    resolution: float
+    reach: float
+    """Farthest range that noise may bring within ``range_max``."""
+    step: float
+    """Radians from beam to beam."""
+    scan_time: float
+    controls_before: int
+    """Control steps from one scan to the first beam of the next ..."""
+    controls_in_sweep: int
+    """... and while its beams fire."""
+    period: float
+    """Seconds of a control step."""
+
+
+def timing_of(scenario: Scenario) -> Timing:
+    """Take the lidar and the clock of a scenario."""
+    model, clock = scenario.lidar.description, scenario.clock
+    lidar = model.lidar
+    reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))
+    return Timing(
+        lidar.range_min, lidar.range_max, model.resolution, reach, lidar.angle_increment, lidar.scan_time,
+        clock.controls_per_scan - clock.controls_per_sweep, clock.controls_per_sweep, clock.control_period,
+    )  # fmt: skip
+
+
+def worlds_of(scenarios: Sequence[Scenario], config: EnvConfig) -> Worlds:
+    """Make the arrays of these scenarios; ScenarioError where they differ in lidar or clock."""
+    timing = timing_of(scenarios[0])
+    if any(timing_of(scenario) != timing for scenario in scenarios):
+        raise ScenarioError(f"{scenarios[0].name}: lidar.model, physics.rate and robot.control_rate cannot be random")
+    lidars = [scenario.lidar for scenario in scenarios]
+    bearings = np.array([lidar.mount.theta + lidar.description.lidar.angles for lidar in lidars])
+    routes = [_route(scenario) for scenario in scenarios]
+    most = max(len(points) for points, _ in routes)
+    waypoints, after = np.zeros((len(routes), most, 2)), np.zeros((len(routes), most))
+    for w, (points, left) in enumerate(routes):
+        waypoints[w, : len(points)], after[w, : len(left)] = points, left
+    prisms = [scenario.world.prisms() for scenario in scenarios]
+    return Worlds(
+        walls=wall_plan([scenario.world.outlines(scenario.lidar.height) for scenario in scenarios], timing.reach),
+        obstacles=wall_plan([obstacle_footprints(solids) for solids in prisms], RADIUS),
+        crowd=crowd_of([scenario.people for scenario in scenarios]),
+        models=np.concatenate([model_of(scenario.robot, scenario.physics.rate) for scenario in scenarios]),
+        sensors=np.array([_sensor(lidar) for lidar in lidars], SENSOR),
+        bearings=bearings,
+        beams=np.stack([np.cos(bearings), np.sin(bearings)], axis=1),
+        starts=np.array([scenario.robot.start.pose.as_array() for scenario in scenarios]),
+        waypoints=waypoints,
+        waypoint_counts=np.array([len(points) for points, _ in routes], np.int64),
+        after=after,
+        arrival=np.array([scenario.route.arrival for scenario in scenarios]),
+        last_turn=np.array([_last_turn(scenario, config, timing.scan_time) for scenario in scenarios], np.int64),
+        low=np.array([Extent.of(scenario).low for scenario in scenarios]),
+    )
+
+
+def grid_shape(scenarios: Sequence[Scenario], cell: float) -> tuple[int, int]:
+    """Rows and columns of an occupancy grid that is large enough for each of these worlds."""
+    sizes = np.array([Extent.of(scenario).size for scenario in scenarios]).max(axis=0)
+    columns, rows = (max(1, round(side / cell)) for side in sizes.tolist())
+    return rows, columns
+
+
+def _sensor(lidar: LidarConfig) -> tuple[float, ...]:
+    model, sigmas = lidar.description, lidar.bound_sigmas
+    table_1 = model.near_accuracy, model.near_range, model.far_accuracy
+    near, near_range, far = DATASHEET if lidar.noise == "datasheet" else table_1
+    return (
+        lidar.mount.x, lidar.mount.y, lidar.mount.theta, lidar.time_increment,
+        _KINDS[lidar.noise], near / sigmas, near_range, far / sigmas, lidar.dropout, lidar.reflectivity,
+    )  # fmt: skip
+
+
+def _route(scenario: Scenario) -> tuple[FloatArray, FloatArray]:
+    """Way-points (K, 2), and the length of the route from each on (K,)."""
+    points = scenario.route.waypoints
+    lengths = [hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(points)]
+    after = np.append(np.cumsum(lengths[::-1])[::-1], 0.0) if points else np.empty(0)
+    return np.array(points, np.float64).reshape(-1, 2), after
+
+
+def _last_turn(scenario: Scenario, config: EnvConfig, scan_time: float) -> int:
+    seconds = min(scenario.duration, config.max_seconds or scenario.duration)
+    return max(2, int(seconds / scan_time + 1e-9))

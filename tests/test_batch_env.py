@@ -1,0 +1,175 @@
+"""The batch: each robot in it is the single kinematic robot, whatever is beside it."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+
+import sim  # noqa: F401  registers the ids
+from slam.env.occupancy_grid import Extent, OccupancyGrid
+from slam.errors import InputError, ScenarioError
+from slam.pose import Pose2D
+from slam.scan import LaserScan
+
+ID = "hopslam/ClutteredRoom-v0"
+PLAN = "physics.engine=plan"
+QUIET = ("lidar.noise=none", "robot.odometry.travel_noise=0")
+PEOPLE = "people=[{waypoints: [[1.0, 1.0], [3.0, 1.0]], keep: 0.0}]"
+VIEWS = ("scan", "odometry", "goal", "map")
+
+
+def batch(count: int, **arguments: object) -> VectorEnv:
+    return gymnasium.make_vec(ID, num_envs=count, vectorization_mode="vector_entry_point", **arguments)
+
+
+def actions(count: int, steps: int) -> np.ndarray:
+    return np.random.default_rng(3).uniform([-0.2, -1.0], [1.0, 1.0], (steps, count, 2)).astype(np.float32)
+
+
+@pytest.mark.parametrize("arguments", [{}, {"action": "wheels", "reward": "coverage", "goal_as": "xy"}])
+def test_a_robot_in_the_batch_is_the_single_one(arguments: dict[str, object]) -> None:
+    """With wheels that err, and people; noise of the lidar alone comes from another stream."""
+    wheels = ["robot.odometry.left_radius=0.099", "robot.odometry.track=0.34", "robot.traction.slip=0.03"]
+    given = {"settings": [PLAN, *QUIET, PEOPLE, *wheels], "collision_penalty": 0.5, "end_on": ()} | arguments
+    given["observe"] = ("scan", "odometry", "goal")
+    envs, single = batch(3, **given), gymnasium.make(ID, **given)
+    seen, info = envs.reset(seed=1)
+    alone, alone_info = single.reset(seed=1)
+    hits, steps = 0, actions(3, 90)
+    steps[30:, 1] = [1.0, 1.0 if "action" in arguments else 0.0]
+    for step in [None, *steps]:
+        if step is not None:
+            seen, rewards, terminated, truncated, info = envs.step(step)
+            alone, reward, *ends, alone_info = single.step(step[1])
+            assert rewards[1] == pytest.approx(reward, abs=1e-9)
+            assert [terminated[1], truncated[1]] == ends
+            hits += alone_info["collided"]
+        np.testing.assert_allclose(seen["scan"][1], alone["scan"], atol=1.1e-3)
+        assert (abs(seen["scan"][1] - alone["scan"]) > 1e-5).mean() < 0.01  # a range on the edge of its step of 1 mm
+        for key in ("odometry", "goal"):
+            np.testing.assert_allclose(seen[key][1], alone[key], atol=2e-6)
+        for key in ("T_map_base", "collided", "stalled", "applied", "stamp", "seconds", "route_left", "ending"):
+            value = info[key][1]
+            assert value == alone_info[key] if key == "ending" else value == pytest.approx(alone_info[key], abs=1e-9)
+    assert hits > 0
+    envs.close()
+    single.close()
+
+
+def test_the_bits_do_not_depend_on_threads_or_neighbours() -> None:
+    runs = []
+    for count, threads in ((5, 1), (5, 3), (4, 2)):
+        envs = batch(count, threads=threads, observe=VIEWS, settings=["lidar.noise=realistic", PEOPLE], max_seconds=0.8)
+        observations, _ = envs.reset(seed=7)
+        steps = [observations] + [envs.step(step[:count])[0] for step in actions(5, 20)]
+        runs.append([np.concatenate([step[key][:4].ravel() for key in VIEWS]).tobytes() for step in steps])
+        envs.close()
+    assert runs[0] == runs[1] == runs[2]
+
+
+@pytest.mark.parametrize("noise", ["paper", "datasheet", "realistic"])
+def test_noise_is_that_of_the_single_lidar(noise: str) -> None:
+    """Standing still: mean and spread of each beam over many robots are those of the one lidar over many scans."""
+    settings = [f"lidar.noise={noise}", "lidar.model=table1", PLAN, "lidar.dropout=0.05"]
+    envs, single = batch(400, settings=settings), gymnasium.make(ID, settings=settings)
+    many = envs.reset(seed=1)[0]["scan"]
+    one = [single.reset(seed=seed)[0]["scan"] for seed in range(400)]
+    envs.close()
+    single.close()
+    kept = [np.where((scans > 0.1) & (scans < 3.9), scans, np.nan) for scans in (many, np.array(one))]
+    seen = np.isfinite(kept[0]).mean(axis=0)
+    assert abs(seen - np.isfinite(kept[1]).mean(axis=0)).max() < 0.12
+    beams = seen > 0.8
+    assert beams.sum() > 30
+    mean, spread = ([f(scans[:, beams], axis=0) for scans in kept] for f in (np.nanmean, np.nanstd))
+    assert (abs(mean[0] - mean[1]) / (0.002 + spread[1] * np.sqrt(2.0 / 400))).max() < 5.0
+    assert abs(np.log(spread[0] / spread[1])).max() < 0.4
+    assert abs(np.log(spread[0] / spread[1]).mean()) < 0.02
+
+
+def test_the_map_is_that_of_an_occupancy_grid_at_the_true_pose() -> None:
+    envs = batch(2, observe=("scan", "map"), settings=QUIET, map_cells=32, cell=0.07)
+    scenario, lidar = envs.scenario, envs.scenario.lidar.description.lidar
+    grid = OccupancyGrid(Extent.of(scenario), 0.07)
+    seen, info = envs.reset(seed=0)
+    offsets = (16 - 0.5 - np.arange(32)) * 0.07
+    x, y = np.meshgrid(offsets, offsets, indexing="ij")
+    for step in actions(2, 15):
+        pose = Pose2D(*info["T_map_base"][1])
+        ranges = np.where(seen["scan"][1] >= lidar.range_max, np.inf, seen["scan"][1]).astype(np.float64)
+        ranges[ranges == 0.0] = -np.inf
+        bounds = lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max
+        grid.add_scan(LaserScan(0.0, *bounds, ranges), pose @ scenario.lidar.mount.pose)
+        expected = grid.at(pose.transform(np.column_stack([x.ravel(), y.ravel()]))).reshape(32, 32)
+        assert (seen["map"][1, 0] == np.array([0, 127, 255])[expected]).mean() > 0.99  # but for rays along a border
+        seen, *_, info = envs.step(step)
+    envs.close()
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_every_autoreset_mode_gives_what_gymnasiums_own_does(mode: AutoresetMode) -> None:
+    """Shapes, ends and resets beside ``SyncVectorEnv`` of the same robots; arrays are fresh."""
+    given = {"settings": [PLAN, *QUIET], "max_seconds": 0.5}
+    ours = batch(2, autoreset_mode=mode, **given)
+    other = gymnasium.make_vec(
+        ID, num_envs=2, vectorization_mode="sync", vector_kwargs={"autoreset_mode": mode}, **given
+    )
+    kept = []
+    ours.reset(seed=[1, 2])
+    other.reset(seed=[1, 2])
+    for k, step in enumerate(actions(2, 8)):
+        if mode == AutoresetMode.DISABLED and k == 4:
+            for envs in (ours, other):
+                envs.reset(options={"reset_mask": np.array([True, True])})
+        seen = [envs.step(step) for envs in (ours, other)]
+        for one, another in zip(*seen, strict=True):
+            if isinstance(one, np.ndarray):
+                np.testing.assert_allclose(one, another, atol=1e-6)
+        np.testing.assert_allclose(seen[0][0]["odometry"], seen[1][0]["odometry"], atol=2e-6)
+        infos = seen[0][4], seen[1][4]
+        assert list(infos[0]["ending"]) == list(infos[1]["ending"])
+        assert ("final_obs" in infos[0]) == ("final_obs" in infos[1])
+        if "final_obs" in infos[0]:
+            finals = [info["final_obs"][1]["odometry"] for info in infos]
+            np.testing.assert_allclose(*finals, atol=2e-6)
+            assert list(infos[0]["final_info"]["ending"]) == list(infos[1]["final_info"]["ending"]) == ["time", "time"]
+        kept.append((seen[0][0]["scan"], seen[0][0]["scan"].copy()))
+    ours.close()
+    other.close()
+    for array, copy in kept:
+        np.testing.assert_array_equal(array, copy)
+
+
+def test_episodes_take_place_in_worlds_that_the_seed_draws() -> None:
+    name, arguments = "hopslam/RandomOffice-v0", {"worlds": 3, "settings": [*QUIET, "lidar.dropout=0"]}
+    scans = []
+    for seed in (1, 1, 2):
+        envs = gymnasium.make_vec(name, num_envs=12, vectorization_mode="vector_entry_point", **arguments)
+        seen, _ = envs.reset(seed=seed)
+        assert envs.observation_space.contains(seen)
+        scans.append(seen["scan"])
+        envs.close()
+    assert (scans[0] == scans[1]).all()
+    assert not (scans[0] == scans[2]).all()
+    assert len(np.unique(scans[0], axis=0)) == 3
+
+
+def test_a_plain_make_vec_keeps_pybullet() -> None:
+    envs = gymnasium.make_vec(ID, num_envs=2)
+    assert isinstance(envs, SyncVectorEnv)
+    assert envs.envs[0].unwrapped.scenario.physics.engine == "bullet"
+    envs.close()
+
+
+def test_what_cannot_be_is_refused_in_a_line() -> None:
+    with pytest.raises(InputError, match="a batch runs no SLAM"):
+        batch(2, observe=("scan", "slam_pose"))
+    with pytest.raises(ScenarioError, match="environment argument rewrd"):
+        batch(2, rewrd="none")
+    envs = batch(2)
+    envs.reset(seed=0)
+    with pytest.raises(InputError, match=r"shape \(2, 2\)"):
+        envs.step(np.zeros(2))
+    with pytest.raises(InputError, match="that of robot 1 is"):
+        envs.step(np.array([[0.0, 0.0], [np.nan, 0.0]]))
+    envs.close()

@@ -1,7 +1,9 @@
 """The P3-DX and its sensors in the world of a scenario: what the simulated robot and the emulated devices share."""
 
+import logging
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -13,18 +15,28 @@ from sim.sonar import SonarRing
 from slam.named_code import import_by_name
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
+from slam.scenario.clock import installed_engine
 from slam.scenario.furniture import Movable
 from slam.scenario.robot_config import RobotConfig
 from slam.scenario.schema import Scenario
 
+_LOG: Final = logging.getLogger("hopslam.sim")
 ENGINES: Final = {"bullet": "sim.bullet_robot:BulletRobot", "plan": "sim.plan.robot:PlanRobot"}
 """Classes of ``RobotInWorld`` by the name that ``physics.engine`` gives them, imported when they are used."""
 
 
 def robot_in_world(scenario: Scenario, robot: RobotConfig, rate: int) -> "RobotInWorld":
     """Put this robot into the scenario's world; ``rate`` physics steps a second, a multiple of its control rate."""
+    if scenario.physics.engine == "plan" and installed_engine() == "plan":
+        _say_what_is_missing()
     made: RobotInWorld = import_by_name(ENGINES[scenario.physics.engine])(scenario, robot, rate)
     return made
+
+
+@cache
+def _say_what_is_missing() -> None:
+    """Say so once a process."""
+    _LOG.warning("PyBullet is not installed: the robot is moved by the kinematic model, physics.engine: plan")
 
 
 class RobotInWorld(ABC):

@@ -1,6 +1,7 @@
 """The three clocks of a simulated robot, which divide one another: physics, control, scan."""
 
 from dataclasses import dataclass
+from importlib.util import find_spec
 from math import ceil
 from typing import Annotated, Literal
 
@@ -8,13 +9,21 @@ from pydantic import Field
 
 from slam.config import Section
 
+Engine = Literal["bullet", "plan"]
+
+
+def installed_engine() -> Engine:
+    """PyBullet where it is installed, else the model that needs none."""
+    return "bullet" if find_spec("pybullet") else "plan"
+
 
 class Physics(Section):
     """The engine of the simulation, and its clock."""
 
-    engine: Literal["bullet", "plan"] = "bullet"
-    """``bullet``: PyBullet, with forces. ``plan``: a compiled kinematic model in the plan of the world, many times as
-    fast; what the robot meets stops it, and nothing can be pushed. See docs/simulator.md."""
+    engine: Engine = Field(default_factory=installed_engine)
+    """``bullet``: PyBullet, with forces, by default where it is installed. ``plan``: a compiled kinematic model in the
+    plan of the world, many times as fast; what the robot meets stops it, and nothing can be pushed. See
+    docs/simulator.md."""
     rate: Annotated[int, Field(ge=60, le=10_000)] = 240
     """Physics steps a second."""
 

@@ -12,7 +12,7 @@ from slam.errors import InputError
 from slam.files.atomic_files import require_writable
 from slam.files.graphs.file import read_graph, write_graph
 from slam.files.graphs.key_scans import read_known_graph, write_key_scans
-from slam.files.maps.file import read_map, write_map
+from slam.files.maps.file import read_map, require_cell, required_section, write_map
 from slam.graph.known_graph import KnownGraph
 from slam.pose import FloatArray, Pose2D
 from slam.run.closing_loops import ClosedLoops
@@ -120,9 +120,13 @@ def closed_map(closed: ClosedLoops) -> Map:
 
 def state_of(given: Map | str | Path, config: SlamConfig) -> SavedSlam:
     """The state of the method in a map, to go on from: a copy, so that the map stays as it is."""
-    if not isinstance(given, Map | str | Path):
+    if isinstance(given, str | Path):
+        given = load_map(given, config)
+    if not isinstance(given, Map):
         raise InputError(f"saved_map is of type {type(given).__name__}; give a Map, or the path of one")
-    saved = deepcopy(given.saved) if isinstance(given, Map) else load_map(given, config).saved
-    if saved is None:
+    required_section(config, "saved_map")
+    if given.saved is None:
         raise InputError("saved_map: a map of paper mode cannot be gone on in; map again with slam.mode=hopslam")
+    require_cell(config, given.saved.mapper.map.config.cell, "saved_map")
+    saved = deepcopy(given.saved)
     return saved if config.loops != "never" else replace(saved, graph=None)

@@ -139,6 +139,23 @@ def test_a_saved_map_comes_back_and_goes_on(
     assert slam.finish().saved is not None
 
 
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [("slam.mode=paper", r"needs slam\.mode=hopslam"), ("slam.map.cell=0.1", r"slam\.map\.cell=0\.2")],
+)
+def test_settings_that_do_not_fit_the_map_are_named(
+    finished: hopslam.Map, settings: str, message: str, tmp_path: Path
+) -> None:
+    finished.save(tmp_path)
+    for given in (finished, tmp_path):
+        for user in (
+            lambda g=given: hopslam.Slam(settings, saved_map=g),
+            lambda g=given: hopslam.Localizer(g, settings),
+        ):
+            with pytest.raises(hopslam.InputError, match=message):
+                user()
+
+
 def test_loops_are_closed_as_a_replay_closes_them(lap_log: Path, lap_run: Path, tmp_path: Path) -> None:
     """All of a lap with wheels that go wrong: the same poses and walls, and all that its map rests on is kept."""
     log, run = read_log(lap_log), hopslam.Run.open(lap_run)

@@ -3,7 +3,7 @@
 WHY := hopslam needs CPython 3.11, 3.12 or 3.13 with venv (3.11 is best: PyBullet has wheels for no newer one), or uv
 INSTALL := .venv/bin/pip install --quiet
 
-.PHONY: run test test-all lint format schema docs pictures pins licences release clean
+.PHONY: run test test-all smoke lint format schema docs pictures pins licences release clean
 
 run: .venv/.run
 	.venv/bin/hopslam run corridor
@@ -16,6 +16,20 @@ test: .venv/.dev
 # With what takes hours too: every point at which a write can fail, commands killed at random moments, long runs.
 test-all: .venv/.dev
 	.venv/bin/python -m pytest -q -n auto --dist loadfile --all-faults
+
+# That hopslam installs and runs on a newer Python, too, where PyBullet has no wheel: the wheel, away from the checkout.
+NEWER := $(shell for python in python3.13 python3.12 $(HOME)/.pyenv/versions/3.1[23].*/bin/python; do \
+    $$python -c '' 2>/dev/null && echo $$python && break; done)
+
+smoke:
+ifeq ($(NEWER),)
+	@echo 'smoke: SKIPPED, neither python3.13 nor python3.12 is here'
+else
+	$(NEWER) -m venv .venv-newer
+	.venv-newer/bin/pip install --quiet --require-hashes --requirement pins/run.txt
+	.venv-newer/bin/pip install --quiet --no-deps --no-build-isolation --force-reinstall .
+	cd .venv-newer && bin/hopslam run corridor --set slam.mode=dead_reckoning --set duration=5
+endif
 
 lint: .venv/.dev
 	.venv/bin/ruff check .

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.crowd import Crowd, crowd_of
-from sim.lidar_noise import DATASHEET
 from sim.plan.footprint import RADIUS
 from sim.plan.records import model_of
 from sim.wall_plan import WallPlan, wall_plan
@@ -140,7 +139,7 @@ def grid_shape(scenarios: Sequence[Scenario], cell: float) -> tuple[int, int]:
 def _sensor(lidar: LidarConfig) -> tuple[float, ...]:
     model, sigmas = lidar.description, lidar.bound_sigmas
     table_1 = model.near_accuracy, model.near_range, model.far_accuracy
-    near, near_range, far = DATASHEET if lidar.noise == "datasheet" else table_1
+    near, near_range, far = (model.noise or table_1) if lidar.noise == "datasheet" else table_1
     return (
         lidar.mount.x, lidar.mount.y, lidar.mount.theta, lidar.time_increment,
         _KINDS[lidar.noise], near / sigmas, near_range, far / sigmas, lidar.dropout, lidar.reflectivity,

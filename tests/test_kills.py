@@ -36,7 +36,7 @@ KILLED = {
     "animate": "animate {here}/run --seconds 1 --width 200",
 }
 GROWING = ("run", "replay", "localize")
-"""Commands that write a log scan by scan."""
+"""Commands that write a log scan by scan; what localize leaves has no loops of its own, as optimize says."""
 AFTERWARDS = {
     "report": "report {here}/run --out {here}/after.html",
     "export": "export {here}/run --to csv --out {here}/after.csv --force",
@@ -135,7 +135,8 @@ def test_commands_work_on_what_a_killed_one_leaves(
             codes[after] = code
             table[f"{after}: {said[0].replace(str(folder), '') if code else 'works'}"] += 1
         if seen and len(seen) > LOST / 0.1:
-            assert not any(codes.values()), codes
+            refused = {after for after, code in codes.items() if code}
+            assert refused == ({"optimize"} if name == "localize" and not is_sample else set())
         require_usable(name, codes, folder)
         rmtree(folder)
     print(f"\n{name}, killed {moments} times within {whole:.1f} s; at most {max(lost):.1f} s of scans lost")

@@ -178,6 +178,12 @@ def test_what_cannot_be_is_refused_in_a_line() -> None:
         batch(2, observe=("scan", "slam_pose"))
     with pytest.raises(ScenarioError, match="environment argument rewrd"):
         batch(2, rewrd="none")
+    with pytest.raises(InputError, match="autoreset_mode='SameStp'; did you mean SameStep"):
+        batch(2, autoreset_mode="SameStp")
+    with pytest.raises(InputError, match="worlds=0: give 1 or more"):
+        batch(2, worlds=0)
+    with pytest.raises(InputError, match="a batch draws nothing"):
+        batch(2, render_mode="human")
     envs = batch(2)
     envs.reset(seed=0)
     with pytest.raises(InputError, match=r"shape \(2, 2\)"):

@@ -19,7 +19,7 @@ from sim.batch.worlds import grid_shape, timing_of, worlds_of
 from slam.env.config import env_config
 from slam.env.episode_scenarios import EpisodeScenarios
 from slam.env.occupancy_grid import Extent
-from slam.errors import InputError, RobotError
+from slam.errors import InputError, RobotError, did_you_mean
 from slam.pose import FloatArray
 from slam.run.gym_arrays import action_space
 from slam.scenario.schema import Scenario
@@ -65,7 +65,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         worlds: int | None = None,
         threads: int | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        render_mode: None = None,
+        render_mode: str | None = None,
         **arguments: Any,
     ) -> None:
         self.config = env_config(arguments)
@@ -74,9 +74,14 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
                 "a batch runs no SLAM: leave slam_pose out of observe and lost out of end_on, or choose "
                 "vectorization_mode='async'"
             )
+        for name, number in (("num_envs", num_envs), ("worlds", worlds), ("threads", threads)):
+            if number is not None and number < 1:
+                raise InputError(f"{name}={number}: give 1 or more")
+        if render_mode is not None:
+            raise InputError(f"render_mode={render_mode!r}: a batch draws nothing; gymnasium.make draws one robot")
         self.num_envs = num_envs
-        self.metadata = {"autoreset_mode": AutoresetMode(autoreset_mode), "render_modes": []}
-        self.render_mode = render_mode
+        self.metadata = {"autoreset_mode": _autoreset_mode(autoreset_mode), "render_modes": []}
+        self.render_mode = None
         drawn = EpisodeScenarios(scenario, settings, allow_modules, self.config)
         self.scenario = drawn.first
         scenarios = drawn.draw_pool(worlds)
@@ -238,6 +243,15 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
             raise InputError(f"seed: give one for each of the {self.num_envs} robots; these are {len(seeds)}")
         given = np.array([one is not None for one in seeds]) & mask
         begin_streams(self._robots.base, np.array([one or 0 for one in seeds], np.uint64), given)
+
+
+def _autoreset_mode(given: str | AutoresetMode) -> AutoresetMode:
+    """Read the mode, or its name; InputError lists the names."""
+    names = [mode.value for mode in AutoresetMode]
+    if given not in (*names, *AutoresetMode):
+        hint = did_you_mean(str(given), names, otherwise=f"choose one of {', '.join(names)}")
+        raise InputError(f"autoreset_mode={given!r}; {hint}")
+    return AutoresetMode(given)
 
 
 def _reset_mask(options: dict[str, Any] | None, count: int) -> NDArray[np.bool_]:

@@ -36,6 +36,7 @@ class SimulatedLidar:
         self._lidar = lidar
         self._mount = config.mount.pose.translation
         self._bearings = config.mount.theta + lidar.angles
+        self._beams = _beams_at(self._bearings)
         self._leg_radii = np.empty(0) if leg_radii is None else leg_radii
         self._outlines = MovingOutlines(movables, config.height)
         reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
@@ -46,14 +47,17 @@ class SimulatedLidar:
         """Take one scan; its first beam fires at ``stamp``, and the noise comes from ``rng``."""
         lidar = self._turn(rng)
         increment = self._config.time_increment * lidar.angle_increment / self._lidar.angle_increment
-        bearings = self._bearings if lidar is self._lidar else self._config.mount.theta + lidar.angles
+        bearings, beams = self._bearings, self._beams
+        if lidar is not self._lidar:
+            bearings = self._config.mount.theta + lidar.angles
+            beams = _beams_at(bearings)
         return LaserScan(
             stamp=stamp,
             angle_min=lidar.angle_min,
             angle_increment=lidar.angle_increment,
             range_min=lidar.range_min,
             range_max=lidar.range_max,
-            ranges=measure(self._cast(motion, bearings, increment), stamp, self._config, rng),
+            ranges=measure(self._cast(motion, bearings, beams, increment), stamp, self._config, rng),
             time_increment=increment,
             scan_time=lidar.scan_time,
         )
@@ -75,16 +79,16 @@ class SimulatedLidar:
 
         ``motion`` is what moved meanwhile, and ``time`` seconds have passed.
         """
-        ranges = self._cast(motion, self._config.mount.theta + bearings, increment)
+        bearings = self._config.mount.theta + bearings
+        ranges = self._cast(motion, bearings, _beams_at(bearings), increment)
         return measure(ranges, time, self._config, rng)
 
     def true_ranges(self, motion: ScanMotion) -> FloatArray:
         """Distance along each beam to what stands there, metres, shape (beams,); inf where nothing is in reach."""
-        return self._cast(motion, self._bearings, self._config.time_increment)
+        return self._cast(motion, self._bearings, self._beams, self._config.time_increment)
 
-    def _cast(self, motion: ScanMotion, bearings: FloatArray, increment: float) -> FloatArray:
+    def _cast(self, motion: ScanMotion, bearings: FloatArray, beams: FloatArray, increment: float) -> FloatArray:
         rays = np.empty((5, len(bearings)))
-        beams = np.ascontiguousarray(unit_vectors(bearings).T)
         fire_beams(motion.path, motion.step, self._mount, bearings, beams, increment, rays)
         ranges = self.caster.cast(rays)
         self._outlines.stop(rays, ranges, motion.things, increment / motion.step)
@@ -92,3 +96,8 @@ class SimulatedLidar:
             stop_at_legs(rays, ranges, motion.legs, self._leg_radii, increment / motion.step)
         ranges[ranges > self._reach] = np.inf
         return ranges
+
+
+def _beams_at(bearings: FloatArray) -> FloatArray:
+    """Unit vectors (2, N), row by row."""
+    return np.ascontiguousarray(unit_vectors(bearings).T)

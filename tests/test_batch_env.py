@@ -8,6 +8,7 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 import sim  # noqa: F401  registers the ids
 from slam.env.occupancy_grid import Extent, OccupancyGrid
 from slam.errors import InputError, ScenarioError
+from slam.lidars import LIDARS
 from slam.pose import Pose2D
 from slam.scan import LaserScan
 
@@ -154,6 +155,17 @@ def test_episodes_take_place_in_worlds_that_the_seed_draws() -> None:
     assert len(np.unique(scans[0], axis=0)) == 3
 
 
+@pytest.mark.parametrize("model", LIDARS)
+def test_every_lidar_is_there(model: str) -> None:
+    settings = [*QUIET, f"lidar.model={model}", PLAN]
+    envs, single = batch(2, settings=settings), gymnasium.make(ID, settings=settings)
+    seen, alone = envs.reset(seed=0)[0]["scan"][0], single.reset(seed=0)[0]["scan"]
+    assert envs.observation_space["scan"].contains(np.array([seen, seen]))
+    assert np.median(abs(seen - alone)) < 0.02  # the beams of a turn of an LD19 begin anywhere in their step
+    envs.close()
+    single.close()
+
+
 def test_a_plain_make_vec_keeps_pybullet() -> None:
     envs = gymnasium.make_vec(ID, num_envs=2)
     assert isinstance(envs, SyncVectorEnv)
@@ -166,6 +178,12 @@ def test_what_cannot_be_is_refused_in_a_line() -> None:
         batch(2, observe=("scan", "slam_pose"))
     with pytest.raises(ScenarioError, match="environment argument rewrd"):
         batch(2, rewrd="none")
+    with pytest.raises(InputError, match="autoreset_mode='SameStp'; did you mean SameStep"):
+        batch(2, autoreset_mode="SameStp")
+    with pytest.raises(InputError, match="worlds=0: give 1 or more"):
+        batch(2, worlds=0)
+    with pytest.raises(InputError, match="a batch draws nothing"):
+        batch(2, render_mode="human")
     envs = batch(2)
     envs.reset(seed=0)
     with pytest.raises(InputError, match=r"shape \(2, 2\)"):

@@ -22,6 +22,8 @@ def test_the_manual_is_the_docstring_with_the_spaces_as_built(name: str) -> None
     assert "hopslam/PaperSimulation-v0" in out
     assert "Version History" in out
     assert "Box(0.0, 4.0, (128,), float32)" in out
+    assert "vector_entry_point" in out
+    assert "number of robots" in out
     assert "6 control steps of 4 physics steps of 1/240 s" in out
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from gymnasium.spaces import Dict, Space
@@ -13,6 +13,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from sim.batch.arguments import check_arguments, read_autoreset_mode, read_commands, read_reset_mask, read_seeds
+from sim.batch.outcomes import TIME, batch_info, endings, reward_terms
 from sim.batch.robots import Seen, make_robots, make_seen
 from sim.batch.step import begin_streams, step_robots
 from sim.batch.worlds import grid_shape, timing_of, worlds_of
@@ -25,8 +27,6 @@ from slam.run.gym_arrays import action_space
 from slam.scenario.schema import Scenario
 
 ObservationDict = dict[str, NDArray[Any]]
-ENDINGS: Final = ("", "collision", "goal", "time")
-TIME: Final = 3
 
 
 class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
@@ -42,6 +42,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
       SLAM and are refused.
     - ``reset(seed=k)`` gives the robots the seeds k, k + 1, ... and so decides all their noise and worlds: the same
       bits whatever the number of threads. The option ``reset_mask`` is the only one.
+    - Every turn of the lidar has the beams of its description, where that of a real LD19 has a few more or fewer.
     - ``info`` has no ``observation``; what it has are arrays of all robots.
 
     | Argument | Default | Meaning |
@@ -64,18 +65,14 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         worlds: int | None = None,
         threads: int | None = None,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
-        render_mode: None = None,
+        render_mode: str | None = None,
         **arguments: Any,
     ) -> None:
         self.config = env_config(arguments)
-        if "slam_pose" in self.config.observe or "lost" in self.config.end_on:
-            raise InputError(
-                "a batch runs no SLAM: leave slam_pose out of observe and lost out of end_on, or choose "
-                "vectorization_mode='async'"
-            )
+        check_arguments(self.config, render_mode, num_envs=num_envs, worlds=worlds, threads=threads)
         self.num_envs = num_envs
-        self.metadata = {"autoreset_mode": AutoresetMode(autoreset_mode), "render_modes": []}
-        self.render_mode = render_mode
+        self.metadata = {"autoreset_mode": read_autoreset_mode(autoreset_mode), "render_modes": []}
+        self.render_mode = None
         drawn = EpisodeScenarios(scenario, settings, allow_modules, self.config)
         self.scenario = drawn.first
         scenarios = drawn.draw_pool(worlds)
@@ -97,13 +94,14 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[ObservationDict, dict[str, Any]]:
         """Begin new episodes, of all robots or of those of the option ``reset_mask``, and take their first scans."""
-        mask = _reset_mask(options, self.num_envs)
+        mask = read_reset_mask(options, self.num_envs)
         self._seed(seed, mask)
         rows: Iterable[Any] = () if self._seen is None else self._seen
         self._seen = Seen(*map(np.copy, rows)) if self._seen else self._make_seen()
         self._step(mask, np.zeros_like(mask), np.zeros((self.num_envs, 2)))
         self._over &= ~mask
-        return self._observation(), self._info(mask, self._terms(mask), np.zeros(self.num_envs, np.int64))
+        terms = reward_terms(self._seen, self.config, mask)
+        return self._observation(), self._info(mask, terms, np.zeros(self.num_envs, np.int64))
 
     def step(
         self, actions: NDArray[Any]
@@ -115,10 +113,12 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         if mode == AutoresetMode.DISABLED and self._over.any():
             raise InputError(f"{self._over.sum()} episodes are over: call reset(options={{'reset_mask': ...}}) first")
         begins = self._over if mode == AutoresetMode.NEXT_STEP else np.zeros_like(self._over)
-        commands = self._commands(actions)
+        tracks = self._worlds.models["track"][self._robots.world]
+        commands = read_commands(actions, self.config, tracks)
         self._seen = self._make_seen()
         self._step(begins, ~begins, commands)
-        terms, ending = self._terms(begins), self._endings(begins)
+        terms = reward_terms(self._seen, self.config, begins)
+        ending = endings(self._seen, self.config, begins)
         terminated, truncated = (ending > 0) & (ending < TIME), self._seen.late & ~begins
         rewards = np.sum(list(terms.values()), axis=0)
         ending = np.where((ending == 0) & truncated, TIME, ending)
@@ -150,38 +150,6 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         for part in parts:
             part.result()
 
-    def _commands(self, actions: NDArray[Any]) -> FloatArray:
-        """Read actions (N, 2) as v and omega; InputError for anything but finite numbers."""
-        numbers = np.asarray(actions, np.float64)
-        if numbers.shape != (self.num_envs, 2):
-            raise InputError(f"actions have the shape ({self.num_envs}, 2); these have {numbers.shape}")
-        if not np.isfinite(numbers).all():
-            robot = int(np.flatnonzero(~np.isfinite(numbers).all(axis=1))[0])
-            raise InputError(f"actions are finite numbers; that of robot {robot} is {numbers[robot].tolist()}")
-        if self.config.action == "twist":
-            return numbers
-        left, right = numbers.T
-        return np.column_stack(
-            [(left + right) / 2.0, (right - left) / self._worlds.models["track"][self._robots.world]]
-        )
-
-    def _terms(self, begins: NDArray[np.bool_]) -> dict[str, FloatArray]:
-        """Terms whose sum is the reward, (N,) each; 0 for the first scan of an episode."""
-        assert self._seen is not None
-        metres, cells = self._seen.gained.T
-        gained = {"progress": metres, "coverage": self.config.cell**2 * cells, "none": 0.0 * metres}
-        hit = (self._seen.collided | self._seen.stalled) & ~begins
-        return {self.config.reward: gained[self.config.reward], "collision": -self.config.collision_penalty * hit}
-
-    def _endings(self, begins: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Number in ENDINGS of the first end of ``end_on`` that has come, (N,)."""
-        assert self._seen is not None
-        come = {"collision": self._seen.collided | self._seen.stalled, "goal": self._seen.arrived}
-        ending = np.zeros(self.num_envs, np.int64)
-        for name in reversed(self.config.end_on):
-            ending[come[name] & ~begins] = ENDINGS.index(name)
-        return ending
-
     def _finals(self, terms: dict[str, FloatArray], ending: NDArray[np.int64]) -> dict[str, Any]:
         """Observations and infos with which episodes ended, as gymnasium's own vector environments give them."""
         observation = self._observation()
@@ -194,23 +162,8 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         }  # fmt: skip
 
     def _info(self, of: NDArray[np.bool_], terms: dict[str, FloatArray], ending: NDArray[np.int64]) -> dict[str, Any]:
-        """Make the ``info`` of these robots: copies of arrays of all, and beside each, under ``_key``, whose it is."""
         assert self._seen is not None
-        seen, turns, timing = self._seen, self._robots.turns, self._timing
-        info: dict[str, Any] = {
-            "T_map_base": seen.pose.copy(),
-            "pose": seen.pose.copy(),
-            "pose_from": np.full(self.num_envs, "truth"),
-            "collided": seen.collided.copy(),
-            "stalled": seen.stalled.copy(),
-            "applied": seen.applied.copy(),
-            "stamp": (turns - 1) * timing.scan_time + timing.controls_before * timing.period,
-            "seconds": turns * timing.scan_time,
-            "route_left": self._robots.left.copy(),
-            "reward": {name: term.copy() for name, term in terms.items()} | {f"_{name}": of.copy() for name in terms},
-            "ending": np.array(ENDINGS)[ending],
-        }
-        return info | {f"_{key}": of.copy() for key in info}
+        return batch_info(of, self._robots, self._seen, self._timing, terms, ending)
 
     def _observation(self) -> ObservationDict:
         assert self._seen is not None
@@ -230,22 +183,5 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         """Begin the streams of random numbers of these robots; those without a seed go on with theirs."""
         if seed is None and self._seen is None:
             seed = self.np_random.integers(2**31, size=self.num_envs).tolist()
-        if seed is None:
-            return
-        seeds = [seed + k for k in range(self.num_envs)] if isinstance(seed, int) else list(seed)
-        if len(seeds) != self.num_envs:
-            raise InputError(f"seed: give one for each of the {self.num_envs} robots; these are {len(seeds)}")
-        given = np.array([one is not None for one in seeds]) & mask
-        begin_streams(self._robots.base, np.array([one or 0 for one in seeds], np.uint64), given)
-
-
-def _reset_mask(options: dict[str, Any] | None, count: int) -> NDArray[np.bool_]:
-    """Read the robots to reset from the options; InputError names what is wrong with them."""
-    given = options or {}
-    for key in given:
-        if key != "reset_mask":
-            raise InputError(f"options: no option {key!r}; a batch has reset_mask alone")
-    mask = np.asarray(given.get("reset_mask", np.ones(count, np.bool_)))
-    if mask.shape != (count,) or mask.dtype != np.bool_:
-        raise InputError(f"options: reset_mask: give {count} booleans; these are {mask.shape} of {mask.dtype}")
-    return mask
+        seeds, given = read_seeds(seed, self.num_envs)
+        begin_streams(self._robots.base, seeds, given & mask)

@@ -7,6 +7,7 @@ from typing import Any, Final
 import gymnasium
 
 from slam.errors import InputError, did_you_mean
+from slam.named_code import import_by_name
 
 ENV_IDS: Final[dict[str, str | None]] = {
     "hopslam/P3DX-v0": None,
@@ -61,7 +62,11 @@ def manual(env_id: str) -> str:
     with gymnasium.make(env_id) as made:
         docstring = getdoc(type(made.unwrapped))
         rows = "\n".join(f"| {name} | {value} |" for name, value in _as_built(made.unwrapped))
-    return f"# {env_id}\n\n{docstring}\n\n## As built\n\n| | |\n|---|---|\n{rows}\n"
+    batch = getdoc(import_by_name(BATCH))
+    return (
+        f"# {env_id}\n\n{docstring}\n\n## As built\n\n| | |\n|---|---|\n{rows}\n\n"
+        f'## vectorization_mode="vector_entry_point"\n\n{batch}\n'
+    )
 
 
 def _as_built(env: Any) -> Iterator[tuple[str, str]]:

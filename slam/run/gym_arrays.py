@@ -27,7 +27,7 @@ def scan_array(scan: LaserScan, lidar: Lidar) -> NDArray[np.float32]:
     No echo, an error, and a bearing at which the scan has no beam read ``range_max``, too close reads 0.
     """
     reach = lidar.range_max
-    ranges = np.nan_to_num(scan.ranges, nan=reach, posinf=reach, neginf=0.0)
+    ranges = np.where(scan.ranges < reach, scan.ranges, reach)  # nan and inf are not less
     if (scan.angle_min, scan.angle_increment, len(ranges)) != (lidar.angle_min, lidar.angle_increment, lidar.beams):
         ranges = np.append(ranges, reach)[nearest_beams(scan.lidar, lidar)]
     return np.clip(ranges.astype(np.float32), np.float32(0.0), np.float32(reach))

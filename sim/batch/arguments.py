@@ -1,0 +1,73 @@
+"""What callers of a batch give to it, checked: InputError is a line that names what is wrong."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium.vector import AutoresetMode
+from numpy.typing import NDArray
+
+from slam.env.config import EnvConfig
+from slam.errors import InputError, did_you_mean
+from slam.pose import FloatArray
+
+
+def check_arguments(config: EnvConfig, render_mode: str | None, **numbers: int | None) -> None:
+    """Refuse what a batch cannot do, and numbers below 1."""
+    if "slam_pose" in config.observe or "lost" in config.end_on:
+        raise InputError(
+            "a batch runs no SLAM: leave slam_pose out of observe and lost out of end_on, or choose "
+            "vectorization_mode='async'"
+        )
+    for name, number in numbers.items():
+        if number is not None and number < 1:
+            raise InputError(f"{name}={number}: give 1 or more")
+    if render_mode is not None:
+        raise InputError(f"render_mode={render_mode!r}: a batch draws nothing; gymnasium.make draws one robot")
+
+
+def read_autoreset_mode(given: str | AutoresetMode) -> AutoresetMode:
+    """Read the mode, or its name."""
+    names = [mode.value for mode in AutoresetMode]
+    if given not in (*names, *AutoresetMode):
+        hint = did_you_mean(str(given), names, otherwise=f"choose one of {', '.join(names)}")
+        raise InputError(f"autoreset_mode={given!r}; {hint}")
+    return AutoresetMode(given)
+
+
+def read_reset_mask(options: dict[str, Any] | None, count: int) -> NDArray[np.bool_]:
+    """Read from the options of ``reset`` which robots (N,) it is about."""
+    given = options or {}
+    for key in given:
+        if key != "reset_mask":
+            raise InputError(f"options: no option {key!r}; a batch has reset_mask alone")
+    mask = np.asarray(given.get("reset_mask", np.ones(count, np.bool_)))
+    if mask.shape != (count,) or mask.dtype != np.bool_:
+        raise InputError(f"options: reset_mask: give {count} booleans; these are {mask.shape} of {mask.dtype}")
+    return mask
+
+
+def read_seeds(seed: int | Sequence[int | None] | None, count: int) -> tuple[NDArray[np.uint64], NDArray[np.bool_]]:
+    """Read the seeds of so many robots, and which have one: k stands for k, k + 1, ..."""
+    if seed is None:
+        return np.zeros(count, np.uint64), np.zeros(count, np.bool_)
+    seeds = [seed + k for k in range(count)] if isinstance(seed, int | np.integer) else list(seed)
+    if len(seeds) != count:
+        raise InputError(f"seed: give one for each of the {count} robots; these are {len(seeds)}")
+    if any(one is not None and one < 0 for one in seeds):
+        raise InputError(f"seed: give numbers from 0 on; the least of these is {min(one for one in seeds if one)}")
+    return np.array([one or 0 for one in seeds], np.uint64), np.array([one is not None for one in seeds])
+
+
+def read_commands(actions: NDArray[Any], config: EnvConfig, tracks: FloatArray) -> FloatArray:
+    """Read actions (N, 2) as v and omega; the wheels of the robots are ``tracks`` (N,) metres apart."""
+    numbers = np.asarray(actions, np.float64)
+    if numbers.shape != (len(tracks), 2):
+        raise InputError(f"actions have the shape ({len(tracks)}, 2); these have {numbers.shape}")
+    if not np.isfinite(numbers).all():
+        robot = int(np.flatnonzero(~np.isfinite(numbers).all(axis=1))[0])
+        raise InputError(f"actions are finite numbers; that of robot {robot} is {numbers[robot].tolist()}")
+    if config.action == "twist":
+        return numbers
+    left, right = numbers.T
+    return np.column_stack([(left + right) / 2.0, (right - left) / tracks])

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from math import atan2, cos, floor, pi, sin
 from typing import Final, NamedTuple
 
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 
 SEGMENTS: Final = 5
 """Number of segments of the front bumper, and of the rear one."""
@@ -60,7 +60,7 @@ def segment_at(contact: Contact, place: Place) -> int | None:
     return None if number < 0 else number
 
 
-@compiled
+@compiled_on_views
 def bumper_segment(ahead: float, left: float) -> int:
     """The number of the segment in the direction of a point in the frame of the base; -1 on a flank."""
     in_front = ahead > 0.0

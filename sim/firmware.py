@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from operator import or_
 from typing import Final
 
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 
 WATCHDOG: Final = 2.0
 """Seconds without a command after which ARCOS stops the robot (AMRISim, world.inc)."""
@@ -65,7 +65,7 @@ def is_stalling(speeds: Sequence[float], torques: Sequence[float], limit: float)
     return any(straining) and any(standing) and all(map(or_, standing, straining))
 
 
-@compiled
+@compiled_on_views
 def ramped(speed: float, target: float, rise: float, fall: float) -> float:
     """Speed one control step later: it grows by at most ``rise`` and shrinks by at most ``fall``.
 

@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 
 from sim.realistic_noise import realistic_ranges
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 from slam.lidars import LidarModel
 from slam.pose import FloatArray
 from slam.scenario.lidar_config import LidarConfig, NoiseName
@@ -63,37 +63,33 @@ def quantised(ranges: FloatArray, model: LidarModel) -> FloatArray:
 
     Beyond the reach they are inf, closer than ``range_min`` -inf (REP-117).
     """
-    return np.round(quantised_steps(ranges, model.lidar.range_min, model.lidar.range_max, model.resolution), 6)
+    stepped = np.array(ranges, np.float64)
+    quantise(stepped, model.lidar.range_min, model.lidar.range_max, model.resolution)
+    return np.round(stepped, 6)
 
 
 def _within(ranges: FloatArray, normal: FloatArray, bound: tuple[float, float, float], sigmas: float) -> FloatArray:
     """Add Gaussian noise, bounded by so many standard deviations: near (m) up to near_range (m), far x range beyond."""
     near, near_range, far = bound
-    return bounded_noise(ranges, near / sigmas, near_range, far / sigmas, normal)
-
-
-@compiled
-def bounded_noise(ranges: FloatArray, near: float, near_range: float, far: float, normal: FloatArray) -> FloatArray:
-    """Add Gaussian noise: standard deviation ``near`` metres up to ``near_range``, ``far`` times the range beyond."""
-    noisy = np.empty(len(ranges))
-    for j in range(len(ranges)):
-        sigma = near if ranges[j] <= near_range else far * ranges[j]
-        noisy[j] = ranges[j] + sigma * normal[j] if ranges[j] < np.inf else np.inf
+    noisy = np.array(ranges, np.float64)
+    add_bounded_noise(noisy, near / sigmas, near_range, far / sigmas, normal)
     return noisy
 
 
-@compiled
-def quantised_steps(ranges: FloatArray, range_min: float, range_max: float, resolution: float) -> FloatArray:
+@compiled_on_views
+def add_bounded_noise(ranges: FloatArray, near: float, near_range: float, far: float, normal: FloatArray) -> None:
+    """Add Gaussian noise: standard deviation ``near`` metres up to ``near_range``, ``far`` times the range beyond."""
+    for j in range(len(ranges)):
+        sigma = near if ranges[j] <= near_range else far * ranges[j]
+        ranges[j] = ranges[j] + sigma * normal[j] if ranges[j] < np.inf else np.inf
+
+
+@compiled_on_views
+def quantise(ranges: FloatArray, range_min: float, range_max: float, resolution: float) -> None:
+    """Round ranges (N,) in place, as ``quantised`` does but for the last bits."""
     last = np.rint((range_max - range_min) / resolution)
-    rounded = np.empty(len(ranges))
     for j in range(len(ranges)):
         steps = np.rint((ranges[j] - range_min) / resolution)
-        if np.isnan(steps):
-            rounded[j] = np.nan
-        elif steps < 0.0:
-            rounded[j] = -np.inf
-        elif steps > last:
-            rounded[j] = np.inf
-        else:
-            rounded[j] = min(range_min + steps * resolution, range_max)
-    return rounded
+        stepped = min(range_min + steps * resolution, range_max)
+        outside = -np.inf if steps < 0.0 else np.inf
+        ranges[j] = stepped if 0.0 <= steps <= last else (outside if steps == steps else np.nan)

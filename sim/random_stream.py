@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 from slam.pose import FloatArray
 
 GOLDEN: Final = np.uint64(0x9E3779B97F4A7C15)
@@ -33,7 +33,7 @@ WIDTHS: Final = _layers()
 HEIGHTS: Final = np.exp(-0.5 * WIDTHS**2)
 
 
-@compiled
+@compiled_on_views
 def mixed(counter: np.uint64) -> np.uint64:
     """The 64 random bits of this place in the sequence of all streams."""
     z = counter
@@ -42,19 +42,19 @@ def mixed(counter: np.uint64) -> np.uint64:
     return z ^ (z >> np.uint64(31))
 
 
-@compiled
+@compiled_on_views
 def _share(bits: np.uint64) -> float:
     """A number from 0 to 1, below 1, of the upper 53 bits."""
     return float(np.int64(bits >> np.uint64(11)) * UNIT)
 
 
-@compiled
+@compiled_on_views
 def stream_of(seed: int) -> np.uint64:
     """Where the stream of this seed begins."""
     return mixed(mixed(np.uint64(seed) * GOLDEN + GOLDEN) ^ MIX_1)
 
 
-@compiled
+@compiled_on_views
 def fill_uniform(stream: np.uint64, numbers: FloatArray) -> np.uint64:
     """Fill with numbers even from 0 to 1, below 1; where the stream is then."""
     for k in range(len(numbers)):
@@ -62,29 +62,33 @@ def fill_uniform(stream: np.uint64, numbers: FloatArray) -> np.uint64:
     return stream + GOLDEN * np.uint64(len(numbers))
 
 
-@compiled
+@compiled_on_views
 def fill_normal(stream: np.uint64, numbers: FloatArray) -> np.uint64:
     """Fill with standard normal numbers; where the stream is then."""
     for k in range(len(numbers)):
-        while True:
-            stream += GOLDEN
-            bits = mixed(stream)
-            layer = np.int64(bits & np.uint64(255))
-            z = (2.0 * _share(bits) - 1.0) * WIDTHS[layer]
-            if abs(z) < WIDTHS[layer + 1]:
-                break
-            stream += GOLDEN
-            share = _share(mixed(stream))
-            if layer == 0:
-                z, stream = _tail(z, stream)
-                break
-            if HEIGHTS[layer] + share * (HEIGHTS[layer + 1] - HEIGHTS[layer]) < exp(-0.5 * z * z):
-                break
-        numbers[k] = z
+        numbers[k], stream = next_normal(stream)
     return stream
 
 
-@compiled
+@compiled_on_views
+def next_normal(stream: np.uint64) -> tuple[float, np.uint64]:
+    """The next standard normal number, and where the stream is then."""
+    while True:
+        stream += GOLDEN
+        bits = mixed(stream)
+        layer = np.int64(bits & np.uint64(255))
+        z = (2.0 * _share(bits) - 1.0) * WIDTHS[layer]
+        if abs(z) < WIDTHS[layer + 1]:
+            return z, stream
+        stream += GOLDEN
+        if layer == 0:
+            return _tail(z, stream)
+        share = _share(mixed(stream))
+        if HEIGHTS[layer] + share * (HEIGHTS[layer + 1] - HEIGHTS[layer]) < exp(-0.5 * z * z):
+            return z, stream
+
+
+@compiled_on_views
 def _tail(side: float, stream: np.uint64) -> tuple[float, np.uint64]:
     """A number beyond TAIL, on this side of 0, and where the stream is then (Marsaglia, 1964)."""
     while True:
@@ -95,9 +99,8 @@ def _tail(side: float, stream: np.uint64) -> tuple[float, np.uint64]:
             return np.copysign(TAIL + x, side), stream
 
 
-@compiled
+@compiled_on_views
 def normal(owner: Any) -> float:
     """The next standard normal number of a record with the field ``stream``."""
-    number = np.empty(1)
-    owner.stream = fill_normal(owner.stream, number)
-    return float(number[0])
+    number, owner.stream = next_normal(owner.stream)
+    return number

@@ -8,7 +8,7 @@ from math import ceil, cos, sin
 
 import numpy as np
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled_on_views, wrapped
 from slam.pose import FloatArray
 
 
@@ -25,7 +25,7 @@ class ScanMotion:
     """(S, M, 3): x, y, theta of the furniture that can be pushed, at the same times."""
 
 
-@compiled
+@compiled_on_views
 def fire_beams(
     path: FloatArray, step: float, mount: FloatArray, bearings: FloatArray, beams: FloatArray, time_increment: float,
     rays: FloatArray,
@@ -46,7 +46,7 @@ def fire_beams(
         j = max(j, end)
 
 
-@compiled
+@compiled_on_views
 def _fire(
     begin: FloatArray, end: FloatArray, turn: float, mount: FloatArray, bearings: FloatArray, beams: FloatArray,
     first: int, stop: int, steps: float, row: float, rays: FloatArray,
@@ -72,7 +72,7 @@ def _fire(
         heading[j] = theta + (begun + j * steps + 0.5) * turn + bearing[j]
 
 
-@compiled
+@compiled_on_views
 def small_rotation(angle: float) -> tuple[float, float]:
     """Cosine and sine of an angle by their series: right to 1e-15 up to half a radian, to 1e-8 up to a quarter turn."""
     z = -angle * angle

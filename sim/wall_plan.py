@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.pose import FloatArray
 
 CELL: Final = 2.0
@@ -20,14 +20,12 @@ SLACK: Final = 0.5
 class WallPlan(NamedTuple):
     """Walls of W worlds.
 
-    Cell (i, k) of world w, number n = ``offset[w] + i * shape[w, 1] + k``, has the ``listed`` walls from ``first[n]``
-    up to ``first[n + 1]``.
+    Cell n has the ``listed`` walls from ``first[n]`` up to ``first[n + 1]``. Cell (i, k) of world w has the number n =
+    ``offset[w] + i * shape[w, 1] + k``; after its last cell comes one more, of all its walls.
     """
 
     walls: FloatArray
     """(M, 4): x, y of one end, and from there to the other; world after world."""
-    begins: NDArray[np.int64]
-    """(W + 1,): world w has the walls from ``begins[w]`` up to ``begins[w + 1]``."""
     corner: FloatArray
     """(W, 2): where cell (0, 0) begins."""
     cell: FloatArray
@@ -54,15 +52,16 @@ def wall_plan(worlds: Sequence[Sequence[FloatArray]], reach: float) -> WallPlan:
     together = np.concatenate(walls)
     begins = np.cumsum([0, *map(len, walls)])
     corner, cell, shape = zip(*(_cells(rows, reach) for rows in walls), strict=True)
-    offset = np.cumsum([0, *(columns * rows for columns, rows in shape)])
+    offset = np.cumsum([0, *(columns * rows + 1 for columns, rows in shape)])
     first = [np.zeros(1, np.int64)]
     listed = []
     for w in range(len(walls)):
         counts, rows = _walls_in_reach(together[begins[w] : begins[w + 1]], corner[w], cell[w], shape[w], reach)
+        counts = np.append(counts, len(walls[w]))
         first.append(first[-1][-1] + np.cumsum(counts))
-        listed.append(rows + np.int32(begins[w]))
+        listed += [rows + np.int32(begins[w]), np.arange(begins[w], begins[w + 1], dtype=np.int32)]
     return WallPlan(
-        together, begins, np.array(corner), np.array(cell), np.array(shape, np.int64), offset[:-1],
+        together, np.array(corner), np.array(cell), np.array(shape, np.int64), offset[:-1],
         np.concatenate(first), np.concatenate(listed), float(reach),
     )  # fmt: skip
 
@@ -107,7 +106,7 @@ def _walls_in_reach(
     return counts, listed
 
 
-@compiled
+@compiled_on_views
 def squared_distance(x: float, y: float, ux: float, uy: float) -> float:
     """Square of the distance from the origin to the nearest point of the wall from (x, y) to (x + ux, y + uy)."""
     squared = ux * ux + uy * uy
@@ -115,15 +114,13 @@ def squared_distance(x: float, y: float, ux: float, uy: float) -> float:
     return float((x + share * ux) ** 2 + (y + share * uy) ** 2)
 
 
-@compiled
-def walls_near(plan: WallPlan, world: int, x: float, y: float, spread: float) -> NDArray[np.int32]:
-    """Rows of all walls within the plan's reach of any place within ``spread`` metres of (x, y), and some others."""
+@compiled_on_views
+def cell_near(plan: WallPlan, world: int, x: float, y: float, spread: float) -> int:
+    """Number of a cell that has all walls within the plan's reach of any place within ``spread`` metres of (x, y)."""
+    columns, rows = plan.shape[world, 0], plan.shape[world, 1]
+    if spread > SLACK:
+        return int(plan.offset[world] + columns * rows)
     i = int(np.floor((x - plan.corner[world, 0]) / plan.cell[world]))
     k = int(np.floor((y - plan.corner[world, 1]) / plan.cell[world]))
-    if spread > SLACK:
-        return np.arange(plan.begins[world], plan.begins[world + 1]).astype(np.int32)
-    if i < 0 or k < 0 or i >= plan.shape[world, 0] or k >= plan.shape[world, 1]:
-        i = min(max(i, 0), plan.shape[world, 0] - 1)  # the nearest cell, for a spread over the rim
-        k = min(max(k, 0), plan.shape[world, 1] - 1)
-    n = plan.offset[world] + i * plan.shape[world, 1] + k
-    return plan.listed[plan.first[n] : plan.first[n + 1]]
+    i, k = min(max(i, 0), columns - 1), min(max(k, 0), rows - 1)  # outside: the nearest, for a spread over the rim
+    return int(plan.offset[world] + i * rows + k)

@@ -8,8 +8,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from sim.wall_plan import WallPlan, squared_distance, walls_near
-from slam.compiled import compiled
+from sim.wall_plan import WallPlan, cell_near, squared_distance
+from slam.compiled import compiled_on_views
 from slam.pose import FloatArray
 
 
@@ -33,11 +33,12 @@ ROUGH: Final = 1.5e-5
 """Largest error of a rough bearing, radians."""
 
 
-@compiled
+@compiled_on_views
 def fan_of(rays: FloatArray) -> Fan:
     """Find the bounds of rays (5, N)."""
-    x, y, bearings = rays[0], rays[1], rays[4]
-    low_x, high_x, low_y, high_y = x.min(), x.max(), y.min(), y.max()
+    bearings = rays[4]
+    low_x, high_x = _span(rays[0])
+    low_y, high_y = _span(rays[1])
     step = (bearings[-1] - bearings[0]) / max(len(bearings) - 1, 1)
     bend = 0.0
     for j in range(len(bearings)):
@@ -46,7 +47,16 @@ def fan_of(rays: FloatArray) -> Fan:
     return Fan(0.5 * (low_x + high_x), 0.5 * (low_y + high_y), spread, bearings[0], step if step > 1e-9 else 0.0, bend)
 
 
-@compiled
+@compiled_on_views
+def _span(numbers: FloatArray) -> tuple[float, float]:
+    """The least and the largest number."""
+    low = high = numbers[0]
+    for k in range(len(numbers)):
+        low, high = min(low, numbers[k]), max(high, numbers[k])
+    return low, high
+
+
+@compiled_on_views
 def fan_interval(fan: Fan, begin: float, width: float, turn: int, rays: int) -> tuple[int, int]:
     """First ray, and the one after the last, of those that point between ``begin`` and ``begin + width`` in the
     ``turn``-th turn, -1 to 1; some more may be among them."""
@@ -59,7 +69,7 @@ def fan_interval(fan: Fan, begin: float, width: float, turn: int, rays: int) -> 
     return first, max(min(stop, rays), first)
 
 
-@compiled
+@compiled_on_views
 def stop_at_walls(rays: FloatArray, ranges: FloatArray, plan: WallPlan, world: int) -> None:
     """Shorten ``ranges`` (N,), at most the plan's reach, where a wall of this world stands in the way of a ray.
 
@@ -68,7 +78,9 @@ def stop_at_walls(rays: FloatArray, ranges: FloatArray, plan: WallPlan, world: i
     """
     fan = fan_of(rays)
     far = (plan.reach + fan.spread) ** 2
-    for row in walls_near(plan, world, fan.x, fan.y, fan.spread):
+    n = cell_near(plan, world, fan.x, fan.y, fan.spread)
+    for at in range(plan.first[n], plan.first[n + 1]):
+        row = plan.listed[at]
         x, y, ux, uy = plan.walls[row, 0], plan.walls[row, 1], plan.walls[row, 2], plan.walls[row, 3]
         squared = squared_distance(x - fan.x, y - fan.y, ux, uy)
         if squared > far:
@@ -79,7 +91,7 @@ def stop_at_walls(rays: FloatArray, ranges: FloatArray, plan: WallPlan, world: i
             _stop_at_wall(rays, ranges, first, stop, x, y, ux, uy)
 
 
-@compiled
+@compiled_on_views
 def _bearings_of(x: float, y: float, ux: float, uy: float, squared: float, spread: float) -> tuple[float, float]:
     """First bearing of a wall seen from anywhere within ``spread`` of the origin, and the width up to the last.
 
@@ -97,14 +109,14 @@ def _bearings_of(x: float, y: float, ux: float, uy: float, squared: float, sprea
     return begin + first, max(margin, width + end_margin) - first
 
 
-@compiled
+@compiled_on_views
 def _parallax(spread: float, x: float, y: float) -> float:
     """An upper bound of asin(spread / distance)."""
     ratio = spread / np.sqrt(x * x + y * y)
     return float(ratio * (1.0 + 0.5708 * ratio * ratio))
 
 
-@compiled
+@compiled_on_views
 def rough_bearing(x: float, y: float) -> float:
     """The bearing of a point, within ROUGH: Abramowitz and Stegun, 4.4.49."""
     flat = abs(y) <= abs(x)
@@ -116,7 +128,7 @@ def rough_bearing(x: float, y: float) -> float:
     return float(np.copysign(np.pi / 2.0, y) - angle)
 
 
-@compiled
+@compiled_on_views
 def _stop_at_wall(
     rays: FloatArray, ranges: FloatArray, first: int, stop: int, wx: float, wy: float, ux: float, uy: float
 ) -> None:
@@ -132,7 +144,7 @@ def _stop_at_wall(
         nearest[j] = along if met else nearest[j]
 
 
-@compiled
+@compiled_on_views
 def stop_at_legs(rays: FloatArray, ranges: FloatArray, legs: FloatArray, radii: FloatArray, steps: float) -> None:
     """Shorten ``ranges`` (N,) where a leg, a circle of ``radii`` (L,), stands in the way when the ray starts.
 
@@ -140,9 +152,10 @@ def stop_at_legs(rays: FloatArray, ranges: FloatArray, legs: FloatArray, radii: 
     """
     fan = fan_of(rays)
     for leg in range(len(radii)):
-        x, y = legs[:, leg, 0], legs[:, leg, 1]
-        middle_x, middle_y = 0.5 * (x.min() + x.max()) - fan.x, 0.5 * (y.min() + y.max()) - fan.y
-        near = radii[leg] + fan.spread + 0.5 * hypot(x.max() - x.min(), y.max() - y.min())
+        low_x, high_x = _span(legs[:, leg, 0])
+        low_y, high_y = _span(legs[:, leg, 1])
+        middle_x, middle_y = 0.5 * (low_x + high_x) - fan.x, 0.5 * (low_y + high_y) - fan.y
+        near = radii[leg] + fan.spread + 0.5 * hypot(high_x - low_x, high_y - low_y)
         distance = hypot(middle_x, middle_y)
         half = asin(near / distance) + 1e-9 if near < distance else np.pi
         for turn in range(-1, 2):
@@ -150,7 +163,7 @@ def stop_at_legs(rays: FloatArray, ranges: FloatArray, legs: FloatArray, radii: 
             _stop_at_leg(rays, ranges, first, stop, legs[:, leg], radii[leg], steps)
 
 
-@compiled
+@compiled_on_views
 def _stop_at_leg(
     rays: FloatArray, ranges: FloatArray, first: int, stop: int, way: FloatArray, radius: float, steps: float
 ) -> None:

@@ -33,7 +33,22 @@ def compiled(function: F) -> F:
     The kept result is compiled anew when one of these changed: the function's file, the file of a compiled function
     that it reaches, this file, or the value of a constant that one of them uses. They may come from any module.
     """
-    dispatcher: Any = njit(nogil=True, error_model="numpy", fastmath=_FASTMATH, pipeline_class=_Compiler)(function)
+    return _compiled(function, counts_references=True)
+
+
+def compiled_on_views(function: F) -> F:
+    """Compile as ``compiled`` does a function that makes no array of its own, and takes none from one that does.
+
+    It counts no references. Counting costs a few nanoseconds for each array that is passed on, and threads that count
+    those of the same array wait for each other.
+    """
+    return _compiled(function, counts_references=False)
+
+
+def _compiled(function: F, *, counts_references: bool) -> F:
+    """Make the dispatcher; ``_nrt`` is numba's own name for its run time, which counts references to arrays."""
+    options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": _FASTMATH, "_nrt": counts_references}
+    dispatcher: Any = cast(Any, njit)(pipeline_class=_Compiler, **options)(function)
     with suppress(RuntimeError):  # neither beside the source nor at home is there a place to keep it
         dispatcher._cache = _Cache(function)
     return cast(F, dispatcher)
@@ -125,7 +140,7 @@ def _constant(name: str, value: Any) -> dict[str, str]:
     return {}
 
 
-@compiled
+@compiled_on_views
 def wrapped(angle: float) -> float:
     """``wrap_angle`` for compiled code: the same angle in [-pi, pi]; radians."""
     return float(angle - 2.0 * np.pi * np.rint(angle / (2.0 * np.pi)))

@@ -2,7 +2,7 @@
 
 import pytest
 
-from sim.bench import report, speed
+from sim.bench import env_speed, report, speed
 from sim.bench.memory import memory_growth
 from sim.bench.speed import corridor
 from slam.console.terminal import Terminal
@@ -29,3 +29,14 @@ def test_the_tables_can_be_made(monkeypatch: pytest.MonkeyPatch) -> None:
     assert [len(table.rows) for table in tables] == [2, 2, 2, 1, 3, 2]
     assert tables[4].rows == [("over", "1", "25 to 25"), ("stopped", "1", "26 to 26"), ("hung", "0", "none")]
     assert tables[0].rows[0] == ("bullet", "1000", "2000", "50.0 %", "50")
+
+
+def test_the_environments_can_be_measured(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(env_speed, "ROUNDS", 1)
+    paths, views, threads = env_speed.env_tables(Terminal(quiet=True), (1, 3), 0.0)
+    assert [row[:2] for row in paths.rows] == [
+        ("PyBullet, one robot", "1"), ("plan, one robot", "1"), ("batch", "1"), ("batch", "3"),
+    ]  # fmt: skip
+    assert [row[0].count(",") for row in views.rows] == [1, 2, 3]
+    assert float(views.rows[0][3]) < 50.0
+    assert threads.rows[0][0] == "1"

@@ -16,7 +16,7 @@ from sim.plan.footprint import RADIUS, deepest_overlap
 from sim.plan.motors import INERTIA, MASS, MOMENT, rims_after
 from sim.random_stream import GOLDEN, fill_normal, fill_uniform, mixed
 from sim.robot import SimRobot
-from sim.wall_plan import wall_plan
+from sim.wall_plan import cell_near, wall_plan
 from sim.wheels import TRACK, WHEEL_RADIUS
 from slam.odometry import Twist2D
 from slam.robot import Observation
@@ -39,7 +39,7 @@ def scenario(engine: str, **changes: object) -> Scenario:
 @given(ONE, ONE, ONE, ONE, st.floats(-pi, pi))
 def test_the_outline_meets_a_wall_where_its_polygon_does(x, y, to_x, to_y, theta):
     plan = wall_plan([[np.array([[x, y], [to_x, to_y]])]], RADIUS)
-    found = deepest_overlap(0.1, -0.2, theta, plan, np.array([0], np.int32), *NOBODY)
+    found = deepest_overlap(0.1, -0.2, theta, plan, cell_near(plan, 0, 0.1, -0.2, 0.0), *NOBODY)
     outline = translate(rotate(OUTLINE, theta, (0.0, 0.0), use_radians=True), 0.1, -0.2)
     apart = outline.distance(LineString([(x, y), (to_x, to_y)]))
     if found.depth > 1e-9:
@@ -52,7 +52,7 @@ def test_the_outline_meets_a_wall_where_its_polygon_does(x, y, to_x, to_y, theta
 @given(ONE, ONE, st.floats(0.01, 0.2))
 def test_the_outline_meets_a_leg_where_its_polygon_does(x, y, radius):
     plan = wall_plan([[]], RADIUS)
-    found = deepest_overlap(0.0, 0.0, 0.0, plan, np.empty(0, np.int32), np.array([[x, y]]), np.array([radius]))
+    found = deepest_overlap(0.0, 0.0, 0.0, plan, 0, np.array([[x, y]]), np.array([radius]))
     apart = OUTLINE.distance(LineString([(x, y), (x, y)]).centroid)
     assert (found.depth > 1e-9) <= (apart < radius)
     assert (found.depth < -1e-9) <= (apart > radius)

@@ -216,6 +216,12 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         assert self._seen is not None
         return {name: getattr(self._seen, name) for name in self.config.observe}
 
+    @property
+    def bytes_a_robot(self) -> float:
+        """Memory of a robot and of what it sees in one step; that of the worlds, which they share, comes on top."""
+        arrays = [*self._robots, *(self._seen or self._make_seen())]
+        return sum(rows.nbytes for rows in arrays) / self.num_envs
+
     def _make_seen(self) -> Seen:
         beams = self.scenario.lidar.description.lidar.beams
         return make_seen(self.num_envs, beams, self.config.observe, self.config.map_cells)

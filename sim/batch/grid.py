@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 from slam.env.occupancy_grid import FREE, WALL, march
 from slam.pose import FloatArray
 
@@ -13,7 +13,7 @@ GREY_FREE: Final = 127
 GREY_WALL: Final = 255
 
 
-@compiled
+@compiled_on_views
 def mark_scan(
     cells: NDArray[np.uint8], x: float, y: float, c: float, s: float, beams: FloatArray,
     scan: FloatArray, range_max: float, cell: float,
@@ -35,7 +35,7 @@ def mark_scan(
     return found
 
 
-@compiled
+@compiled_on_views
 def crop(cells: NDArray[np.uint8], x: float, y: float, c: float, s: float, square: NDArray[np.uint8]) -> None:
     """Cut out the square (n, n) around the place x, y, in cells, heading up: row 0 lies ahead, column 0 to the left."""
     size = len(square)

@@ -5,27 +5,36 @@ from typing import Any
 import numpy as np
 
 from sim.batch.worlds import GAUSSIAN, REALISTIC, Timing
-from sim.lidar_noise import bounded_noise, quantised_steps
+from sim.lidar_noise import add_bounded_noise, quantise
 from sim.random_stream import fill_normal, fill_uniform
 from sim.realistic_noise import realistic_ranges
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.pose import FloatArray
 
 
-@compiled
-def readings(ranges: FloatArray, sensor: Any, timing: Timing, time: float, base: Any) -> FloatArray:
-    """Ranges (B,) with noise, drop-outs, limits and steps; ``time`` seconds after the start."""
-    numbers = np.empty(len(ranges))
+@compiled_on_views
+def disturb(ranges: FloatArray, sensor: Any, timing: Timing, time: float, base: Any, numbers: FloatArray) -> None:
+    """Turn ranges (B,) into readings, with noise, drop-outs, limits and steps; ``time`` seconds after the start.
+
+    ``numbers`` (3, B) is overwritten.
+    """
     if sensor.noise == GAUSSIAN:
-        base.stream = fill_normal(base.stream, numbers)
-        ranges = bounded_noise(ranges, sensor.near, sensor.near_range, sensor.far, numbers)
+        base.stream = fill_normal(base.stream, numbers[0])
+        add_bounded_noise(ranges, sensor.near, sensor.near_range, sensor.far, numbers[0])
     elif sensor.noise == REALISTIC:
-        lost, edge = np.empty(len(ranges)), np.empty(len(ranges))
-        base.stream = fill_normal(base.stream, numbers)
-        base.stream = fill_uniform(base.stream, lost)
-        base.stream = fill_uniform(base.stream, edge)
-        ranges = realistic_ranges(ranges, timing.step, time, sensor.reflectivity, numbers, lost, edge)
+        base.stream = fill_normal(base.stream, numbers[0])
+        base.stream = fill_uniform(base.stream, numbers[1])
+        base.stream = fill_uniform(base.stream, numbers[2])
+        _disturb_realistically(ranges, timing.step, time, sensor.reflectivity, numbers)
     if sensor.dropout > 0.0:
-        base.stream = fill_uniform(base.stream, numbers)
-        ranges = np.where(numbers < sensor.dropout, np.inf, ranges)
-    return quantised_steps(ranges, timing.range_min, timing.range_max, timing.resolution)
+        base.stream = fill_uniform(base.stream, numbers[0])
+        for j in range(len(ranges)):
+            ranges[j] = np.inf if numbers[0, j] < sensor.dropout else ranges[j]
+    quantise(ranges, timing.range_min, timing.range_max, timing.resolution)
+
+
+@compiled
+def _disturb_realistically(
+    ranges: FloatArray, step: float, time: float, reflectivity: float, numbers: FloatArray
+) -> None:
+    ranges[:] = realistic_ranges(ranges, step, time, reflectivity, numbers[0], numbers[1], numbers[2])

@@ -56,6 +56,21 @@ class Seen(NamedTuple):
     """(N, 2): the command within the limits."""
 
 
+class Scratch(NamedTuple):
+    """What one thread writes over for each of its robots."""
+
+    rays: FloatArray
+    """(5, B)."""
+    ranges: FloatArray
+    """(B,)."""
+    numbers: FloatArray
+    """(3, B): random numbers."""
+    path: FloatArray
+    """(S, 3): where the base was before and after each control step ..."""
+    legs: FloatArray
+    """... and the legs (S, 2 P, 2)."""
+
+
 def make_robots(count: int, worlds: Worlds, grid: tuple[int, int]) -> Robots:
     """Make so many robots, which are nowhere yet; ``grid`` has rows and columns."""
     people = worlds.crowd.starts.shape[1]

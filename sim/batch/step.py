@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.batch.grid import crop, mark_scan
-from sim.batch.noise import readings
-from sim.batch.robots import Robots, Seen
+from sim.batch.noise import disturb
+from sim.batch.robots import Robots, Scratch, Seen
 from sim.batch.worlds import Timing, Worlds
 from sim.plan.advance import advance, walk
 from sim.plan.base import command, put_down
@@ -16,7 +16,7 @@ from sim.plan.reports import reported_pose, take_mean_twist
 from sim.random_stream import GOLDEN, mixed, stream_of
 from sim.rays import fire_beams
 from sim.z_buffer import stop_at_legs, stop_at_walls
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.pose import FloatArray
 
 
@@ -37,21 +37,32 @@ def step_robots(
 
     ``commands`` (N, 2) are v and omega. Nothing here depends on another robot.
     """
-    rays = np.empty((5, worlds.bearings.shape[1]))
+    beams, rows = worlds.bearings.shape[1], max(timing.controls_before, timing.controls_in_sweep) + 1
+    scratch = Scratch(
+        np.empty((5, beams)), np.empty(beams), np.empty((3, beams)),
+        np.empty((rows, 3)), np.empty((rows, 2 * robots.legs.shape[1], 2)),
+    )  # fmt: skip
     for i in range(first, stop):
-        if begins[i]:
-            _begin(i, worlds, robots)
-        elif goes_on[i]:
-            command(robots.base[i], worlds.models[robots.world[i]], commands[i, 0], commands[i, 1])
-        else:
-            continue
-        scan = _observe(i, worlds, timing, robots, seen, rays)
-        _follow_route(i, worlds, robots, seen, begins[i], polar)
-        if robots.cells.shape[1]:
-            _map(i, worlds, timing, cell, robots, seen, begins[i], scan)
+        if begins[i] or goes_on[i]:
+            _step(i, begins[i], commands[i, 0], commands[i, 1], worlds, timing, polar, cell, robots, seen, scratch)
 
 
-@compiled
+@compiled_on_views
+def _step(
+    i: int, begins: bool, v: float, omega: float,
+    worlds: Worlds, timing: Timing, polar: bool, cell: float, robots: Robots, seen: Seen, scratch: Scratch,
+) -> None:  # fmt: skip
+    if begins:
+        _begin(i, worlds, robots)
+    else:
+        command(robots.base[i], worlds.models[robots.world[i]], v, omega)
+    _observe(i, worlds, timing, robots, seen, scratch)
+    _follow_route(i, worlds, robots, seen, begins, polar)
+    if robots.cells.shape[1]:
+        _map(i, worlds, timing, cell, robots, seen, begins, scratch.ranges)
+
+
+@compiled_on_views
 def _begin(i: int, worlds: Worlds, robots: Robots) -> None:
     """Put a robot down at the start of a world that its random numbers choose."""
     base = robots.base[i]
@@ -59,72 +70,72 @@ def _begin(i: int, worlds: Worlds, robots: Robots) -> None:
     w = int(mixed(stream) % np.uint64(len(worlds.starts)))
     robots.world[i] = w
     put_down(base, worlds.starts[w, 0], worlds.starts[w, 1], worlds.starts[w, 2], stream)
-    robots.walked[i, :, 0] = worlds.crowd.starts[w]
-    robots.walked[i, :, 1] = 0.0
+    for p in range(robots.walked.shape[1]):
+        robots.walked[i, p, 0], robots.walked[i, p, 1] = worlds.crowd.starts[w, p], 0.0
     walk(base, worlds.crowd, w, 0.0, robots.walked[i], robots.people[i], robots.legs[i])
     robots.waypoint[i] = robots.turns[i] = 0
-    robots.cells[i] = 0
+    for row in range(robots.cells.shape[1]):
+        for column in range(robots.cells.shape[2]):
+            robots.cells[i, row, column] = 0
 
 
-@compiled
-def _observe(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen, rays: FloatArray) -> FloatArray:
-    """Let the time of one scan pass, and take it as ``SimRobot.observe`` does; the readings (B,)."""
+@compiled_on_views
+def _observe(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen, scratch: Scratch) -> None:
+    """Let the time of one scan pass, and take it as ``SimRobot.observe`` does; its ranges are in the scratch."""
     w, base = robots.world[i], robots.base[i]
     model = worlds.models[w]
     seen.applied[i, 0], seen.applied[i, 1] = base.target_v, base.target_omega
     base.collided = base.pressed = 0
-    _pass(i, timing.controls_before, worlds, robots)
+    _pass(i, timing.controls_before, worlds, robots, scratch)
     twist = take_mean_twist(base, model, timing.controls_before * timing.period)
     seen.pose[i, 0], seen.pose[i, 1], seen.pose[i, 2] = base.x, base.y, base.theta
     reported = reported_pose(base, model)
-    path, legs = _pass(i, timing.controls_in_sweep, worlds, robots)
+    _pass(i, timing.controls_in_sweep, worlds, robots, scratch)
     if timing.controls_in_sweep:
         twist = take_mean_twist(base, model, timing.controls_in_sweep * timing.period)
     if len(seen.odometry):
         seen.odometry[i, 0], seen.odometry[i, 1], seen.odometry[i, 2] = reported
         seen.odometry[i, 3], seen.odometry[i, 4] = twist
     seen.collided[i], seen.stalled[i] = base.collided != 0, base.stalled != 0
-    ranges = _true_ranges(w, path, legs, worlds, timing, rays)
+    _cast(w, worlds, timing, scratch)
     time = robots.turns[i] * timing.scan_time + timing.controls_before * timing.period
-    ranges = readings(ranges, worlds.sensors[w], timing, time, base)
+    ranges = scratch.ranges
+    disturb(ranges, worlds.sensors[w], timing, time, base, scratch.numbers)
     for j in range(len(ranges)):
         near = 0.0 if ranges[j] < 0.0 else ranges[j]
         seen.scan[i, j] = near if near < np.inf else timing.range_max  # nan and inf read range_max
     robots.turns[i] += 1
     seen.late[i] = robots.turns[i] >= worlds.last_turn[w]
-    return ranges
 
 
-@compiled
-def _pass(i: int, controls: int, worlds: Worlds, robots: Robots) -> tuple[FloatArray, FloatArray]:
-    """Let so many control steps pass: where the base was before and after each, and the legs."""
-    w, legs = robots.world[i], robots.legs[i]
-    path, legs_path = np.empty((controls + 1, 3)), np.empty((controls + 1, 2 * len(legs), 2))
+@compiled_on_views
+def _pass(i: int, controls: int, worlds: Worlds, robots: Robots, scratch: Scratch) -> None:
+    """Let so many control steps pass; the scratch has where the base and the legs were before and after each."""
+    w = robots.world[i]
     advance(
-        robots.base[i], worlds.models[w], True, worlds.obstacles, worlds.crowd, w,
-        robots.walked[i], robots.people[i], legs, path, legs_path,
+        robots.base[i], worlds.models[w], True, worlds.obstacles, worlds.crowd, w, robots.walked[i], robots.people[i],
+        robots.legs[i], scratch.path[: controls + 1], scratch.legs[: controls + 1],
     )  # fmt: skip
-    return path, legs_path
 
 
-@compiled
-def _true_ranges(
-    w: int, path: FloatArray, legs: FloatArray, worlds: Worlds, timing: Timing, rays: FloatArray
-) -> FloatArray:
-    """Distance along each beam (B,); inf where nothing is in reach."""
-    sensor, ranges = worlds.sensors[w], np.full(rays.shape[1], np.inf)
-    mount = np.array([sensor.x, sensor.y])
-    fire_beams(path, timing.period, mount, worlds.bearings[w], worlds.beams[w], sensor.increment, rays)
+@compiled_on_views
+def _cast(w: int, worlds: Worlds, timing: Timing, scratch: Scratch) -> None:
+    """Find the distance along each beam; inf where nothing is in reach."""
+    sensor, rays, ranges = worlds.sensors[w], scratch.rays, scratch.ranges
+    rows = timing.controls_in_sweep + 1
+    bearings, beams = worlds.bearings[w], worlds.beams[w]
+    fire_beams(scratch.path[:rows], timing.period, worlds.mounts[w], bearings, beams, sensor.increment, rays)
+    for j in range(len(ranges)):
+        ranges[j] = np.inf
     stop_at_walls(rays, ranges, worlds.walls, w)
     radii = worlds.crowd.leg_radii[w]
     if len(radii):
-        stop_at_legs(rays, ranges, legs, radii, sensor.increment / timing.period)
+        stop_at_legs(rays, ranges, scratch.legs[:rows], radii, sensor.increment / timing.period)
     for j in range(len(ranges)):
         ranges[j] = ranges[j] if ranges[j] <= timing.reach else np.inf
-    return ranges
 
 
-@compiled
+@compiled_on_views
 def _follow_route(i: int, worlds: Worlds, robots: Robots, seen: Seen, begins: bool, polar: bool) -> None:
     """Pass the way-points that are reached, as ``RouteProgress.advance`` does, and look where the next one is."""
     w, k = robots.world[i], robots.waypoint[i]
@@ -144,12 +155,12 @@ def _follow_route(i: int, worlds: Worlds, robots: Robots, seen: Seen, begins: bo
         _see_goal(i, w, k, worlds, seen, polar)
 
 
-@compiled
+@compiled_on_views
 def _see_goal(i: int, w: int, k: int, worlds: Worlds, seen: Seen, polar: bool) -> None:
     if k == worlds.waypoint_counts[w]:
-        seen.goal[i] = 0.0
+        seen.goal[i, 0] = seen.goal[i, 1] = 0.0
         return
-    x, y, theta = seen.pose[i]
+    x, y, theta = seen.pose[i, 0], seen.pose[i, 1], seen.pose[i, 2]
     dx, dy = worlds.waypoints[w, k, 0] - x, worlds.waypoints[w, k, 1] - y
     if polar:
         seen.goal[i, 0], seen.goal[i, 1] = hypot(dx, dy), wrapped(atan2(dy, dx) - theta)
@@ -158,17 +169,17 @@ def _see_goal(i: int, w: int, k: int, worlds: Worlds, seen: Seen, polar: bool) -
         seen.goal[i, 0], seen.goal[i, 1] = c * dx + s * dy, c * dy - s * dx
 
 
-@compiled
+@compiled_on_views
 def _map(
     i: int, worlds: Worlds, timing: Timing, cell: float, robots: Robots, seen: Seen, begins: bool, scan: FloatArray
 ) -> None:
     """Mark what the scan shows in the robot's grid, and cut out the square around it."""
     w = robots.world[i]
-    x, y, theta = seen.pose[i]
-    sensor: Any = worlds.sensors[w]
+    x, y, theta = seen.pose[i, 0], seen.pose[i, 1], seen.pose[i, 2]
+    mx, my = worlds.mounts[w, 0], worlds.mounts[w, 1]
     c, s = cos(theta), sin(theta)
-    laser_x = (x + c * sensor.x - s * sensor.y - worlds.low[w, 0]) / cell
-    laser_y = (y + s * sensor.x + c * sensor.y - worlds.low[w, 1]) / cell
+    laser_x = (x + c * mx - s * my - worlds.low[w, 0]) / cell
+    laser_y = (y + s * mx + c * my - worlds.low[w, 1]) / cell
     found = mark_scan(robots.cells[i], laser_x, laser_y, c, s, worlds.beams[w], scan, timing.range_max, cell)
     seen.gained[i, 1] = 0.0 if begins else found
     if len(seen.map):

@@ -27,7 +27,6 @@ _KINDS: Final[dict[NoiseName, int]] = {
 
 SENSOR: Final = np.dtype(
     [
-        ("x", "f8"), ("y", "f8"), ("theta", "f8"),  # T_base_laser
         ("increment", "f8"),  # seconds from beam to beam
         ("noise", "i4"), ("near", "f8"), ("near_range", "f8"), ("far", "f8"),  # a kind; sigma, and from where on far
         ("dropout", "f8"), ("reflectivity", "f8"),
@@ -49,6 +48,8 @@ class Worlds(NamedTuple):
     """(W,) of MODEL."""
     sensors: NDArray[Any]
     """(W,) of SENSOR."""
+    mounts: FloatArray
+    """(W, 2): x, y of the lidar on the base."""
     bearings: FloatArray
     """(W, B): of the beams, base frame ..."""
     beams: FloatArray
@@ -88,8 +89,13 @@ class Timing(NamedTuple):
 
 
 def timing_of(scenario: Scenario) -> Timing:
-    """Take the lidar and the clock of a scenario."""
+    """Take the lidar and the clock of a scenario; ScenarioError for a lidar whose turns differ in their beams."""
     model, clock = scenario.lidar.description, scenario.clock
+    if model.beams_vary:
+        raise ScenarioError(
+            f"{scenario.name}: the beams of lidar.model={scenario.lidar.model} vary from turn to turn, which many "
+            "robots at once cannot have; set lidar.model=urg04lx, or give vectorization_mode='async'"
+        )
     lidar = model.lidar
     reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))
     return Timing(
@@ -117,6 +123,7 @@ def worlds_of(scenarios: Sequence[Scenario], config: EnvConfig) -> Worlds:
         crowd=crowd_of([scenario.people for scenario in scenarios]),
         models=np.concatenate([model_of(scenario.robot, scenario.physics.rate) for scenario in scenarios]),
         sensors=np.array([_sensor(lidar) for lidar in lidars], SENSOR),
+        mounts=np.array([lidar.mount.pose.translation for lidar in lidars]),
         bearings=bearings,
         beams=np.stack([np.cos(bearings), np.sin(bearings)], axis=1),
         starts=np.array([scenario.robot.start.pose.as_array() for scenario in scenarios]),
@@ -141,8 +148,8 @@ def _sensor(lidar: LidarConfig) -> tuple[float, ...]:
     table_1 = model.near_accuracy, model.near_range, model.far_accuracy
     near, near_range, far = (model.noise or table_1) if lidar.noise == "datasheet" else table_1
     return (
-        lidar.mount.x, lidar.mount.y, lidar.mount.theta, lidar.time_increment,
-        _KINDS[lidar.noise], near / sigmas, near_range, far / sigmas, lidar.dropout, lidar.reflectivity,
+        lidar.time_increment, _KINDS[lidar.noise], near / sigmas, near_range, far / sigmas,
+        lidar.dropout, lidar.reflectivity,
     )  # fmt: skip
 
 

@@ -6,11 +6,11 @@ from sim.crowd import Crowd
 from sim.gait import walk_all
 from sim.plan.base import control, move
 from sim.wall_plan import WallPlan
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 from slam.pose import FloatArray
 
 
-@compiled
+@compiled_on_views
 def advance(
     base: Any, model: Any, ramps: bool, obstacles: WallPlan, crowd: Crowd, world: int,
     walked: FloatArray, positions: FloatArray, legs: FloatArray, path: FloatArray, legs_path: FloatArray,
@@ -22,7 +22,7 @@ def advance(
     the setpoint stays as it is.
     """
     seconds = model.substeps * model.substep
-    standing = legs.reshape((-1, 2))
+    standing = legs.reshape((2 * len(legs), 2))
     for k in range(len(path)):
         if k > 0:
             if ramps:
@@ -30,14 +30,17 @@ def advance(
             move(base, model, obstacles, world, standing, crowd.leg_radii[world])
             walk(base, crowd, world, seconds, walked, positions, legs)
         path[k, 0], path[k, 1], path[k, 2] = base.x, base.y, base.theta
-        legs_path[k] = standing
+        for leg in range(len(standing)):
+            legs_path[k, leg, 0], legs_path[k, leg, 1] = standing[leg, 0], standing[leg, 1]
 
 
-@compiled
+@compiled_on_views
 def walk(
     base: Any, crowd: Crowd, world: int, seconds: float, walked: FloatArray, positions: FloatArray, legs: FloatArray
 ) -> None:
     """Let the people of this world walk, who look out for the robot."""
+    if len(walked) == 0:
+        return
     walk_all(
         crowd.nodes[world], crowd.distances[world], crowd.node_counts[world], crowd.habits[world], walked,
         (base.x, base.y), seconds, positions, legs,

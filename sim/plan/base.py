@@ -13,16 +13,16 @@ from sim.firmware import DRAG_TORQUE, MOTOR_TORQUE, STANDING, ramped
 from sim.plan.footprint import deepest_overlap
 from sim.plan.motors import rims_after
 from sim.random_stream import normal
-from sim.wall_plan import WallPlan, walls_near
+from sim.wall_plan import WallPlan, cell_near
 from sim.wheels import TICKS_PER_RADIAN, TRACK, WHEEL_RADIUS
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled_on_views, wrapped
 from slam.pose import FloatArray
 
 HALVINGS: Final = 5
 """Of a control step that ends in a wall, so that the robot stops within 1/32 of it before the wall."""
 
 
-@compiled
+@compiled_on_views
 def put_down(base: Any, x: float, y: float, theta: float, stream: np.uint64) -> None:
     """Let the robot stand here, as if just switched on."""
     base.x, base.y, base.theta, base.stream = x, y, theta, stream
@@ -32,7 +32,7 @@ def put_down(base: Any, x: float, y: float, theta: float, stream: np.uint64) -> 
     base.in_vain = base.in_order = base.cut_for = base.stalled = base.collided = base.pressed = 0
 
 
-@compiled
+@compiled_on_views
 def command(base: Any, model: Any, v: float, omega: float) -> None:
     """Ask for a velocity, which is clipped to the limits."""
     base.target_v = min(max(v, -model.linear), model.linear)
@@ -40,7 +40,7 @@ def command(base: Any, model: Any, v: float, omega: float) -> None:
     base.awake = model.watchdog
 
 
-@compiled
+@compiled_on_views
 def control(base: Any, model: Any) -> None:
     """Run one control step of the firmware: watchdog and ramps."""
     if base.awake <= 0:
@@ -51,7 +51,7 @@ def control(base: Any, model: Any) -> None:
         base.omega = ramped(base.omega, base.target_omega, model.turn, model.turn)
 
 
-@compiled
+@compiled_on_views
 def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArray, radii: FloatArray) -> None:
     """Let one control step pass with the motors at the setpoint, then read the encoders and reckon.
 
@@ -74,7 +74,7 @@ def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArra
     _reckon(base, model)
 
 
-@compiled
+@compiled_on_views
 def _roll(base: Any, model: Any, left: float, right: float) -> tuple[float, float]:
     """Let the motors bring the rims to these speeds, physics step by physics step; metres that they want to roll."""
     force = (MOTOR_TORQUE if base.cut_for == 0 else DRAG_TORQUE) / WHEEL_RADIUS
@@ -86,7 +86,7 @@ def _roll(base: Any, model: Any, left: float, right: float) -> tuple[float, floa
     return way_left, way_right
 
 
-@compiled
+@compiled_on_views
 def arc(x: float, y: float, theta: float, ahead: float, turn: float) -> tuple[float, float, float]:
     """Pose after so many metres along an arc of so many radians: ``Twist2D.motion``."""
     half = 0.5 * turn
@@ -94,24 +94,24 @@ def arc(x: float, y: float, theta: float, ahead: float, turn: float) -> tuple[fl
     return x + chord * cos(theta + half), y + chord * sin(theta + half), wrapped(theta + turn)
 
 
-@compiled
+@compiled_on_views
 def _drive(
     base: Any, model: Any, left: float, right: float,
     obstacles: WallPlan, world: int, legs: FloatArray, radii: FloatArray,
 ) -> float:  # fmt: skip
     """Move as far as nothing is in the way, and note what the outline then touches; the share that was moved."""
-    rows = walls_near(obstacles, world, base.x, base.y, 0.0)
+    cell = cell_near(obstacles, world, base.x, base.y, 0.0)
     x, y, theta = _moved(base, model, left, right)
-    found = deepest_overlap(x, y, theta, obstacles, rows, legs, radii)
+    found = deepest_overlap(x, y, theta, obstacles, cell, legs, radii)
     share = 1.0
     if found.depth > 0.0:
-        allowed = max(deepest_overlap(base.x, base.y, base.theta, obstacles, rows, legs, radii).depth, 0.0)
+        allowed = max(deepest_overlap(base.x, base.y, base.theta, obstacles, cell, legs, radii).depth, 0.0)
         if found.depth > allowed:
             share = 0.0
             for k in range(HALVINGS):
                 trial = share + 0.5 ** (k + 1)
                 x, y, theta = _moved(base, model, trial * left, trial * right)
-                if deepest_overlap(x, y, theta, obstacles, rows, legs, radii).depth <= allowed:
+                if deepest_overlap(x, y, theta, obstacles, cell, legs, radii).depth <= allowed:
                     share = trial
             x, y, theta = _moved(base, model, share * left, share * right)
     base.x, base.y, base.theta = x, y, theta
@@ -123,7 +123,7 @@ def _drive(
     return share
 
 
-@compiled
+@compiled_on_views
 def _moved(base: Any, model: Any, left: float, right: float) -> tuple[float, float, float]:
     """Pose after the wheels without error have rolled so many metres.
 
@@ -135,7 +135,7 @@ def _moved(base: Any, model: Any, left: float, right: float) -> tuple[float, flo
     return x, y, wrapped(theta + behind)
 
 
-@compiled
+@compiled_on_views
 def _watch(base: Any, model: Any, blocked: bool) -> None:
     """Account for one control step as ``StallGuard.watch`` does."""
     if base.cut_for > 0:
@@ -152,7 +152,7 @@ def _watch(base: Any, model: Any, blocked: bool) -> None:
         base.stalled = 0
 
 
-@compiled
+@compiled_on_views
 def _reckon(base: Any, model: Any) -> None:
     """Read the encoders, and add the way since the last reading to the odometry: ``WheelOdometry.add``."""
     det = model.same * model.same - model.other * model.other  # as in TractionModel.to_robot
@@ -171,7 +171,7 @@ def _reckon(base: Any, model: Any) -> None:
     base.ticks_left, base.ticks_right = int(left), int(right)
 
 
-@compiled
+@compiled_on_views
 def _travel(base: Any, ticks: float, radius: float, noise: float) -> float:
     """Metres that a wheel believed of this radius rolled: ``WheelOdometry._travel``."""
     way = ticks / TICKS_PER_RADIAN * radius

@@ -4,10 +4,9 @@ from math import cos, hypot, inf, sin
 from typing import Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sim.wall_plan import WallPlan, squared_distance
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 from slam.pose import FloatArray
 
 BOXES: Final = np.array([[-0.0175, 0.2275, 0.1905], [-0.2725, 0.0275, 0.15]])
@@ -26,14 +25,15 @@ class Overlap(NamedTuple):
     y: float
 
 
-@compiled
+@compiled_on_views
 def deepest_overlap(
-    x: float, y: float, theta: float, plan: WallPlan, rows: NDArray[np.int32], legs: FloatArray, radii: FloatArray
+    x: float, y: float, theta: float, plan: WallPlan, cell: int, legs: FloatArray, radii: FloatArray
 ) -> Overlap:
-    """Find the deepest overlap with these walls and legs (L, 2) of the robot that stands at this pose."""
+    """Find the deepest overlap with the walls of this cell and with legs (L, 2) of the robot that stands here."""
     c, s = cos(theta), sin(theta)
     deepest = Overlap(-inf, 0.0, 0.0)
-    for row in rows:
+    for at in range(plan.first[cell], plan.first[cell + 1]):
+        row = plan.listed[at]
         wx, wy, ux, uy = plan.walls[row, 0] - x, plan.walls[row, 1] - y, plan.walls[row, 2], plan.walls[row, 3]
         if squared_distance(wx, wy, ux, uy) > RADIUS * RADIUS:
             continue
@@ -57,7 +57,7 @@ def deepest_overlap(
     return deepest
 
 
-@compiled
+@compiled_on_views
 def wall_overlap(x: float, y: float, ux: float, uy: float, half_x: float, half_y: float) -> Overlap:
     """Find the point of the wall from (x, y) to (x + ux, y + uy) that is deepest in a box around the origin.
 
@@ -75,7 +75,7 @@ def wall_overlap(x: float, y: float, ux: float, uy: float, half_x: float, half_y
     return found
 
 
-@compiled
+@compiled_on_views
 def _deeper(
     found: Overlap, share: float, x: float, y: float, ux: float, uy: float, half_x: float, half_y: float
 ) -> Overlap:
@@ -87,7 +87,7 @@ def _deeper(
     return Overlap(depth, px, py) if depth > found.depth else found
 
 
-@compiled
+@compiled_on_views
 def _distance(x: float, y: float, half_x: float, half_y: float) -> float:
     """Distance of a point from a box around the origin; negative inside."""
     out_x, out_y = abs(x) - half_x, abs(y) - half_y

@@ -9,7 +9,7 @@ that push with F_l and F_r give
 from typing import Final
 
 from sim.wheels import TRACK, WHEEL_RADIUS
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 
 MASS: Final = 9.0
 """kg, of p3dx.urdf like all here."""
@@ -23,7 +23,7 @@ CROSS: Final = MASS / 4.0 - INERTIA / TRACK**2
 """... and for that of the other rim."""
 
 
-@compiled
+@compiled_on_views
 def rims_after(
     left: float, right: float, left_target: float, right_target: float, seconds: float, force: float
 ) -> tuple[float, float]:
@@ -42,7 +42,7 @@ def rims_after(
     return left + a * seconds, right + b * seconds
 
 
-@compiled
+@compiled_on_views
 def _limited(push: float, other: float, bias: float, other_bias: float, force: float) -> tuple[float, float]:
     """Accelerations of a rim whose motor pushes as it can, and of the other, which shall be ``other``."""
     push = min(max(push, -force), force)

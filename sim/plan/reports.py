@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 
 from sim.wheels import ANGLE_UNIT, MILLIMETRE
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 
 
-@compiled
+@compiled_on_views
 def reported_pose(base: Any, model: Any) -> tuple[float, float, float]:
     """``T_odom_base``: x, y, theta."""
     if not model.firmware_units:
@@ -20,7 +20,7 @@ def reported_pose(base: Any, model: Any) -> tuple[float, float, float]:
     )
 
 
-@compiled
+@compiled_on_views
 def take_mean_twist(base: Any, model: Any, seconds: float) -> tuple[float, float]:
     """Mean v and omega since the last call, ``seconds`` ago; 0 where no time passed."""
     rate = 1.0 / seconds if seconds > 0.0 else 0.0

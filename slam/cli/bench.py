@@ -31,6 +31,7 @@ BENCHES: Final = {
     "viewer": "slam.cli.bench_costs:bench_viewer",
     "start": "slam.cli.bench_costs:bench_start",
     "sim": "sim.cli.bench_sim:bench_sim",
+    "env": "sim.cli.bench_env:bench_env",
     "hardware": "hardware.cli.bench_hardware:bench_hardware",
 }
 """Every benchmark by its name: the place of its function."""
@@ -40,7 +41,8 @@ console = Terminal()
 
 @app.callback()
 def _bench() -> None:
-    """Measure the paper's figures, extractors, matchers, SLAM, loops, walls, simulator, drivers, sweeps, start-up."""
+    """Measure the paper's figures, extractors, matchers, SLAM, loops, walls, simulator, environments, drivers, sweeps,
+    start-up."""
 
 
 def use_one_thread() -> None:

@@ -6,7 +6,7 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 from slam.scenario.schema import Scenario
@@ -73,7 +73,7 @@ class OccupancyGrid:
         return np.where(inside, self.cells[rows * inside, columns * inside], np.uint8(0))
 
 
-@compiled
+@compiled_on_views
 def mark_rays(
     cells: NDArray[np.uint8], x: float, y: float, headings: FloatArray, lengths: FloatArray, echoes: NDArray[np.bool_]
 ) -> int:
@@ -89,7 +89,7 @@ def mark_rays(
     return found
 
 
-@compiled
+@compiled_on_views
 def march(cells: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, length: float, echo: bool) -> int:
     """March along one ray, from border to border of the cells it crosses (Amanatides and Woo, 1987)."""
     column, row = int(np.floor(x)), int(np.floor(y))
@@ -100,16 +100,14 @@ def march(cells: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, le
     found = 0
     while min(at_x, at_y) < length:
         found += _mark(cells, row, column, FREE)
-        if at_x < at_y:
-            at_x += per_x
-            column += step_x
-        else:
-            at_y += per_y
-            row += step_y
+        along_x = at_x < at_y  # no branch: which border comes next cannot be foreseen
+        column += step_x if along_x else 0
+        row += 0 if along_x else step_y
+        at_x, at_y = at_x + (per_x if along_x else 0.0), at_y + (0.0 if along_x else per_y)
     return found + _mark(cells, row, column, WALL if echo else FREE)
 
 
-@compiled
+@compiled_on_views
 def _mark(cells: NDArray[np.uint8], row: int, column: int, what: int) -> int:
     if row < 0 or column < 0 or row >= cells.shape[0] or column >= cells.shape[1]:
         return 0

@@ -10,6 +10,7 @@ import pytest
 
 import hopslam
 from slam.config import SlamConfig
+from slam.errors import BackEndLost
 from slam.files.logs import read_log
 from slam.line_slam import LineSlam
 from slam.odometry import Odometry
@@ -108,6 +109,28 @@ def test_what_is_finished_takes_no_scan(drive: list[tuple[Pose2D, LaserScan]]) -
     assert slam.finish() is slam.finish() is slam.map
     with pytest.raises(hopslam.InputError, match="saved_map"):
         slam.update(scan.ranges, scan.bearings)
+
+
+def test_closing_that_fails_leaves_the_map_that_is_known(
+    drive: list[tuple[Pose2D, LaserScan]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slam = hopslam.Slam()
+    for _, scan in drive[:5]:
+        slam.update(scan.ranges, scan.bearings)
+    known = slam.map
+
+    def fail(error: BaseException) -> Callable[[object], None]:
+        def finish(_: object) -> None:
+            raise error
+
+        return finish
+
+    monkeypatch.setattr("slam.run.closing_loops.finish", fail(KeyboardInterrupt()))
+    with pytest.raises(KeyboardInterrupt):
+        slam.finish()
+    monkeypatch.setattr("slam.run.closing_loops.finish", fail(BackEndLost("the process was killed")))
+    with pytest.warns(UserWarning, match="was killed; the run is not closed"):
+        assert np.array_equal(slam.finish().trajectory, known.trajectory)
 
 
 def test_a_map_stays_as_it_was_when_it_was_asked_for(drive: list[tuple[Pose2D, LaserScan]], tmp_path: Path) -> None:

@@ -83,16 +83,20 @@ class LoopCloser:
         self._rows.extend((estimate.stamp, local.x, local.y, local.theta))
 
     def close_loops(self, console: Terminal) -> ClosedLoops | None:
-        """Close them; None for a method that closes none, before the first scan, and where Ctrl-C ends it or what
-        closes them is lost: the run stays as it was known on the way."""
+        """Close them as ``closed`` does; None, too, where Ctrl-C ends it: the run stays as it was known on the way."""
+        try:
+            with console.waiting("closing loops"):
+                return self.closed()
+        except KeyboardInterrupt:
+            return None
+
+    def closed(self) -> ClosedLoops | None:
+        """Close them; None for a method that closes none, before the first scan, and where what closes them is lost."""
         if not self._rows:
             return None
         began, table = perf_counter(), np.array(self._rows).reshape(-1, 4)
         try:
-            with console.waiting("closing loops"):
-                run = finish(self._slam)
-        except KeyboardInterrupt:
-            return None
+            run = finish(self._slam)
         except BackEndLost as error:
             self.back_end_lost = self.back_end_lost or f"{error}; the run is not closed as a whole"
             return None

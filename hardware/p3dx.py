@@ -116,8 +116,11 @@ class P3dx:
             self._send(Command(CommandId.PULSE))
 
     def odometry(self, first: float, last: float, until: float) -> Odometry | None:
-        """Return the odometry at ``first``, with the mean speed to ``last``; None when no reports cover both ``until``
-        then. Times are those of ``time.monotonic``."""
+        """Return the odometry at ``first``, with the mean speed to ``last``.
+
+        Waits until ``until`` for reports that cover both, and gives None without them. Times are those of
+        ``time.monotonic``.
+        """
         while True:
             with self._lock:
                 if self._history.covers(first) and self._history.covers(last):

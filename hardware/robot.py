@@ -74,8 +74,10 @@ class HardwareRobot(Closing):
             SerialPort(port, _ANY_BAUD).close()
 
     def __enter__(self) -> Self:
-        """Open both devices; RobotError names the one that does not answer, or says that the program was told to end
-        meanwhile."""
+        """Open both devices.
+
+        RobotError names the one that does not answer, or says that the program was told to end meanwhile.
+        """
         self._leaving, self._over, self._failure = threading.Event(), None, None
         with ExitStack() as watch:
             self._reclaim_signals = watch.enter_context(process_watch(StopCallbacks(self._end, self._suspend)))

@@ -60,8 +60,10 @@ def _check_bearings(angles: FloatArray) -> None:
 
 
 def _counter_clockwise(angles: FloatArray) -> tuple[IntArray, FloatArray]:
-    """The order in which the beams turn counter-clockwise, and their bearings in it, rising: as they stand where they
-    run one way round, else sorted by bearing."""
+    """The order in which the beams turn counter-clockwise, and their rising bearings in it.
+
+    Beams stay as they are where they run one way round; else they are sorted by bearing.
+    """
     turned, places = np.unwrap(angles), np.arange(len(angles))
     steps = np.diff(turned)
     if (steps > 0.0).all():

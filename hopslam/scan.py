@@ -97,8 +97,10 @@ class Scan:
 
 
 def _timing(order: IntArray, between: float) -> tuple[float, float]:
-    """Seconds from the beam that was taken first to the first in this order, and to the next, below 0 where the lidar
-    turns clockwise."""
+    """Seconds from the first-taken beam to the first in this order, and from each beam to the next.
+
+    The latter is below 0 where the lidar turns clockwise.
+    """
     if between == 0.0 or order[0] < order[-1] == len(order) - 1:
         return 0.0, between
     if order[0] != len(order) - 1 or order[-1] != 0:

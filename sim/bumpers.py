@@ -41,8 +41,10 @@ class Bumpers:
                 self._pressed[segment] = True
 
     def read(self) -> tuple[bool, tuple[bool, ...]]:
-        """Collision since the last reading with anything that stands fast, and the segments that anything pressed:
-        front, then rear, each from the robot's left to its right."""
+        """Collision since the last reading with anything that stands fast, and the segments that anything pressed.
+
+        Front segments come first, then rear ones, each from the robot's left to its right.
+        """
         collided, pressed = self._collided, tuple(self._pressed)
         self._forget()
         return collided, pressed

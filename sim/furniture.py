@@ -135,8 +135,10 @@ def friction_arm(prisms: Sequence[Prism]) -> float:
 
 
 def _moments(footprint: FloatArray) -> FloatArray:
-    """Area, and integral over it of the distance from the origin, of a convex polygon (N, 2): summed over triangles
-    between its middle and its edges, each cut into ARM_CELLS x ARM_CELLS cells."""
+    """Area of a convex polygon (N, 2), and the integral over it of the distance from the origin.
+
+    It is summed over triangles between its middle and its edges, each cut into ARM_CELLS x ARM_CELLS cells.
+    """
     shares = (np.arange(ARM_CELLS) + 0.5) / ARM_CELLS
     middle = footprint.mean(axis=0)
     here, there = footprint - middle, np.roll(footprint, -1, axis=0) - middle

@@ -63,8 +63,10 @@ class SimulatedLidar:
         )
 
     def _turn(self, rng: np.random.Generator) -> Lidar:
-        """Return the fan of the next turn: its beams begin anywhere in the first step, and vary in number where the
-        motor does not hold its speed."""
+        """Return the fan of the next turn.
+
+        Its beams begin anywhere in the first step, and vary in number where the motor does not hold its speed.
+        """
         vary, nominal = self._config.description.beams_vary, self._lidar
         if not vary:
             return nominal

@@ -50,8 +50,11 @@ class P3dx:
         self.restart()
 
     def park_far_away(self) -> None:
-        """Move far from everything: the engine then forgets what the robot was near, which ``World.restore`` does not
-        undo, and in whose order contacts are solved."""
+        """Move far from everything.
+
+        The engine then forgets what the robot was near, which ``World.restore`` does not undo, and in whose order
+        contacts are solved.
+        """
         self._world.park_far_away(self._body, 0)
         self._world.bullet.call(pybullet.performCollisionDetection)
 

@@ -1,5 +1,7 @@
-"""The wheels of the P3-DX: their size, their encoders, slip and scrub on the floor, and dead reckoning as the firmware
-does it, with its wrong beliefs and errors on purpose."""
+"""The wheels of the P3-DX: their size, their encoders, slip and scrub on the floor, and dead reckoning.
+
+The dead reckoning is that of the firmware, with its wrong beliefs and errors on purpose.
+"""
 
 from math import pi, sqrt
 from typing import Final, NamedTuple

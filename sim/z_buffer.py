@@ -58,8 +58,10 @@ def _span(numbers: FloatArray) -> tuple[float, float]:
 
 @compiled_on_views
 def fan_interval(fan: Fan, begin: float, width: float, turn: int, rays: int) -> tuple[int, int]:
-    """First ray, and the one after the last, of those that point between ``begin`` and ``begin + width`` in the
-    ``turn``-th turn, -1 to 1; some more may be among them."""
+    """First ray, and the one after the last, between ``begin`` and ``begin + width`` in the ``turn``-th turn, -1 to 1.
+
+    Some more may be among them.
+    """
     if fan.step == 0.0 or width + 2.0 * fan.bend >= 2.0 * np.pi:
         return 0, rays if turn == 0 else 0
     begin -= fan.bearing + fan.bend + 1e-9
@@ -132,8 +134,10 @@ def rough_bearing(x: float, y: float) -> float:
 def _stop_at_wall(
     rays: FloatArray, ranges: FloatArray, first: int, stop: int, wx: float, wy: float, ux: float, uy: float
 ) -> None:
-    """Try the rays from ``first`` to ``stop`` against one wall, which is longer by 1e-12 at both ends, so that no ray
-    passes where two walls meet."""
+    """Try the rays from ``first`` to ``stop`` against one wall.
+
+    The wall is longer by 1e-12 at both ends, so that no ray passes where two walls meet.
+    """
     ox, oy, dx, dy = rays[0, first:stop], rays[1, first:stop], rays[2, first:stop], rays[3, first:stop]
     nearest = ranges[first:stop]
     for j in range(len(nearest)):

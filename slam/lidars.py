@@ -33,14 +33,19 @@ class Lidar:
 
     @property
     def angles(self) -> FloatArray:
-        """Bearings of all beams in the sensor frame, shape (beams,), from ahead: theta_k(j) of eq. (1) less 90 degrees,
-        as the paper has its y axis ahead (Fig. 2)."""
+        """Bearings of all beams in the sensor frame, shape (beams,), from ahead.
+
+        They are theta_k(j) of eq. (1) less 90 degrees, as the paper has its y axis ahead (Fig. 2).
+        """
         return self.angle_min + self.angle_increment * np.arange(self.beams, dtype=np.float64)
 
 
 def whole_steps(angle_min: float, angle_increment: float) -> tuple[float, float] | None:
-    """First bearing and step, given to seven digits or more, as what they stand for: a lidar divides the turn into a
-    whole number of steps, and begins at a whole number of half ones. None where that does not fit."""
+    """First bearing and step, given to seven digits or more, as the exact values that they stand for.
+
+    A lidar divides the turn into a whole number of steps, and begins at a whole number of half ones. None where that
+    does not fit.
+    """
     if not angle_increment > _LEAST_STEP:
         return None
     step = 2.0 * pi / max(round(2.0 * pi / angle_increment), 1)
@@ -67,8 +72,11 @@ def ordered_bearings(
 
 @dataclass(frozen=True, slots=True)
 class LidarModel:
-    """A lidar and its accuracy: plus or minus ``near_accuracy`` metres up to ``near_range``, beyond it plus or minus
-    ``far_accuracy`` times the range. ``resolution`` is the step of the range, metres."""
+    """A lidar and its accuracy.
+
+    It is plus or minus ``near_accuracy`` metres up to ``near_range``, beyond it plus or minus ``far_accuracy`` times
+    the range. ``resolution`` is the step of the range, metres.
+    """
 
     lidar: Lidar
     resolution: float

@@ -60,9 +60,10 @@ def excess_covariance(excess: FloatArray) -> FloatArray:
 def updated_excess(
     excess: FloatArray, correction: FloatArray, motion: FloatArray, config: LeastSquaresConfig
 ) -> FloatArray:
-    """The envelope (2,), m^2 and rad^2, of squared corrections (3,) of odometry beyond three standard deviations of the
-    covariance (3, 3) of the motion: it rises at once, fades by ``memory``, and never asks for more than the search can
-    look through.
+    """The envelope (2,), m^2 and rad^2, of squared corrections (3,) of odometry.
+
+    Only what is beyond three standard deviations of the covariance (3, 3) of the motion counts: it rises at once, fades
+    by ``memory``, and never asks for more than the search can look through.
 
     A factor on the variances does not help where the wheels say nothing: nothing times any factor is nothing. Wheels
     that failed once fail again soon, so that a mean over scans that were good between would be too small.

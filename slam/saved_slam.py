@@ -71,8 +71,10 @@ def resume(config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam) -> LineSl
 def relocate(
     config: SlamConfig, T_base_laser: Pose2D, saved: SavedSlam, T_map_base: Pose2D, timing: Timing = STEPPED
 ) -> LineSlam:
-    """Continue in the saved map with a robot that begins anew at ``T_map_base``, and its odometry with it; ``timing``
-    says when loops, also those with the graph of the map, move that."""
+    """Continue in the saved map with a robot that begins anew at ``T_map_base``, and its odometry with it.
+
+    ``timing`` says when loops, also those with the graph of the map, move that.
+    """
     graph = saved.graph
     config = _in_one_map(config) if graph is None else config
     slam = LineSlam(config, T_base_laser, T_map_base, timing=timing)

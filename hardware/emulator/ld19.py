@@ -25,8 +25,11 @@ _INTENSITY: Final = 200
 
 
 class EmulatedLd19:
-    """Measures all the time. ``drift`` is the share by which its clock runs faster than the plant's, ``rate`` the turns
-    a second; with ``paced`` or without, it is the same."""
+    """Measures all the time.
+
+    ``drift`` is the share by which its clock runs faster than the plant's, ``rate`` the turns a second; with ``paced``
+    or without, it is the same.
+    """
 
     def __init__(
         self, plant: Plant, now: float = 0.0, drift: float = 0.0, paced: bool = True, rate: float = 10.0

@@ -58,8 +58,10 @@ class Ramp:
             self.left -= self.speed * seconds
 
     def _towards_end(self, seconds: float) -> float:
-        """Return the speed from which the rest of the distance suffices to stop; over the last bit, the one that ends
-        it now."""
+        """Return the speed from which the rest of the distance suffices to stop.
+
+        Over the last bit it is the speed that ends the distance now.
+        """
         left = self.left or 0.0
         fastest = min(self.limit, sqrt(2.0 * self.fall * abs(left)), abs(left) / seconds)
         return copysign(fastest, left)

@@ -47,8 +47,10 @@ class Plant(Protocol):
         ...
 
     def bumpers(self) -> tuple[bool, ...]:
-        """Return True for each segment pressed since the last call: front, then rear, each from left to right; () for
-        none."""
+        """Return True for each segment pressed since the last call.
+
+        Front segments come first, then rear ones, each from left to right; () for none.
+        """
         ...
 
     def sonar(self) -> tuple[float, ...]:

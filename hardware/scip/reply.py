@@ -56,8 +56,11 @@ def decode_old_reply(lines: tuple[bytes, ...]) -> Reply:
 
 
 def possible_replies(lines: tuple[bytes, ...]) -> Iterator[tuple[bytes, ...]]:
-    """Yield the lines between two empty lines from each place where an answer may begin: damage may have run it
-    together with the remains of others. It begins at the first line, or with an echo at the end of a line."""
+    """Yield the lines between two empty lines from each place where an answer may begin.
+
+    Damage may have run it together with the remains of others. It begins at the first line, or with an echo at the end
+    of a line.
+    """
     yield lines
     for start, line in enumerate(lines):
         echo = echo_at_end(line)

@@ -15,8 +15,10 @@ SILLS: Final = range(5, 41)
 
 
 def sim_tables(long: bool, console: Terminal) -> list[ResultTable]:
-    """Speed and resets of both ray casters, the vector environment, what stops the base, and with ``long`` the memory
-    over a long life."""
+    """Tables of the simulator's speed, resets, vector environment and contacts.
+
+    With ``long`` also the memory over a long life.
+    """
     parts: list[Callable[[], ResultTable]] = [_speeds, _resets, _vector, _blocked, _sills]
     if long:
         parts.append(_long_life)

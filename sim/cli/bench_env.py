@@ -2,8 +2,9 @@
 
 
 def bench_env() -> None:
-    """Measure the learning environments: steps a second on one core with physics, with the kinematic model, and of
-    batches of it with each view; threads, and the memory of a robot.
+    """Measure the learning environments: steps a second of every path, threads, and the memory of a robot.
+
+    The paths are physics, the kinematic model, and batches of it with each view, on one core.
 
     [bold]Examples[/bold]
 

@@ -10,8 +10,9 @@ def bench_sim(
         bool, typer.Option("--long", help="Also 10,000 resets and a million steps: some minutes, for the memory.")
     ] = False,
 ) -> None:
-    """Measure the simulator: its speed beside that of PyBullet's calls alone, resets, and two processes against one;
-    then what walls, people and sills do to a robot that is pushed against them.
+    """Measure the simulator: speed beside PyBullet's calls alone, resets, two processes against one, and contacts.
+
+    Contacts: what walls, people and sills do to a robot that is pushed against them.
 
     [bold]Examples[/bold]
 

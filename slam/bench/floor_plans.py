@@ -77,7 +77,7 @@ def cast_beams(
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """z of the cross product over the last axis."""
+    """Z of the cross product over the last axis."""
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 

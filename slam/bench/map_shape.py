@@ -112,8 +112,10 @@ def angles_off_main_axes(walls: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def rms_off_axes(walls: FloatArray) -> float:
-    """Root mean square of the angles of the long ones among the walls (M, 2, 2) from the common directions of all,
-    weighed by length, radians; nan where none is long."""
+    """Root mean square of the angles of the long walls, of (M, 2, 2), from the common directions of all, radians.
+
+    It is weighed by length; nan where no wall is long.
+    """
     long = _long(walls)
     if not len(long):
         return float("nan")

@@ -77,8 +77,11 @@ class PaperMatcher:
 
 
 class IcpMatcher:
-    """small_gicp on one thread. Its clouds are 3-D: a flat one has normals that point up, so the map is there three
-    times, one layer above the other, which turns them level; roll, pitch and height then stay where they are."""
+    """small_gicp on one thread.
+
+    Its clouds are 3-D: a flat one has normals that point up, so the map is there three times, one layer above the
+    other, which turns them level; roll, pitch and height then stay where they are.
+    """
 
     def __init__(self, scans: Sequence[PlacedScan], small_gicp: Any, kind: str) -> None:
         self.name = {"PLANE_ICP": "ICP, point to plane", "ICP": "ICP, point to point", "GICP": "GICP"}[kind]

@@ -1,5 +1,7 @@
-"""A line map by association: each segment of a scan is merged into the line of the map that it continues, as the line
-maps of the literature are made (e.g. Pfister, Roumeliotis, Burdick, ICRA 2003; here without covariances)."""
+"""A line map by association: each segment of a scan is merged into the line of the map that it continues.
+
+The line maps of the literature are made so (e.g. Pfister, Roumeliotis, Burdick, ICRA 2003); here without covariances.
+"""
 
 from typing import Final
 
@@ -33,8 +35,10 @@ class MergedLines:
             self._merge(segment, _sums_of(segment, float(count)))
 
     def _merge(self, line: FloatArray, sums: FloatArray) -> None:
-        """Take up a line (2, 2) with its sums, merged with every line of the map that it, or what became of it,
-        continues."""
+        """Take up a line (2, 2) with its sums, merged with every line of the map that it continues.
+
+        A line that is merged may continue further ones.
+        """
         while (at := self._continued(line)) is not None:
             sums = sums + self._sums[at]
             line = _line_through(sums, np.concatenate([line, self.ends[at]]))
@@ -72,8 +76,10 @@ def _sums_of(segment: FloatArray, count: float) -> FloatArray:
 
 
 def _line_through(sums: FloatArray, ends: FloatArray) -> FloatArray:
-    """The best line of these sums, from the first to the last foot of the ends (K, 2), the way from the first to the
-    second; (2, 2)."""
+    """The best line (2, 2) of these sums, from the first to the last foot of the ends (K, 2).
+
+    It runs the way from the first to the second.
+    """
     mean = sums[[WX, WY]] / sums[W]
     xx, xy, yy = sums[[WXX, WXY, WYY]] / sums[W] - [mean[0] ** 2, mean[0] * mean[1], mean[1] ** 2]
     angle = 0.5 * np.arctan2(2.0 * xy, xx - yy)

@@ -37,8 +37,10 @@ def sim_tables(
     console: Terminal,
     allow_modules: tuple[str, ...] = (),
 ) -> list[ResultTable]:
-    """Drive every scenario, all without a name, with these seeds; with ``hour`` also the long run, after the others:
-    nothing else should run beside what is timed."""
+    """Drive these scenarios, or all, with these seeds.
+
+    With ``hour`` the long run follows after the others: nothing else should run beside what is timed.
+    """
     jobs = [(name, seed, settings, False, allow_modules) for name, seed in product(names or SCENARIOS, seeds)]
     results = run_in_workers(run_scenario, jobs, "driving in the simulator", console)
     runs = [(name, seed, result) for (name, seed, *_), result in zip(jobs, results, strict=True)]

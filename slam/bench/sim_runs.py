@@ -116,8 +116,10 @@ class SimRun:
 
     @property
     def normalised_errors(self) -> FloatArray:
-        """Squared Mahalanobis distances of the estimates from the truth, all but the first's, (N - 1,): chi-square of
-        three degrees of freedom where the covariance is right."""
+        """Squared Mahalanobis distances of all estimates but the first from the truth, (N - 1,).
+
+        They are chi-square of three degrees of freedom where the covariance is right.
+        """
         offsets = self.offsets[1:]
         weighed = np.linalg.solve(self.covariances[1:], offsets[..., None])[..., 0]
         return np.asarray(np.sum(offsets * weighed, axis=1))

@@ -1,5 +1,8 @@
-"""Split-and-merge by iterative end-point fit (Ramer 1972, Duda and Hart 1973), as in the comparison of Nguyen et al.,
-"A comparison of line extraction algorithms using 2D laser rangefinder for indoor mobile robotics", IROS 2005."""
+"""Split-and-merge by iterative end-point fit (Ramer 1972, Duda and Hart 1973).
+
+It is as in the comparison of Nguyen et al., "A comparison of line extraction algorithms using 2D laser rangefinder for
+indoor mobile robotics", IROS 2005.
+"""
 
 from dataclasses import dataclass
 

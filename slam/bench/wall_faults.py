@@ -62,8 +62,7 @@ def wall_faults(lines: FloatArray, points: FloatArray, origins: FloatArray) -> W
 
 
 def radial_lines(lines: FloatArray, points: FloatArray, origins: FloatArray) -> NDArray[np.bool_]:
-    """True for the lines of RADIAL and more that lie along more than half of the beams whose echo is nearest to them,
-    (M,)."""
+    """True for the lines of RADIAL and more that lie along most of the beams whose echo is nearest to them, (M,)."""
     if not len(lines) or not len(points):
         return np.zeros(len(lines), np.bool_)
     of_piece, middles = _pieces(lines)

@@ -24,8 +24,10 @@ def run_in_workers(
     console: Terminal,
     workers: int = WORKERS,
 ) -> list[R]:
-    """Results of the function for these arguments, in their order; a bar shows how many there are. The first error ends
-    all jobs."""
+    """Results of the function for these arguments, in their order.
+
+    A bar shows how many there are. The first error ends all jobs.
+    """
     with _worker_pool(workers) as pool:
         futures = [pool.submit(function, *job) for job in jobs]
         with console.progress() as bar:

@@ -41,8 +41,7 @@ console = Terminal()
 
 @app.callback()
 def _bench() -> None:
-    """Measure the paper's figures, extractors, matchers, SLAM, loops, walls, simulator, environments, drivers, sweeps,
-    start-up."""
+    """Measure the parts: figures of the paper, methods, SLAM, simulator, environments, drivers, sweeps, start-up."""
 
 
 def use_one_thread() -> None:

@@ -6,8 +6,10 @@ from slam.config.section import Section
 
 
 class LocalizationConfig(Section):
-    """Search for the robot in a saved map: hypotheses are followed until one has won. Agreement is the share of the
-    scan's pieces that lie on walls of the map, less what the scan saw through."""
+    """Search for the robot in a saved map: hypotheses are followed until one has won.
+
+    Agreement is the share of the scan's pieces that lie on walls of the map, less what the scan saw through.
+    """
 
     places: int = Field(400, ge=1)
     """Places that the search over the whole map finds and refines."""

@@ -23,8 +23,10 @@ class Section(BaseModel):
 
 
 def by_method(default: str) -> Discriminator:
-    """Tell the sections of a union apart by their ``method``: ``default`` where a section names none, and ``OWN`` for
-    one that is written ``module:name``."""
+    """Tell the sections of a union apart by their ``method``.
+
+    It is ``default`` where a section names none, and ``OWN`` for one that is written ``module:name``.
+    """
 
     def method(section: Any) -> str | None:
         name = section.get("method", default) if isinstance(section, dict) else getattr(section, "method", None)
@@ -34,8 +36,10 @@ def by_method(default: str) -> Discriminator:
 
 
 class OwnMethod(Section):
-    """An extractor or a matcher of your own: any function or class that Python can import; see docs/extend.md. A file
-    only names it: the code runs when you allow its module, with `--allow-module`."""
+    """An extractor or a matcher of your own: any function or class that Python can import.
+
+    See docs/extend.md. A file only names it: the code runs when you allow its module, with `--allow-module`.
+    """
 
     method: str = Field(pattern=PLACE)
     """``module:name``; the module's folder is on PYTHONPATH, or it is installed."""

@@ -13,8 +13,11 @@ from slam.modes import MODES, ModeName
 
 
 class SlamConfig(Section):
-    """The whole method, Fig. 14: by default this project's own; ``mode: paper`` makes it the paper's, and ``mode:
-    dead_reckoning`` none at all: wheel odometry alone, to compare with."""
+    """The whole method, Fig. 14.
+
+    By default it is this project's own; ``mode: paper`` makes it the paper's, and ``mode: dead_reckoning`` none at all:
+    wheel odometry alone, to compare with.
+    """
 
     mode: ModeName = "hopslam"
     """Choice of methods for those of the three parts below that name none."""

@@ -32,8 +32,9 @@ class Extent:
 
 
 def seen_ranges(scan: LaserScan) -> FloatArray:
-    """Measure how far each beam saw, metres (N,): to its echo, or as far as the sensor reaches where neither it nor its
-    neighbours have one.
+    """Measure how far each beam saw, metres (N,).
+
+    That is to its echo, or as far as the sensor reaches where neither it nor its neighbours have one.
 
     A lone beam without an echo was lost, which happens before walls too: it saw nothing, as does one that was too close
     or in error.

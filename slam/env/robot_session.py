@@ -133,8 +133,11 @@ def _backend_options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
 
 
 def _let_go(robot: Robot) -> None:
-    """Stop a robot that nobody holds any more. The garbage collector may call this from a thread that the robot waits
-    for when it is closed; then another thread closes it."""
+    """Stop a robot that nobody holds any more.
+
+    The garbage collector may call this from a thread that the robot waits for when it is closed; then another thread
+    closes it.
+    """
     if threading.current_thread() is threading.main_thread():
         robot.__exit__(None, None, None)
     else:

@@ -47,8 +47,10 @@ def clear_drafts(folder: Path) -> None:
 
 @contextmanager
 def atomic_file(path: Path) -> Iterator[Path]:
-    """A draft to write to, which is put on the disk and takes the name ``path`` when the block is left without an
-    error."""
+    """A draft to write to, which takes the name ``path`` when the block is left without an error.
+
+    It is put on the disk before that.
+    """
     draft = _draft_of(path)
     try:
         yield draft

@@ -51,8 +51,10 @@ def read_tum(path: str | Path) -> tuple[FloatArray, FloatArray]:
 
 
 def read_tum_so_far(path: str | Path) -> tuple[FloatArray, FloatArray, LogError | None]:
-    """Stamps and poses up to the first line that is no pose, comes too early or is one too many, and the error that
-    names that line, if there is one. LogError where the file cannot be read."""
+    """Stamps and poses up to the first line that is no pose or comes too early.
+
+    The error that names that line comes with them, if there is one. LogError where the file cannot be read.
+    """
     values, last, fault = array("d"), -inf, None
     with closing(read_lines(Path(path))) as lines:
         try:

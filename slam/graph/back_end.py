@@ -57,8 +57,10 @@ class BackEnd:
         return GraphSize(*counts, sum(key.nbytes for key in graph.keys), self._finder.tried, self.seconds)
 
     def take(self, key: KeyScan) -> Closure | None:
-        """Take the next key scan; where it finishes a submap, loops are sought for that, and a closure is returned
-        where the map has changed."""
+        """Take the next key scan.
+
+        Where it finishes a submap, loops are sought for that, and a closure is returned where the map has changed.
+        """
         began = thread_time()
         finished = self.graph.keys[-1].submaps[0] if self.finishes(key) else None
         closed = finished is not None and self._finish(finished)

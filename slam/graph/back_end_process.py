@@ -73,8 +73,10 @@ class BackEndProcess:
         self._out.put(key)
 
     def next_result(self, wait: bool) -> tuple[bool, Closure | None]:
-        """Return True and the closure, if any, for the next finished submap; False and None where it is not known yet,
-        which is impossible with ``wait``."""
+        """Return True and the closure, if any, for the next finished submap.
+
+        False and None where it is not known yet, which is impossible with ``wait``.
+        """
         try:
             closure, self.size = self._received(wait)
         except Empty:

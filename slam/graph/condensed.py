@@ -98,8 +98,10 @@ class CondensedGraph:
         self.weights = self.weights[kept]
 
     def _trust_start(self, weights: FloatArray) -> None:
-        """Put the loops that bear out the tie to an earlier run in its place, as sure as any way: else a bent old map
-        would rather let go of the new part than be bent back. ``weights`` are those of the ties."""
+        """Put the loops that bear out the tie to an earlier run in its place, as sure as any way.
+
+        Else a bent old map would rather let go of the new part than be bent back. ``weights`` are those of the ties.
+        """
         graph = self._graph
         for (pair, tie), weight in zip(list(graph.ties.items()), weights.tolist(), strict=True):
             found = self._sure_edges_of(tie.second) if tie.loop == BREAK and weight > BELIEVED else []

@@ -42,8 +42,10 @@ class Consistency:
         self._from_other = surest_covariances(self._at[loop.other], poses, hops)
 
     def chi_squared(self, other: Loop) -> float:
-        """chi^2 (3 degrees of freedom) of the difference between the places that the two loops give to the submap of
-        the second; infinite where they say nothing of each other."""
+        """chi^2, of 3 degrees of freedom, of the difference between the places that two loops give to a submap.
+
+        It is the submap of the second; infinite where the loops say nothing of each other.
+        """
         graph = self._graph
         if not self._is_near(other):
             return np.inf

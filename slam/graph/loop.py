@@ -49,8 +49,10 @@ class Loop:
 def loop_keys(
     loops: Iterable[Loop], keys_of: Mapping[int, Sequence[int]], key_of: Callable[[int], int], poses: FloatArray
 ) -> IntArray:
-    """Places of loops, (L, 2): the number of a key scan of the submap that was found, the middle one of those that
-    agree, and that of the key scan nearest to it of the submap in which it was found.
+    """Places of loops, (L, 2): numbers of two key scans that each loop joins.
+
+    The first is the middle one of those of the found submap that agree; the second is the nearest to it of the submap
+    in which it was found.
 
     ``keys_of`` has the key scans of every submap, ``key_of`` gives that of a node; ``poses`` (K, 3) are those of all.
     """

@@ -86,8 +86,10 @@ class LoopCandidates:
         return SIGMAS * sigma > MOST_WINDOW or self._is_break_between(other, submap)
 
     def is_thinkable(self, candidate: WallCandidate, submap: Submap, covariance: FloatArray) -> bool:
-        """True for a place that the graph does not rule out, which has the other with this covariance (3, 3) as seen
-        from the submap: a building may look alike from both ends. Over a break it says nothing."""
+        """True for a place that the graph does not rule out: a building may look alike from both ends.
+
+        The covariance (3, 3) is that of the other as seen from the submap. Over a break the graph says nothing.
+        """
         other = candidate.other
         if self._is_break_between(other, submap):
             return True

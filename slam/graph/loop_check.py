@@ -90,8 +90,10 @@ class LoopCheck:
         return Check(T_other_submap, [*found.matches, *self._matches(view, rest, poses, grid)])
 
     def open_direction(self, view: SubmapView, check: Check, grid: Grid) -> FloatArray | None:
-        """The direction (2,) along which the submap may slide and agree nearly as well, as in a corridor; None where
-        there is none."""
+        """The direction (2,) along which the submap may slide and agree nearly as well, as in a corridor.
+
+        None where there is none.
+        """
         asked = check.agreeing
         asked = [asked[k] for k in np.unique(np.linspace(0, len(asked) - 1, MOST_SLID).round().astype(np.int64))]
         information = np.sum([match.information[:2, :2] for match in asked], axis=0)

@@ -66,8 +66,10 @@ class LoopClosing:
 
     @classmethod
     def beside(cls, mapper: object, timing: Timing = STEPPED, known: KnownGraph | None = None) -> Self | None:
-        """Loops for this mapper, among themselves and with a graph whose map it has; None for one that makes no
-        submaps."""
+        """Loops for this mapper, among themselves and with a graph whose map it has.
+
+        None for one that makes no submaps.
+        """
         return cls(mapper, timing, known) if isinstance(mapper, SubmapMapper) else None
 
     @property
@@ -81,8 +83,10 @@ class LoopClosing:
         return self._process.size if self._process is not None else GraphSize(len(self._early))
 
     def follow(self, index: int) -> Closure | None:
-        """Take the last scan, number ``index`` of the run, where it became a key scan; returns the closure that is
-        taken over now, if one is."""
+        """Take the last scan, number ``index`` of the run, where it became a key scan.
+
+        Returns the closure that is taken over now, if one is.
+        """
         if self._mapper.key is not None:
             self._take(replace(self._mapper.key, index=index), index)
         began, closure = perf_counter(), None
@@ -96,8 +100,10 @@ class LoopClosing:
         return closure
 
     def finish(self, T_base_laser: Pose2D) -> ClosedRun | None:
-        """The whole run, refined, whose map is that of this object from now on; there are no more key scans. None where
-        no scan came; BackEndLost where the back end has ended, now or before."""
+        """The whole run, refined, whose map is that of this object from now on.
+
+        There are no more key scans. None where no scan came; BackEndLost where the back end has ended, now or before.
+        """
         if self.back_end_lost:
             raise BackEndLost(self.back_end_lost)
         run = self._finished(T_base_laser.as_array())

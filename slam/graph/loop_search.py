@@ -63,8 +63,11 @@ class LoopSearch:
         return self._maps.of(submap)
 
     def find(self, view: SubmapView, other: Submap, covariance: FloatArray, proposal: Proposal) -> Loop | None:
-        """Seek a submap in another one; ``covariance`` (3, 3) is that of the other's node as seen from the first, map
-        axes. None where they do not agree."""
+        """Seek a submap in another one.
+
+        ``covariance`` (3, 3) is that of the other's node as seen from the first, map axes. None where they do not
+        agree.
+        """
         T_other_submap = between(self._graph.correction(other), self._graph.correction(view.submap))
         middle = _nearest_first(view, other, T_other_submap)[0]
         prior = composed(T_other_submap, view.path[middle])
@@ -73,8 +76,11 @@ class LoopSearch:
     def find_near(
         self, view: SubmapView, other: Submap, T_other_submap: FloatArray, covariance: FloatArray, proposal: Proposal
     ) -> Loop | None:
-        """Seek a submap near a place in another one; ``covariance`` (3, 3) is that of the key scan of the first that is
-        nearest to the other's path there, axes of its frame ``local``."""
+        """Seek a submap near a place in another one.
+
+        ``covariance`` (3, 3) is that of the key scan of the first that is nearest to the other's path there, axes of
+        its frame ``local``.
+        """
         nearest_first = _nearest_first(view, other, T_other_submap)
         middle = int(nearest_first[0])
         facets = view.joint_scan(middle, nearest_first[:JOINT])
@@ -152,8 +158,11 @@ def _window(prior: FloatArray, covariance: FloatArray, facets: int) -> Window:
 
 
 def _second_place(checks: list[Check], own: FloatArray) -> tuple[FloatArray | None, bool]:
-    """The direction (2,) to a second place that is nearly as good, None for none; and whether it is turned, so that the
-    first is not to be believed. The places are those of the key scan at ``own`` (3,)."""
+    """The direction (2,) to a second place that is nearly as good, None for none.
+
+    The second value is True where that place is turned, so that the first is not to be believed. The places are those
+    of the key scan at ``own`` (3,).
+    """
     best = composed(checks[0].T_other_submap, own)
     for check in checks[1:]:
         place = composed(check.T_other_submap, own)

@@ -63,10 +63,13 @@ def find_main_edges(theta: FloatArray, lengths: FloatArray, places: FloatArray) 
 
 
 def _information(off: FloatArray, places: FloatArray, variance: float) -> FloatArray:
-    """Information of each wall (W,) on its main direction, rad^-2, so that the walls of a part together say what it
-    does; zero where the parts are off more than the walls of one, and have directions of their own.
+    """Information of each wall (W,) on its main direction, rad^-2.
 
-    ``off`` (W,) are the deviations, of this ``variance``."""
+    The walls of a part together say what that part says; it is zero where the parts are off more than the walls of one,
+    and have directions of their own.
+
+    ``off`` (W,) are the deviations, of this ``variance``.
+    """
     _, part, counts = np.unique(np.floor(places / PART), axis=0, return_inverse=True, return_counts=True)
     if len(counts) < 2:
         return 1.0 / (variance * (1.0 + np.full(len(off), len(off))))
@@ -76,8 +79,11 @@ def _information(off: FloatArray, places: FloatArray, variance: float) -> FloatA
 
 
 def variance_components(values: FloatArray, part: IntArray, counts: IntArray) -> tuple[float, float]:
-    """The variances within and between the parts, of which ``part`` (W,) numbers that of each value (W,) and
-    ``counts`` (P,) the values of each; two parts at least. From the mean squares, as in Searle (1971), chapter 11."""
+    """The variances within and between the parts.
+
+    ``part`` (W,) numbers the part of each value (W,), and ``counts`` (P,) the values of each; there are two parts at
+    least. They come from the mean squares, as in Searle (1971), chapter 11.
+    """
     means = np.bincount(part, values) / counts
     size, parts = len(values), len(counts)
     within = float(np.sum((values - means[part]) ** 2)) / max(size - parts, 1)

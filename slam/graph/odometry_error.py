@@ -38,8 +38,10 @@ class OdometryError(NamedTuple):
 
     @classmethod
     def learnt(cls, keys: list[KeyScan], follows: NDArray[np.bool_]) -> Self:
-        """From the motions to the key scans that follow the one before them in the list, mask (K,), by the wheels and
-        as matched; robust against those that went wrong."""
+        """Learn from the motions to key scans by the wheels and as matched; robust against those that went wrong.
+
+        The mask (K,) is True for key scans that follow the one before them in the list.
+        """
         wheels = np.array([key.wheels for key in keys]).reshape(-1, 3)
         errors, way = motion_errors(keys, follows), way_of(wheels)
         known = np.array([is_sure(key) for key in keys], np.bool_) & (way > LEAST_WAY) & follows
@@ -48,8 +50,10 @@ class OdometryError(NamedTuple):
         return cls(np.maximum(TO_SIGMA * np.median(np.abs(errors[known]) / way[known, None], axis=0), LEAST))
 
     def covariance(self, wheels: FloatArray, error: FloatArray) -> FloatArray:
-        """Covariance (3, 3) of one motion (3,), in the axes of its start; where the scan is known to contradict it, by
-        the ``error`` (3,), it is trusted by so much less."""
+        """Covariance (3, 3) of one motion (3,), in the axes of its start.
+
+        Where the scan is known to contradict it, by the ``error`` (3,), it is trusted by so much less.
+        """
         sigmas = self.sigmas * way_of(wheels)
         along, across, turn = sigmas**2 + error**2 + FLOOR**2
         heading = np.arctan2(wheels[1], wheels[0]) if np.hypot(wheels[0], wheels[1]) > 1e-6 else 0.0
@@ -70,8 +74,10 @@ def way_of(motions: FloatArray) -> FloatArray:
 
 
 def motion_errors(keys: list[KeyScan], follows: NDArray[np.bool_]) -> FloatArray:
-    """Motion to each key scan by the wheels less that by matching, (K, 3): along, across, turned; zero
-    where it does not follow the one before, mask (K,)."""
+    """Motion to each key scan by the wheels less that by matching, (K, 3): along, across, turned.
+
+    Zero where it does not follow the one before, mask (K,).
+    """
     local = np.array([key.T_local_laser for key in keys]).reshape(-1, 3)
     wheels = np.array([key.wheels for key in keys]).reshape(-1, 3)
     errors = np.zeros_like(wheels)

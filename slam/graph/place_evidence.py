@@ -91,8 +91,11 @@ def _pairs(walls: FloatArray, others: FloatArray) -> IntArray:
 def normal_equations(
     walls: FloatArray, others: FloatArray, pairs: IntArray, x: float, y: float, kernel: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Information (3, 3), and minus the gradient (3,), for a step of x, y and theta about (x, y), of the pairs of walls
-    that lie on each other, weighed by the metres that they share and by how near they are; metres of wall."""
+    """Information (3, 3) and minus the gradient (3,), for a step of x, y and theta about (x, y), and metres of wall.
+
+    They are of the pairs of walls that lie on each other, weighed by the metres that they share and by how near they
+    are.
+    """
     information, gradient = np.zeros((3, 3)), np.zeros(3)
     for p in range(len(pairs)):
         _add_pair(walls[pairs[p, 0]], others[pairs[p, 1]], x, y, kernel, information, gradient)

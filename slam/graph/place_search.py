@@ -63,8 +63,11 @@ def draw_submap(grid: Grid, path: FloatArray, reach: float) -> Pictures:
 
 @compiled
 def find_places(facets: FloatArray, window: Window, pictures: Pictures, least: float, most: int) -> FloatArray:
-    """Up to ``most`` different poses, (N, 4), the best first, where at least the share ``least`` of the facets (F, 7)
-    lies on walls. SCORE is that share less the cost of the prior."""
+    """Up to ``most`` different poses, (N, 4), the best first.
+
+    At least the share ``least`` of the facets (F, 7) lies on walls at each. SCORE is that share less the cost of the
+    prior.
+    """
     blocks = (2 * window.places + BLOCK) // BLOCK
     shifts = _shifts(facets, window, pictures.x0, pictures.y0)
     bounds = _bounds(shifts, pictures, blocks)
@@ -131,8 +134,10 @@ def _add_to(sums: NDArray[np.uint16], line: NDArray[np.uint8]) -> None:
 
 @compiled
 def _inside(first: int, size: int, blocks: int) -> tuple[int, int]:
-    """The blocks that begin inside of the picture, when the first begins at this pixel; those before it count as far as
-    they reach into it."""
+    """The blocks that begin inside of the picture, when the first begins at this pixel.
+
+    Those before it count as far as they reach into it.
+    """
     low = 0 if first >= 0 else (-first + BLOCK - 1) // BLOCK
     high = min(blocks, (size - 1 - first) // BLOCK + 1)
     return low, max(high, low)

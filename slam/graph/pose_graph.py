@@ -73,8 +73,10 @@ class Edges(NamedTuple):
         return np.asarray(self.loop != NO_LOOP)
 
     def settled(self, weights: FloatArray) -> tuple[Self, FloatArray]:
-        """These edges, with those over breaks as ordinary ones, as sure as their weights (E,) left them; and all
-        weights."""
+        """These edges, with those over breaks as ordinary ones, and all weights.
+
+        Edges over breaks are as sure as their weights (E,) left them.
+        """
         breaks = self.loop == BREAK
         information = self.information * np.where(breaks, weights, 1.0)[:, None, None]
         edges = self._replace(information=information, loop=np.where(breaks, NO_LOOP, self.loop))
@@ -92,8 +94,10 @@ class Solution(NamedTuple):
 
 
 def solve_graph(poses: FloatArray, edges: Edges, kernel: float, tolerance: float = 1e-5) -> Solution:
-    """Gauss-Newton from these poses (N, 3) of which the first stays where it is; chi^2 of loops is judged by
-    ``kernel``. A step below ``tolerance``, metres and radians, is the last."""
+    """Gauss-Newton from these poses (N, 3) of which the first stays where it is.
+
+    Chi^2 of loops is judged by ``kernel``. A step below ``tolerance``, metres and radians, is the last.
+    """
     poses, robust = poses.copy(), edges.robust
     chi_squared = squared_errors(poses, edges)
     width = max(kernel, float(chi_squared[robust].max(initial=0.0)))

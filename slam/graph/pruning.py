@@ -64,8 +64,10 @@ class Pruning:
         return self._is_found(submap) and self._is_covered(submap)
 
     def _is_found(self, submap: Submap) -> bool:
-        """True where a submap and its key scans, as far as loops of others that share them tell, agree with earlier
-        ones."""
+        """True where a submap and its key scans agree with earlier ones.
+
+        Loops tell, those of other submaps that share the key scans too.
+        """
         graph, number = self._graph, submap.number
         weights = self._condensed.weights.tolist()
         loops = [loop for loop, weight in zip(graph.loops, weights, strict=True) if weight > BELIEVED]
@@ -105,8 +107,10 @@ class Pruning:
         return left
 
     def _anchor(self, submap: Submap, other: Submap) -> None:
-        """Keep the places of the first and the last of the key scans that leave with a submap: between the two they
-        move together."""
+        """Keep the places of the first and the last of the key scans that leave with a submap.
+
+        Between the two the others move together.
+        """
         graph = self._graph
         leaving = [number for number in submap.keys if graph.keys[number].submaps == (submap.number,)]
         origin = graph.poses[other.node]

@@ -41,8 +41,9 @@ def refined_walls(sights: Sights, walls: FoundWalls, equations: WallEquations, T
 
 
 def wall_covariances(walls: RefinedWalls, poses: FloatArray, covariances: FloatArray) -> FloatArray:
-    """Covariances (M, 2, 2) of the walls' offsets and directions in the map frame, for poses (N, 3) with covariances
-    (N, 3, 3).
+    """Covariances (M, 2, 2) of the walls' offsets and directions in the map frame.
+
+    The poses (N, 3) have the covariances (N, 3, 3).
 
     A wall has the error of its anchor, and that which it has where the poses are known. What other scans see of it
     holds the two together, which is left out: the result is rather too large.

@@ -72,8 +72,10 @@ class RunGraph:
         return np.asarray(self.scans[self._loop_keys])
 
     def loop_ends(self, poses: FloatArray) -> FloatArray:
-        """The two places of each loop (L, 2, 2) by the poses of the base (S, 3) with the scans of the run, and, for
-        scans of an earlier run or behind a damaged line, as the graph has them."""
+        """The two places of each loop (L, 2, 2) by the poses of the base (S, 3) with the scans of the run.
+
+        For scans of an earlier run or behind a damaged line they are as the graph has them.
+        """
         known = compose_poses(self.poses, inverse_poses(self.T_base_laser)[None].repeat(len(self.poses), axis=0))
         own = (self.scans >= 0) & (self.scans < len(poses))
         known[own] = poses[self.scans[own]]

@@ -31,8 +31,10 @@ class ShownMap:
         self._poses.append(composed(self._T_map_local, key.T_local_laser))
 
     def has_moved(self) -> bool:
-        """True where key scans have moved so far since they were last shown that the map is worth making again: a
-        little is enough where much is new, and nothing where it was written from more than are kept."""
+        """True where key scans have moved so far since they were last shown that the map is worth making again.
+
+        A little is enough where much is new, and nothing where it was written from more than are kept.
+        """
         offsets = self._graph.key_poses() - np.array(self._poses)
         moved = float(np.hypot(offsets[:, 0], offsets[:, 1]).max())
         new = self._graph.taken - self._rebuilt

@@ -109,8 +109,10 @@ class SubmapGraph:
         return [tie._replace(first=node[tie.first], second=node[tie.second]) for tie in self.ties.values()]
 
     def remove(self, gone: set[int]) -> Left:
-        """Take submaps out, with the key scans that are in no other, and all edges, loops and ties that lead to them;
-        what is left gets new numbers, but for the submaps."""
+        """Take submaps out, with the key scans that are in no other, and all edges, loops and ties that lead to them.
+
+        What is left gets new numbers, but for the submaps.
+        """
         left = [tuple(name for name in key.submaps if name not in gone) for key in self.keys]
         kept = [number for number, names in enumerate(left) if names]
         loops = [k for k, loop in enumerate(self.loops) if not gone & {loop.submap, loop.other}]
@@ -186,8 +188,10 @@ class SubmapGraph:
         self._follows = [False] * len(self.keys)  # their motion is among the edges
 
     def _join_to_nearest(self, begun: Submap) -> None:
-        """Tie the first submap of this run to the nearest one of an earlier run: the robot was found in that map,
-        but a wrong start must not outweigh loops."""
+        """Tie the first submap of this run to the nearest one of an earlier run.
+
+        The robot was found in that map, but a wrong start must not outweigh loops.
+        """
         start = self.poses[begun.node]
         earlier = [submap for submap in self.submaps.values() if submap is not begun]
         nearest = min(earlier, key=lambda one: float(np.hypot(*(self.poses[one.node] - start)[:2])))
@@ -211,8 +215,10 @@ class SubmapGraph:
 
 
 def turned_information(information: FloatArray, heading: float, sigmas: FloatArray) -> FloatArray:
-    """Information (3, 3) of a match in the axes of a frame at ``heading``, for one in the axes around that frame; no
-    match is better than ``sigmas`` (3,)."""
+    """Information (3, 3) of a match in the axes of a frame at ``heading``, for one in the axes around that frame.
+
+    No match is better than ``sigmas`` (3,).
+    """
     c, s = np.cos(heading), np.sin(heading)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     turned = R.T @ (information / CORRELATION) @ R

@@ -27,6 +27,8 @@ class SubmapUncertainty:
         self._open = [*self._open, self._last][-most:]
 
     def know(self, pose: Pose2D, covariance: FloatArray) -> None:
-        """The pose (local) of the submap that scans are matched to is known with this covariance (3, 3) since a loop
-        was closed."""
+        """Take note of the covariance (3, 3) with which the submap that scans are matched to is known in ``local``.
+
+        It is known so since a loop was closed.
+        """
         self._open[0] = pose, covariance

@@ -23,8 +23,10 @@ class Hops(NamedTuple):
 
 
 def surest_covariances(source: int, poses: FloatArray, hops: Hops) -> FloatArray:
-    """Covariance (N, 3, 3) of the poses (N, 3) of all submaps as seen from one of them, map axes; infinite where no
-    path leads."""
+    """Covariance (N, 3, 3) of the poses (N, 3) of all submaps as seen from one of them, map axes.
+
+    Infinite where no path leads.
+    """
     order = np.argsort(np.concatenate([hops.first, hops.second]), kind="stable")
     start = np.concatenate([hops.first, hops.second])[order]
     end = np.concatenate([hops.second, hops.first])[order]

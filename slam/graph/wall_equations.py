@@ -125,8 +125,10 @@ def _pair_begins(scans: IntArray, numbers: IntArray, begins: IntArray) -> IntArr
 def _linearized(
     sights: Sights, nodes: IntArray, walls: FoundWalls, kernel: float, begins: IntArray, count: int
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Nodes of the pairs and B, A, the gradient by the poses (N, 3), D, the gradient by the walls (M, 2), and the
-    squares (M, 2)."""
+    """Nodes of the pairs and the linearised equations of pairs and walls.
+
+    These are B, A, the gradient by the poses (N, 3), D, the gradient by the walls (M, 2), and the squares (M, 2).
+    """
     seen_by, coupling = np.empty(begins[-1], np.int64), np.zeros((begins[-1], 3, 2))
     blocks, gradient = np.zeros((count, 3, 3)), np.zeros((count, 3))
     size = len(walls.lines)

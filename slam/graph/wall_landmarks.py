@@ -74,8 +74,10 @@ def find_walls(sights: Sights, straight: float, gap: float) -> FoundWalls:
 
 @compiled
 def wall_spans(points: FloatArray, lines: FloatArray, numbers: IntArray, begins: IntArray) -> FloatArray:
-    """From where to where along its line (M, 4) each wall was seen, (M, 2), metres from the point of the line; the
-    other arguments are those of Sights and FoundWalls."""
+    """From where to where along its line (M, 4) each wall was seen, (M, 2), metres from the point of the line.
+
+    The other arguments are those of Sights and FoundWalls.
+    """
     spans = np.empty((len(lines), 2))
     for m in range(len(lines)):
         nx, ny, x, y = lines[m]
@@ -89,8 +91,10 @@ def wall_spans(points: FloatArray, lines: FloatArray, numbers: IntArray, begins:
 
 @compiled
 def _sort_keys(points: FloatArray, normals: FloatArray) -> tuple[IntArray, IntArray]:
-    """Number of the cell of each facet, by its side and its place along it, and a key in the order of which the facets
-    of a cell follow one another across the wall; (F,) each."""
+    """Number of the cell of each facet, and a key in whose order the facets of a cell follow one another; (F,) each.
+
+    The cell is by the side of the facet and its place along it; the order is across the wall.
+    """
     cell, key = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
     for f in range(len(points)):
         turn = np.arctan2(normals[f, 1], normals[f, 0]) * SIDES / (2.0 * np.pi)

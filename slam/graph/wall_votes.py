@@ -177,8 +177,10 @@ def _scores(votes: FloatArray) -> FloatArray:
 
 @compiled
 def fixedness(xx: float, xy: float, yy: float) -> float:
-    """Strength with which walls fix a place in every direction: the root of the determinant of their information;
-    metres of wall. It is small where they are all parallel."""
+    """Strength with which walls fix a place in every direction, metres of wall.
+
+    It is the root of the determinant of their information, and small where they are all parallel.
+    """
     return float(np.sqrt((xx + CHANCE) * (yy + CHANCE) - xy * xy) - CHANCE)
 
 

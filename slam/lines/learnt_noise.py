@@ -148,8 +148,10 @@ def _quarter_octaves(x: float) -> int:
 
 @compiled
 def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
-    """Edges, with a fraction, of the noise near by, and of that which grows with the range, amid the band from 1 m; the
-    larger of the two holds. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) has the log likelihood of each band."""
+    """Edges, with a fraction, of the noise near by, and of that which grows with the range, amid the band from 1 m.
+
+    The larger of the two holds. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) has the log likelihood of each band.
+    """
     scores = scores_on_grounds[:, :EDGES].copy()
     for begin in range(EDGES, len(GROUNDS) * EDGES, EDGES):
         scores = np.maximum(scores, scores_on_grounds[:, begin : begin + EDGES])

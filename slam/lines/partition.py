@@ -32,8 +32,10 @@ class Partition(NamedTuple):
 
 @compiled
 def cut_blocks(sums: FloatArray, new: NDArray[np.bool_], n: int, partition: Partition) -> int:
-    """Cut the points into runs of eight or four where these lie well on a line, else of two, or of three at the end of
-    an odd piece; ``new`` says which of the ``n`` points come after a gap."""
+    """Cut the points into runs of eight or four where these lie well on a line, else of two.
+
+    At the end of an odd piece they are of three; ``new`` says which of the ``n`` points come after a gap.
+    """
     start, after_gap, cost = partition
     m = begin = 0
     for stop in range(1, n + 1):

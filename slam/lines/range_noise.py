@@ -13,8 +13,10 @@ ROUGHNESS = 0.01  # metres: by so much real walls are not as flat as lines
 
 
 class RangeNoise(NamedTuple):
-    """Standard deviation of a range: ``near`` metres up to ``near_range``, ``far`` times the range beyond; and
-    ``floor`` metres on top, in quadrature, for walls that are not flat."""
+    """Standard deviation of a range: ``near`` metres up to ``near_range``, ``far`` times the range beyond.
+
+    ``floor`` metres are added in quadrature, for walls that are not flat.
+    """
 
     near: float
     near_range: float

@@ -14,8 +14,10 @@ MIN_DISTANCE = 0.1  # metres: nothing nearer to the sensor is asked for
 
 @compiled
 def carve(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: float, miss_ratio: float) -> None:
-    """Count a miss for every surfel within ``reach`` that the beams from ``pose`` (3,) passed by more than ``margin``
-    metres, and remove those missed too often."""
+    """Count a miss for every surfel within ``reach`` that the beams from ``pose`` (3,) passed by more than ``margin``.
+
+    The margin is in metres. Surfels missed too often are removed.
+    """
     surfels, farthest = grid.surfels, beams.farthest
     x, y, c, s = pose[0], pose[1], np.cos(pose[2]), np.sin(pose[2])
     low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)

@@ -39,8 +39,11 @@ class Frontier(NamedTuple):
         return Frontier(self.began, reach, drift, match_covariance if wider else self.widest)
 
     def inherited(self, match_covariance: FloatArray) -> FloatArray:
-        """Covariance (3, 3) that the map beyond has more than the map here: the drift, and what later matches were
-        surer of than the widest on the way. They were surer of what was mapped since, which is off by as much."""
+        """Covariance (3, 3) that the map beyond has more than the map here.
+
+        It is the drift, and what later matches were surer of than the widest on the way: they were surer of what was
+        mapped since, which is off by as much.
+        """
         values, vectors = np.linalg.eigh(self.widest - match_covariance)
         return np.asarray(self.drift + (vectors * np.maximum(values, 0.0)) @ vectors.T)
 
@@ -64,8 +67,10 @@ class MapUncertainty:
         return min(self.tiles, key=lambda tile: self.tiles[tile][0].distance(pose), default=None)
 
     def pose_covariance(self, pose: Pose2D, match_covariance: FloatArray) -> FloatArray:
-        """Enter the tile of a pose, and return the covariance (3, 3) of its x, y, theta in the frame of the first pose;
-        ``match_covariance`` (3, 3) is that against the map."""
+        """Enter the tile of a pose, and return the covariance (3, 3) of its x, y, theta in the frame of the first pose.
+
+        ``match_covariance`` (3, 3) is that against the map.
+        """
         tile = floor(pose.x / TILE), floor(pose.y / TILE)
         frontier = self.frontier.moved(pose, match_covariance) if self.frontier else None
         new = tile not in self.tiles

@@ -62,7 +62,9 @@ def empty_grid(cell: float) -> Grid:
 
 def with_room(grid: Grid, low: IntArray, high: IntArray, more: int) -> Grid:
     """The grid, enlarged if need be for ``more`` surfels in the cells ``low`` to ``high``, row and column (2,).
-    InputError where it would have more cells than the limit allows."""
+
+    InputError where it would have more cells than the limit allows.
+    """
     shape = np.array(grid.head.shape)
     if (low < grid.corner).any() or (high >= grid.corner + shape).any():
         corner = np.minimum(grid.corner, low - MARGIN)
@@ -85,8 +87,10 @@ def with_room(grid: Grid, low: IntArray, high: IntArray, more: int) -> Grid:
 
 @compiled
 def room_needed(facets: FloatArray, pose: FloatArray, cell: float) -> tuple[IntArray, IntArray, int]:
-    """The least and the greatest row and column (2,) that facets (F, 7) seen from ``pose`` (3,) touch, and how many
-    surfels they and the walls between them make at most."""
+    """The least and the greatest row and column (2,) that facets (F, 7) seen from ``pose`` (3,) touch.
+
+    The third value is the number of surfels that they and the walls between them make at most.
+    """
     c, s = np.cos(pose[2]), np.sin(pose[2])
     low, high = np.full(2, np.inf), np.full(2, -np.inf)
     path = last_x = last_y = 0.0

@@ -14,8 +14,10 @@ SAME_LINE = 0.34  # sine between two walls, below which they make no corner
 
 @compiled
 def meet_at_corners(ends: FloatArray) -> FloatArray:
-    """The walls (M, 2, 2), the best supported first, each end carried to the nearest place within reach where it meets
-    another wall; a stub behind a better one, on its right, is cut off."""
+    """The walls (M, 2, 2), the best supported first, each end carried to the nearest corner within reach.
+
+    A corner is where it meets another wall; a stub behind a better one, on its right, is cut off.
+    """
     met, boxes = ends.copy(), boxes_of(ends, STUB)
     for m in range(len(ends)):
         for side in range(2):

@@ -13,9 +13,10 @@ HARDLY_SEEN = 0.5  # of the mean count of the wall
 
 
 def without_doubles(ends: FloatArray, support: FloatArray, shortest: float) -> FloatArray:
-    """Take doubles away from the walls (M, 2, 2), and sort them, the best supported first: those with more ``support``
-    (M,), their mean count times their length, take away what shows the same; parts of less than ``shortest`` metres are
-    left out.
+    """Take doubles away from the walls (M, 2, 2), and sort them, the best supported first.
+
+    Walls with more ``support`` (M,), their mean count times their length, take away what shows the same; parts of less
+    than ``shortest`` metres are left out.
     """
     best_first = np.argsort(-support, kind="stable")
     return _without_doubles(ends[best_first], support[best_first], shortest)

@@ -66,8 +66,9 @@ def weigh_walls(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, ga
 
 @compiled
 def _count_echoes(grid: Grid, beams: FreeBeams, ways: FloatArray, pose: FloatArray, gate: float) -> None:
-    """Count up the piece that each echo comes from: of the nearest surfel whose line has a piece there. Others that it
-    could have come from, and are clearly farther, are counted down.
+    """Count up the piece that each echo comes from: of the nearest surfel whose line has a piece there.
+
+    Others that it could have come from, and are clearly farther, are counted down.
 
     Of many echoes within half a piece the first stands for all.
     """
@@ -94,8 +95,9 @@ def _count_echoes(grid: Grid, beams: FreeBeams, ways: FloatArray, pose: FloatArr
 def _surfels_beside(
     grid: Grid, x: float, y: float, way_x: float, way_y: float, gate: float, beside: IntArray, offsets: FloatArray
 ) -> int:
-    """Fill in the surfels, each with its piece (MOST_BESIDE, 2), from which an echo at (x, y) of a beam of this way
-    could come, and how far each is across; returns how many there are.
+    """Fill in the surfels, each with its piece (MOST_BESIDE, 2), from which an echo at (x, y) of a beam could come.
+
+    It fills in how far each is across, too, and returns how many there are.
 
     Pieces reach half a cell beyond the surfel's cell, so that it is in one of the four nearest cells.
     """
@@ -130,8 +132,10 @@ def _least(offsets: FloatArray, count: int) -> int:
 
 @compiled
 def _count_one(grid: Grid, beside: IntArray, offsets: FloatArray, count: int, nearest: int) -> None:
-    """Count an echo up at the nearest of ``count`` surfels, and down at those that show the same side and are clearly
-    farther."""
+    """Count an echo up at the nearest of ``count`` surfels, and down at others that are clearly farther.
+
+    Only surfels that show the same side are counted down.
+    """
     surfel, piece = beside[nearest, 0], beside[nearest, 1]
     grid.evidence[surfel, piece] = min(grid.evidence[surfel, piece] + 1, MOST)
     nx, ny = grid.surfels[surfel, NX], grid.surfels[surfel, NY]

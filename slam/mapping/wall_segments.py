@@ -37,8 +37,11 @@ LEAST_SUPPORT: Final = 1.0
 
 
 def wall_segments(surfels: FloatArray, evidence: Evidence, cell: float) -> FloatArray:
-    """Start and end of the walls that these surfels (S, 8) make, shape (M, 2, 2): [wall, start or end, x or y]; metres,
-    map frame. ``evidence`` (S, 9) is that of their pieces. Walls are grown in the order of their surest surfel."""
+    """Start and end of the walls that these surfels (S, 8) make, (M, 2, 2): [wall, start or end, x or y], metres.
+
+    They lie in the map frame. ``evidence`` (S, 9) is that of their pieces. Walls are grown in the order of their surest
+    surfel.
+    """
     known = ((surfels[:, NX] != 0.0) | (surfels[:, NY] != 0.0)) & (evidence[:, :PIECES] >= WALL).any(axis=1)
     surest_first = np.flatnonzero(known)[np.argsort(-surfels[known, INFORMATION], kind="stable")]
     surfels, evidence = surfels[surest_first], evidence[surest_first]

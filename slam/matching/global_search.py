@@ -55,8 +55,10 @@ class GlobalSearch:
         return cls(surfel_map.grid, centres.min(axis=0), centres.max(axis=0))
 
     def places(self, facets: FloatArray, most: int) -> FloatArray:
-        """Up to ``most`` different poses of the laser, (N, 4), the best first; the score is the share of facets on
-        walls, of all (F, 7) in reach."""
+        """Up to ``most`` different poses of the laser, (N, 4), the best first.
+
+        The score is the share of facets on walls, of all (F, 7) in reach.
+        """
         near = np.ascontiguousarray(facets[np.hypot(facets[:, X], facets[:, Y]) < REACH])
         near = near[:: len(near) // MAX_FACETS + 1]
         if not len(near):

@@ -114,7 +114,7 @@ def _determinant(A: FloatArray) -> float:
 
 @compiled
 def _solved(A: FloatArray, b: FloatArray) -> FloatArray:
-    """x of A x = b, for A (3, 3) symmetric and positive definite, by A = M M^T."""
+    """X of A x = b, for A (3, 3) symmetric and positive definite, by A = M M^T."""
     m = np.sqrt(A[0, 0])
     p, q = A[0, 1] / m, A[0, 2] / m
     n = np.sqrt(A[1, 1] - p * p)

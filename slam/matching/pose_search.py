@@ -89,8 +89,9 @@ class PoseSearch:
         self._config, self._reach, self._walls = config, reach, walls
 
     def find(self, scene: Scene, prior: FloatArray, covariance: FloatArray, last: FloatArray, sure: bool) -> Found:
-        """The best pose, for a prior (3,) and its covariance (3, 3); ``last`` (3,) is where the sensor was before, for
-        ``sure`` where its scan agreed with the map there.
+        """The best pose, for a prior (3,) and its covariance (3, 3).
+
+        ``last`` (3,) is where the sensor was before, for ``sure`` where its scan agreed with the map there.
 
         The heading of the walls is asked where scans are far apart: where they overlap, the map holds the heading
         better than the building's directions, which err alike in every scan.
@@ -151,8 +152,11 @@ class PoseSearch:
         return chosen
 
     def _anywhere(self, scene: Scene, last: FloatArray, prior: FloatArray, sure: bool, doubtful: float) -> Fit | None:
-        """The pose about ``last`` (3,) for which the scan speaks as for no other, and more than for the one of value
-        ``doubtful``; None where there is none. It is as much farther as the wheels went, in whatever direction."""
+        """The pose about ``last`` (3,) for which the scan speaks as for no other; None where there is none.
+
+        It must speak for it more than for the one of value ``doubtful``. The search goes as much farther as the wheels
+        went, in whatever direction.
+        """
         step = float(np.hypot(*(prior - last)[:2]))
         count, around = len(scene.facets), min(self._config.anywhere + step, FARTHEST)
         weak: FloatArray = self._config.prior_weight / ANYWHERE_SIGMA**2 * np.eye(3)

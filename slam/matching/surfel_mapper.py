@@ -112,8 +112,10 @@ class SurfelMapper:
         return np.diag(np.full(3, max(config.without_odometry, config.speed_without_odometry * seconds) ** 2))
 
     def _predicted(self, last: Pose2D, prior: Pose2D, motion: FloatArray) -> FloatArray:
-        """Covariance (3, 3) of the base at the prior: of the last pose, of the motion, and of what the wheels did
-        lately that no model of them expects."""
+        """Covariance (3, 3) of the base at the prior.
+
+        It is that of the last pose, of the motion, and of what the wheels did lately that no model of them expects.
+        """
         at_prior = propagate(self.state.covariance, last, prior) + self.state.odometry_inflation * motion
         return at_prior + excess_covariance(self.state.odometry_excess)
 
@@ -134,8 +136,10 @@ class SurfelMapper:
     def _fuse(
         self, found: Found, prior: Pose2D, predicted: FloatArray, motion: FloatArray, laser_motion: FloatArray
     ) -> Match:
-        """Fuse what was found with what was predicted, the covariance (3, 3) of the sensor at the prior, and learn how
-        far odometry can be trusted. ``motion`` (3, 3) is that of the last motion of the base, the other the sensor's.
+        """Fuse what was found with what was predicted, and learn how far odometry can be trusted.
+
+        The prediction is the covariance (3, 3) of the sensor at the prior. ``motion`` (3, 3) is that of the last motion
+        of the base, the other the sensor's.
         """
         fit, config, offset = found.fit, self.config, pose_offset(found.fit.pose, prior.as_array())
         fused, innovation_squared, unconstrained = fuse(

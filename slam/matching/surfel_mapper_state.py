@@ -14,8 +14,10 @@ from slam.pose import FloatArray, Pose2D
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfelMapperState:
-    """The state of SurfelMapper, without its settings; map, uncertainty and directions are shared with it, and change
-    as it goes on."""
+    """The state of SurfelMapper, without its settings.
+
+    Map, uncertainty and directions are shared with it, and change as it goes on.
+    """
 
     map: SurfelMap
     uncertainty: MapUncertainty

@@ -31,8 +31,11 @@ class WallHeading:
     def refine_prior(
         self, prior: FloatArray, information: FloatArray, heading: float, widest: float
     ) -> tuple[FloatArray, FloatArray]:
-        """A prior (3,) of the sensor and its information (3, 3), made better by the main direction that the walls have
-        when the sensor turns from ``heading`` by no more than ``widest``, radians; the same where they have none."""
+        """A prior (3,) of the sensor and its information (3, 3), made better by the main direction of the walls.
+
+        That is the one they have when the sensor turns from ``heading`` by no more than ``widest``, radians; without
+        one the prior stays the same.
+        """
         main = self.directions.main
         if not len(self._walls) or not len(main):
             return prior, information
@@ -65,8 +68,9 @@ def _long_walls(theta: FloatArray, start: FloatArray, end: FloatArray, covarianc
 
 @compiled
 def turn_to_main(walls: FloatArray, main: FloatArray, heading: float, widest: float) -> tuple[float, float]:
-    """The turn of the sensor's heading, at most ``widest``, that lays the walls (M, 3) into the main directions (K, 2),
-    and its variance; rad and rad^2.
+    """The turn of the sensor's heading that lays the walls (M, 3) into the main directions (K, 2), and its variance.
+
+    The turn is at most ``widest``; rad and rad^2.
 
     The variance is infinite where the walls do not tell: too few of them agree, or they agree as well at another
     heading.

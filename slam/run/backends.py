@@ -35,8 +35,10 @@ def make_plant(name: str, *args: Any) -> Any:
 
 
 def make_robot(backend: str, *args: Any, **options: Any) -> Robot:
-    """A robot of the named back end, or of one named ``module:Class``, made from what its class takes; ScenarioError
-    lists the known names."""
+    """A robot of the named back end, or of one named ``module:Class``, made from what its class takes.
+
+    ScenarioError lists the known names.
+    """
     robot = _robot_code(backend)
     if backend in BACKENDS:
         return cast(Robot, robot(*args, **options))

@@ -47,8 +47,11 @@ class ClosedLoops:
         return {"loops": len(self.graph.loops), "loops_believed": believed, "closing_s": round(self.seconds, 3)}
 
     def write(self, folder: Path) -> None:
-        """Write ``map.json``, ``walls.geojson``, ``key_scans.npz``, ``graph.json`` and, last of all, ``closed.tum``: a
-        run that has it has all of them."""
+        """Write the files of a closed run.
+
+        They are ``map.json``, ``walls.geojson``, ``key_scans.npz``, ``graph.json`` and, last of all, ``closed.tum``: a
+        run that has it has all of them.
+        """
         if self.saved is not None:
             write_map(folder / "map.json", self.saved)
         write_walls(folder / "walls.geojson", mapped_walls(self.run))

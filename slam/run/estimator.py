@@ -69,8 +69,10 @@ def noise_learnt_by(estimator: Estimator) -> RangeNoise | None:
 
 
 def finish(estimator: Estimator) -> ClosedRun | None:
-    """There are no more scans: the run with all its loops closed; None where the method closes none. BackEndLost where
-    what closes them has ended."""
+    """There are no more scans: the run with all its loops closed.
+
+    None where the method closes none. BackEndLost where what closes them has ended.
+    """
     slam = _method_of(estimator)
     return slam.finish() if isinstance(slam, LineSlam) else None
 

@@ -74,8 +74,10 @@ def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None =
 
 
 def _timing_of(path: Path, config: SlamConfig) -> Timing:
-    """Scans at which the run of this log took its closures over, where it had the same settings, so that the replay of
-    a real robot's run, which waits for none, gives the same bits; STEPPED for any other log."""
+    """Scans at which the run of this log took its closures over, where it had the same settings.
+
+    The replay of a real robot's run, which waits for none, then gives the same bits; STEPPED for any other log.
+    """
     folder = path if path.is_dir() else path.parent
     if not (folder / "config.yaml").is_file() or read_scenario(folder / "config.yaml").slam != config:
         return STEPPED

@@ -34,8 +34,10 @@ def scan_array(scan: LaserScan, lidar: Lidar) -> NDArray[np.float32]:
 
 
 def nearest_beams(measured: Lidar, nominal: Lidar) -> NDArray[np.int64]:
-    """For each beam of ``nominal`` the number of the nearest one of ``measured``, (beams,); where there is none within
-    a step of either, the number of beams."""
+    """For each beam of ``nominal`` the number of the nearest one of ``measured``, (beams,).
+
+    Where there is none within a step of either, the number of beams.
+    """
     step, turn = measured.angle_increment, 2.0 * np.pi
     ahead = (nominal.angles - measured.angle_min) % turn
     places = np.rint(ahead / step).astype(np.int64)

@@ -39,7 +39,7 @@ def geojson_features(scan: int, segments: Segments) -> Iterator[dict[str, Any]]:
 
 
 def _values(segments: Segments) -> Iterator[tuple[Any, ...]]:
-    """start (x, y), end (x, y), beams, rho, theta, var_rho, var_theta, cov_rho_theta of each segment."""
+    """Start (x, y), end (x, y), beams, rho, theta, var_rho, var_theta, cov_rho_theta of each segment."""
     unknown = [None] * len(segments)
     variances = [unknown, unknown, unknown]
     if segments.covariance is not None:

@@ -32,8 +32,9 @@ def run_loop(
     duration: float = inf,
     told_to_end: Callable[[], bool] = lambda: False,
 ) -> Ending:
-    """Drive until the pilot has arrived, the robot has hit something, or there are no more scans: because ``duration``,
-    seconds, is over, or for reasons of the robot's own.
+    """Drive until the pilot has arrived, the robot has hit something, or there are no more scans.
+
+    Scans end when ``duration``, seconds, is over, or for reasons of the robot's own.
 
     A robot that falls silent has ``patience`` seconds to come back; RobotTimeout after that, or once the program is
     ``told_to_end``.

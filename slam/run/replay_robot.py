@@ -39,8 +39,10 @@ class ReplayRobot(Closing):
         return Observation(self.log.scan(index), self.log.odometry(index), self.log.truth(index))
 
     def drive(self, command: Twist2D) -> Twist2D:
-        """The mean velocity recorded from the scan last observed to the next one, whatever the command; zero before the
-        first and after the last. RobotError when the replay is closed."""
+        """The mean velocity recorded from the scan last observed to the next one, whatever the command.
+
+        Zero before the first and after the last. RobotError when the replay is closed.
+        """
         self._check_open()
         return self.log.twist(self._observed - 1)
 

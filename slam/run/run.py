@@ -50,8 +50,11 @@ class Run:
         return cls(record.folder, metrics.get("ending"), metrics)
 
     def require_success(self, lenient: bool = False) -> None:
-        """Raise the error of a run that failed, KeyboardInterrupt for one that was interrupted, and ScansLost where
-        most scans of the log were lost, unless that is taken leniently."""
+        """Raise the error of a run that did not end as it should.
+
+        It is its own for one that failed, KeyboardInterrupt for one that was interrupted, and ScansLost where most
+        scans of the log were lost, unless that is taken leniently.
+        """
         if self.error is not None:
             self.error.add_note(f"what was done is in {self.folder}")
             raise self.error

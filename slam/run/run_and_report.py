@@ -57,8 +57,10 @@ def run_and_report(
 
 
 def summary_tables(metrics: dict[str, Any]) -> Iterator[TerminalTable]:
-    """Tables of ``metrics.json``: the errors of SLAM as it was known on the way, and of the run with its loops closed,
-    beside those of dead reckoning, where the truth is known; then the rest."""
+    """Tables of ``metrics.json``: errors where the truth is known, then the rest.
+
+    The errors are those of SLAM as it was known on the way, of the run with its loops closed, and of dead reckoning.
+    """
     if "ate_rmse_m" in metrics:
         columns = {name: prefix for name, prefix in _COLUMNS.items() if f"{prefix}ate_rmse_m" in metrics}
         errors = [

@@ -28,8 +28,10 @@ _BEAM_TIME: Final = 1e-4
 
 
 def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None:
-    """Make sure the hot loops of these settings are compiled, those of the search in a saved map too where they are
-    needed; the first time on a machine takes some seconds, and says so."""
+    """Make sure that the hot loops of these settings are compiled.
+
+    With ``search`` those of the search in a saved map too. The first time on a machine takes a while, and says so.
+    """
     began = perf_counter()
     with console.waiting("loading the hot loops (the first run on a machine compiles them)"):
         slam = LineSlam(config.model_copy(update={"update_distance": 0.0}), Pose2D())
@@ -44,8 +46,10 @@ def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None
 
 
 def _run(slam: LineSlam | LineLocalizer) -> KeyScan | None:
-    """Along a corridor, until enough wall was seen for the building to have main directions, and then a jump: every hot
-    loop has run, those too that wait for motion, long walls or a doubtful pose."""
+    """Drive along a corridor, until enough wall was seen for the building to have main directions, and then jump.
+
+    Every hot loop has run then, those too that wait for motion, long walls or a doubtful pose.
+    """
     lidar = TABLE1.lidar
     across = 1.0 / np.maximum(np.abs(np.sin(lidar.angles)), 1e-3)
     walls, key = np.where(across < 3.0, across, np.inf), None

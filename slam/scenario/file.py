@@ -17,8 +17,9 @@ from slam.scenario.template import ScenarioTemplate
 def load_template(
     name: str | Path, settings: str | Sequence[str] = (), allow_modules: str | Sequence[str] = ()
 ) -> ScenarioTemplate:
-    """Load the scenario in this file, or the shipped one of this name, with ``key=value`` settings on top, one or
-    several, to draw from.
+    """Load the scenario in this file, or the shipped one of this name, to draw from.
+
+    ``settings`` are ``key=value``, one or several, on top.
 
     What the settings name as ``module:name`` may run; what the file names so is refused, unless ``allow_modules`` has
     its module. Raises ScenarioError: one line that names file, line and key, what is wrong, and what was perhaps meant.

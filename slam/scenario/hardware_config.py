@@ -42,8 +42,11 @@ class FlashSettings(Section):
 
 
 class HardwareConfig(Section):
-    """Devices that ``--backend hardware`` opens. A port is a device, ``socket://host:port``, ``rfc2217://host:port``,
-    ``loop://``, or ``wire:FILE#port``: what was recorded with --record-wire, said again."""
+    """Devices that ``--backend hardware`` opens.
+
+    A port is a device, ``socket://host:port``, ``rfc2217://host:port``, ``loop://``, or ``wire:FILE#port``: what was
+    recorded with --record-wire, said again.
+    """
 
     robot_port: Port = "/dev/ttyUSB0"
     """Serial port of the P3-DX."""

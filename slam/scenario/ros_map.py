@@ -133,8 +133,9 @@ def _rows_occupied(occupied: NDArray[np.bool_], row: int, column: int, columns: 
 
 @compiled
 def merge_cells(occupied: NDArray[np.bool_], most: int = SOLIDS.most) -> NDArray[np.int64]:
-    """Rectangles (N, 4) of row, column, rows, columns that cover the occupied cells, each cell at least once; no more
-    than ``most``.
+    """Rectangles (N, 4) of row, column, rows, columns that cover the occupied cells, each cell at least once.
+
+    There are at most ``most`` of them.
 
     Greedy: from each cell that is not yet covered, in reading order, the larger of the two rectangles that grow as far
     as they can along the row first, or along the column first.

@@ -71,8 +71,10 @@ class Wall(Section):
     """Openings, in any order."""
 
     def prisms(self) -> Iterator[Prism]:
-        """Yield what stands of each stretch, half a thickness longer at its ends so that corners are filled; then the
-        leaves of all doors."""
+        """Yield what stands of each stretch, half a thickness longer at its ends so that corners are filled.
+
+        The leaves of all doors follow.
+        """
         for stretch in self._stretches():
             openings = [place - stretch.begin for door in self._doors_in(stretch) for place in (door.at, door.end)]
             ends = [-self.thickness / 2, *openings, stretch.length + self.thickness / 2]

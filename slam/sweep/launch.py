@@ -42,8 +42,10 @@ class Sweep:
         return cls(folder, outcome.done, outcome.failed, outcome.before, outcome.interrupted)
 
     def rows(self, columns: Sequence[str] | None = None) -> list[Row]:
-        """A dictionary for each run: ``mode``, ``seed``, ``set.<key>``, ``status``, and every metric by its name; all
-        columns, or these. docs/sweeps.md lists them, and ``pandas.DataFrame`` takes them as they are."""
+        """A dictionary for each run: ``mode``, ``seed``, ``set.<key>``, ``status``, and every metric by its name.
+
+        All columns, or these. docs/sweeps.md lists them, and ``pandas.DataFrame`` takes them as they are.
+        """
         return list(self._store().rows(None if columns is None else list(columns)))
 
     def report(self, metric: str | None = None) -> SweepReport:

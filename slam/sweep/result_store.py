@@ -70,8 +70,10 @@ class ResultStore:
         self._waiting, self._compacted = 0, monotonic()
 
     def rows(self, columns: list[str] | None = None) -> Iterator[Row]:
-        """Rows of ``results.parquet``, one after another: all but those added since it was last compacted. InputError
-        where the file is damaged."""
+        """Rows of ``results.parquet``, one after another: all but those added since it was last compacted.
+
+        InputError where the file is damaged.
+        """
         if RESULTS not in self.folder.names():
             return
         try:

@@ -36,8 +36,10 @@ PUBLISHED: Final = {"aces": Published(0.173, 0.060, 0.044, 0.0375), "fr079": Pub
 def log_tables(
     names: Sequence[str], folder: Path, seeds: int, config: SlamConfig, console: Terminal
 ) -> list[ResultTable]:
-    """Run the logs of these names in the folder, those of the project's table without a name, with loops and without;
-    NOISY_LOGS also with so many seeds of noise. Logs that are not there are skipped."""
+    """Run the logs of these names in the folder with loops and without; without names, those of the project's table.
+
+    NOISY_LOGS run also with so many seeds of noise. Logs that are not there are skipped.
+    """
     paths = []
     for name in names or TABLE_LOGS:
         path = folder / LOGS.get(name, name)

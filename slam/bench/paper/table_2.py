@@ -1,5 +1,7 @@
-"""Table 2: time and speed-up of hopping over 2280 nearly collinear points, with three ways to compute sigma_3, and the
-speed-up that eqs. (13) and (14) promise."""
+"""Table 2: time and speed-up of hopping over 2280 nearly collinear points.
+
+There are three ways to compute sigma_3, and the speed-up that eqs. (13) and (14) promise.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -66,8 +68,11 @@ def tested_lengths(points: FloatArray, sigma_Th: float, psi: int) -> list[int]:
 
 
 def measure(count: int = POINTS, advance: Callable[[float], object] = lambda share: None) -> list[Table2Row]:
-    """The rows of the table. Every time is the best of some rounds over all psi, so that a machine that is busy for a
-    while slows no single row. With 2280 points this takes minutes; ``advance`` is told what share of it is done."""
+    """The rows of the table.
+
+    Every time is the best of some rounds over all psi, so that a machine that is busy for a while slows no single row.
+    With 2280 points this takes minutes; ``advance`` is told what share of it is done.
+    """
     points = wall(count)
     times = {name: np.full(len(PSI), np.inf) for name in KERNELS}
     for name, kernel in (KERNELS | {"full_u": _watched(points, advance)}).items():
@@ -108,8 +113,9 @@ def hops(n: int, psi: int) -> tuple[int, int]:
 
 
 def predicted_speed_up(n: int, psi: int, t: Callable[[int], float] = float) -> float:
-    """Eq. (13): tests of n points one by one over tests with hops of psi; ``t`` is the time of a test of so many
-    points, by default in proportion to them, as the values of an SVD are.
+    """Eq. (13): tests of n points one by one over tests with hops of psi.
+
+    ``t`` is the time of a test of so many points, by default in proportion to them, as the values of an SVD are.
 
     The last sum is taken as printed: it counts short hops by their number, not by the points that they test.
     """

@@ -1,5 +1,7 @@
-"""A graph on the disk: ``graph.json``, a text of plain numbers that come back to the last bit, a line for each node,
-key scan, submap, constraint and loop."""
+"""A graph on the disk: ``graph.json``, with a line for each node, key scan, submap, constraint and loop.
+
+Its numbers are plain text that comes back to the last bit.
+"""
 
 import json
 from collections.abc import Iterable, Iterator

@@ -127,8 +127,10 @@ def _position(message: StampedOdometry) -> tuple[float, float, float]:
 
 
 def _mount(tree: FrameTree, base: str, laser: str, statistics: ReadStatistics, moves: bool) -> Mount:
-    """The lidar's place on the base of the odometry, or on another base of the robot that is known; where nothing tells
-    it, the laser is taken to sit on the centre."""
+    """The lidar's place on the base of the odometry, or on another base of the robot that is known.
+
+    Where nothing tells it, the laser is taken to sit on the centre.
+    """
     try:
         mounts = (tree.mount(known, laser) for known in (base, *_BASES))
         mount = next((mount for mount in mounts if mount is not None), None)

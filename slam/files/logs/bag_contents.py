@@ -51,16 +51,20 @@ class Numbered(NamedTuple):
 
 @dataclass(slots=True)
 class BagContents:
-    """The messages of scans, odometry, transforms and truth, decoded as they come, by type and topic. Of a scan all but
-    its ranges is kept; in the place of a garbled message is its fault."""
+    """The messages of scans, odometry, transforms and truth, decoded as they come, by type and topic.
+
+    Of a scan all but its ranges is kept; in the place of a garbled message is its fault.
+    """
 
     statistics: ReadStatistics
     by_type: dict[str, dict[str, list[Numbered]]] = field(default_factory=dict)
 
     @classmethod
     def read(cls, messages: Iterable[RawMessage], statistics: ReadStatistics) -> BagContents:
-        """Sort these messages, up to where they are damaged or too many; those that do not matter are counted by
-        type."""
+        """Sort these messages, up to where they are damaged or too many.
+
+        Those that do not matter are counted by type.
+        """
         contents, scans = cls(statistics), 0
         try:
             for number, raw in enumerate(messages, 1):
@@ -77,8 +81,9 @@ class BagContents:
         return contents
 
     def messages_of(self, wanted: str | None, option: str, *kinds: str) -> list[Numbered]:
-        """The messages of one topic of these types: of the wanted one, or else of that with the most messages, which a
-        note then names with the others; none where there is no such topic.
+        """The messages of one topic of these types: of the wanted one, or else of that with the most messages.
+
+        A note then names it with the others. There are none where there is no such topic.
 
         LogError where the wanted one is not among them.
         """

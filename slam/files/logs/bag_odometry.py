@@ -34,8 +34,10 @@ class BagOdometry:
         return cls(base, messages, stamps, np.array([message.received for message in messages]))
 
     def track(self, clock: Clock, stamps: FloatArray, statistics: ReadStatistics) -> PoseSeries | None:
-        """The motion of the base on the clock of scans with these stamps, its resets joined; None where it is not
-        known. What is mended or missing is noted."""
+        """The motion of the base on the clock of scans with these stamps, its resets joined.
+
+        None where it is not known. What is mended or missing is noted.
+        """
         if not self.messages:
             statistics.notes.append("no odometry in it")
             return None

@@ -52,8 +52,10 @@ class PoseSeries:
         return replace(self, poses=joined.poses), joined
 
     def poses_at(self, stamps: FloatArray) -> FloatArray:
-        """Poses (N, 3) at these stamps, in proportion to the time between two; before the first and after the last it
-        stands."""
+        """Poses (N, 3) at these stamps, in proportion to the time between two.
+
+        Before the first and after the last it stands.
+        """
         return _interpolated(stamps, self.stamps, self.poses)
 
     def twists_at(self, stamps: FloatArray) -> FloatArray | None:
@@ -61,8 +63,10 @@ class PoseSeries:
         return None if self.twists is None else _interpolated(stamps, self.stamps, self.twists)
 
     def holes(self, stamps: FloatArray, longest: float = 1.0) -> list[tuple[float, float]]:
-        """Begin and end of the times between the first and the last of these stamps in which no pose came for longer
-        than so many seconds, and than usual."""
+        """Begin and end of the times in which no pose came for longer than so many seconds, and than usual.
+
+        Only times between the first and the last of these stamps count.
+        """
         inside = self.stamps[(self.stamps > stamps[0]) & (self.stamps < stamps[-1])]
         ends = np.array([stamps[0], *inside, stamps[-1]])
         usual = float(np.median(np.diff(self.stamps))) if len(self.stamps) > 1 else 0.0

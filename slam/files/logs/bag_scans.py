@@ -95,8 +95,10 @@ def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
 def ranges_of(
     raws: Iterable[tuple[int, RawMessage]], places: Iterable[int], turned: Iterable[bool]
 ) -> Iterator[FloatArray]:
-    """The ranges of the scans in the numbered messages at these places, metres, as REP-117 has them, their beams turned
-    round or not."""
+    """The ranges of the scans in the numbered messages at these places, metres.
+
+    They are as REP-117 has them, their beams turned round or not.
+    """
     for raw, is_turned in zip(at_places(raws, places), turned, strict=False):
         ranges = _ranges(raw)
         yield ranges[::-1] if is_turned else ranges

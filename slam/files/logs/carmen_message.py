@@ -48,8 +48,11 @@ def _flaser(words: Sequence[bytes], line: int) -> Parsed:
 
 
 def _robotlaser1(words: Sequence[bytes], line: int) -> Parsed:
-    """``ROBOTLASER1 type start fov resolution max_range accuracy remission_mode n ranges[n] m remissions[m]``, then
-    laser pose, robot pose, tv, rv, forward_safety, side_safety, turn_axis, ipc_timestamp, host, logger_timestamp."""
+    """A message ``ROBOTLASER1``.
+
+    ``ROBOTLASER1 type start fov resolution max_range accuracy remission_mode n ranges[n] m remissions[m]``, then laser
+    pose, robot pose, tv, rv, forward_safety, side_safety, turn_axis, ipc_timestamp, host, logger_timestamp.
+    """
     end = 9 + count(words, 8)
     tail = end + 1 + count(words, end)
     _check_length(words, tail + 14)
@@ -131,8 +134,10 @@ def _sick_fan(beams: int) -> Lidar:
 
 
 class CarmenParams(NamedTuple):
-    """Facts for which the laser messages have no field: the time between two beams, what makes a reading void, and
-    where in the map the log begins; seconds, metres and radians.
+    """Facts for which the laser messages have no field.
+
+    They are the time between two beams, what makes a reading void, and where in the map the log begins; seconds, metres
+    and radians.
 
     Where a log has them, a reading of 0 is an error, and ``tv`` and ``rv`` count.
     """

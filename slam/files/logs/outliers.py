@@ -42,8 +42,10 @@ def drop_outliers(
 
 
 def outliers(stamps: FloatArray, positions: FloatArray) -> NDArray[np.bool_]:
-    """True for the positions (N, 2) that lie farther from those around them than wheels drive, or too far from the
-    start, (N,)."""
+    """True for the positions (N, 2) that are outliers, (N,).
+
+    They lie farther from those around them than wheels drive, or too far from the start.
+    """
     out = np.zeros(len(stamps), np.bool_)
     last = 0
     suspects = _suspects(stamps, positions)

@@ -29,9 +29,11 @@ _FORMATS: Final = ((carmen.recognises, carmen.read), (urg_text.recognises, urg_t
 
 
 def read_log(path: str | Path, topics: BagTopics | None = None) -> Log:
-    """The recorded run at a path: CARMEN messages, CMU's L and O lines, or the text of a URG-04LX with wheel encoders,
-    plain or gzip; the laser scans and the odometry of a ROS 1 bag, of a folder of a ROS 2 bag, or of an MCAP file; the
-    folder of a run.
+    """Read the recorded run at a path.
+
+    It is a file of CARMEN messages, of CMU's L and O lines, or the text of a URG-04LX with wheel encoders, plain or
+    gzip; the laser scans and the odometry of a ROS 1 bag, of a folder of a ROS 2 bag, or of an MCAP file; or the folder
+    of a run.
 
     Lines that cannot be used are skipped and counted in ``Log.report``. Raises LogError, of one line, when the file
     cannot be read, is no such log, holds no scan, or has more topics than one and ``topics`` chooses none.

@@ -28,8 +28,11 @@ _Connections = dict[bytes, tuple[str, str]]
 
 
 def messages(path: Path) -> Iterator[RawMessage]:
-    """The messages of all topics, a chunk in memory at a time. A damaged chunk is passed over; TruncatedFile after the
-    last message of a bag that is cut, or where one was, and where it unpacks to more than the limits allow."""
+    """The messages of all topics, a chunk in memory at a time.
+
+    A damaged chunk is passed over; TruncatedFile after the last message of a bag that is cut, or where one was, and
+    where it unpacks to more than the limits allow.
+    """
     losses, ending = Losses(path, "chunk"), ""
     with path.open("rb") as file:
         try:
@@ -77,8 +80,10 @@ def _unknown_packing(compression: bytes, path: Path) -> str:
 
 
 def _records(file: IO[bytes], wanted: set[int], cut: bool = False) -> Iterator[tuple[_Header, bytes]]:
-    """Header fields and data of each record of the wanted kinds; EOFError at a last one that is cut, after what there
-    is of it where ``cut`` says so."""
+    """Header fields and data of each record of the wanted kinds.
+
+    EOFError for a last record that is cut, with ``cut`` after the whole part of it.
+    """
     at = file.tell()
     end = file.seek(0, os.SEEK_END)
     while at < end:

@@ -41,8 +41,11 @@ def is_bag(folder: Path) -> bool:
 
 
 def messages(folder: Path) -> Iterator[RawMessage]:
-    """The messages of all topics, file after file. LogError where there is no file of a bag; TruncatedFile after the
-    last message where a file is damaged, cut, or unpacks to more than the limits allow."""
+    """The messages of all topics, file after file.
+
+    LogError where there is no file of a bag; TruncatedFile after the last message where a file is damaged, cut, or
+    unpacks to more than the limits allow.
+    """
     notes = [] if (folder / METADATA).is_file() else [f"it has no {METADATA}, as after a recorder that was killed"]
     for path in _files(folder):
         try:

@@ -64,8 +64,10 @@ def decode(raw: RawMessage) -> Any:
 
 
 def decimal_ranges(ranges: Any) -> FloatArray:
-    """Ranges in single precision as the decimals they stand for: of a lidar that reports whole micrometres or
-    millimetres, the very numbers."""
+    """Ranges in single precision as the decimals they stand for.
+
+    Of a lidar that reports whole micrometres or millimetres, they are the very numbers.
+    """
     with np.errstate(invalid="ignore"):  # at the nan of a damaged message
         exact: FloatArray = ranges.astype(np.float64)
     rounded: FloatArray = np.where(np.abs(exact) < _FAR, np.round(exact, 6), np.round(exact, 4))

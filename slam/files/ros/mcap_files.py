@@ -60,9 +60,11 @@ class McapWriter:
 
 
 def mcap_messages(path: Path) -> Generator[RawMessage]:
-    """The messages of all topics, a chunk in memory at a time. OSError where the file cannot be opened; a damaged chunk
-    is passed over. TruncatedFile after the last message of a file that is cut, or where a chunk was damaged, and where
-    it unpacks to more than the limits allow."""
+    """The messages of all topics, a chunk in memory at a time.
+
+    OSError where the file cannot be opened; a damaged chunk is passed over. TruncatedFile after the last message of a
+    file that is cut, or where a chunk was damaged, and where it unpacks to more than the limits allow.
+    """
     losses, ending = Losses(path, "chunk"), ""
     with path.open("rb") as file:
         try:
@@ -77,8 +79,10 @@ def mcap_messages(path: Path) -> Generator[RawMessage]:
 
 
 def mcap_note(path: Path, name: str) -> dict[str, str]:
-    """The metadata record of this name before the first message; empty where there is none. OSError where the file
-    cannot be opened."""
+    """The metadata record of this name before the first message.
+
+    Empty where there is none. OSError where the file cannot be opened.
+    """
     with path.open("rb") as file, suppress(*_DAMAGE):
         for record in StreamReader(_Whole(file), emit_chunks=True, record_size_limit=CHUNK.most).records:  # type: ignore[arg-type]
             if isinstance(record, Metadata) and record.name == name:

@@ -45,8 +45,10 @@ class Calibration:
         return [_joined(square) for square in self._squares]
 
     def worst_closing_error(self, fit: WheelFit) -> float:
-        """UMBmark's E_max,syst, metres: how far the odometry of this fit misses the end of a square, as the mean of all
-        that went one way; the worse way of both."""
+        """UMBmark's E_max,syst, metres: the distance by which the odometry of this fit misses the end of a square.
+
+        It is the mean of all squares that went one way; the worse way of both.
+        """
         misses = [displacement(corrected(lap.odometry, self.track, fit)) - displacement(lap.truth) for lap in self.laps]
         both = np.array(misses).reshape(2, -1, 2).mean(axis=1)
         return float(np.hypot(both[:, 0], both[:, 1]).max())
@@ -88,8 +90,11 @@ def believed_track(scenario: Scenario, backend: str) -> float:
 
 
 def wheel_settings(scenario: Scenario, backend: str, fit: WheelFit) -> dict[str, dict[str, object]]:
-    """The keys of a scenario that make the odometry right: in the simulator what the firmware believes, on the robot,
-    whose firmware keeps its beliefs, what the driver makes of its reports."""
+    """The keys of a scenario that make the odometry right.
+
+    In the simulator they are what the firmware believes; on the robot, whose firmware keeps its beliefs, what the
+    driver makes of its reports.
+    """
     if backend == "sim":
         wheels = scenario.robot.odometry
         believed = {

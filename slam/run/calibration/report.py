@@ -59,7 +59,7 @@ def _draw(axes: Axes, calibration: Calibration, fit: WheelFit, title: str) -> No
 
 
 def from_start(poses: FloatArray) -> FloatArray:
-    """x and y (K, 2) of poses (K, 3) in the frame of the first."""
+    """X and y (K, 2) of poses (K, 3) in the frame of the first."""
     return Pose2D(*poses[0]).inverse().transform(poses[:, :2])
 
 

@@ -83,8 +83,10 @@ def fit_wheels(legs: Sequence[Leg], track: float) -> WheelFit:
 
 
 def fit_errors(squares: Sequence[Sequence[Leg]], track: float) -> WheelFit:
-    """Standard errors of what ``fit_wheels`` finds of all these squares' legs: the jackknife, one square left out each
-    time. What errs in all squares alike, such as the scale of a map, shows in part only.
+    """Standard errors of the results of ``fit_wheels`` from all these squares' legs.
+
+    They are by the jackknife, one square left out each time. What errs in all squares alike, such as the scale of a
+    map, shows in part only.
     """
     n = len(squares)
     rests = [[leg for square in [*squares[:k], *squares[k + 1 :]] for leg in square] for k in range(n)]
@@ -93,6 +95,6 @@ def fit_errors(squares: Sequence[Sequence[Leg]], track: float) -> WheelFit:
 
 
 def displacement(poses: FloatArray) -> FloatArray:
-    """x and y of the last pose in the frame of the first."""
+    """X and y of the last pose in the frame of the first."""
     (dx, dy), theta = poses[-1, :2] - poses[0, :2], poses[0, 2]
     return np.array([np.cos(theta) * dx + np.sin(theta) * dy, np.cos(theta) * dy - np.sin(theta) * dx])

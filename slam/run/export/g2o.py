@@ -23,7 +23,9 @@ _UPPER: Final = np.triu_indices(3)
 
 def write_g2o(record: RunRecord, out: Path) -> None:
     """Write ``VERTEX_SE2``, ``FIX`` and ``EDGE_SE2``: nodes of submaps and key scans, poses of the laser, map frame.
-    InputError for a run without a graph."""
+
+    InputError for a run without a graph.
+    """
     if record.graph is None:
         raise InputError(f"{record.folder}: has no graph.json: no loops were closed; try hopslam optimize")
     write_atomic(out, "".join(line + "\n" for line in _rows(record.graph)))

@@ -20,8 +20,10 @@ def write_tum(record: RunRecord, out: Path) -> None:
 
 
 def write_csv(record: RunRecord, out: Path) -> None:
-    """Write the columns stamp, x, y, theta as estimated on the way, as known after the last loop was closed, where one
-    was, as dead reckoning and, where known, as true; then those of ``steps.csv``. Metres, radians, seconds, map frame.
+    """Write a table of the trajectories: stamp, x, y, theta of each, then the columns of ``steps.csv``.
+
+    The trajectories are the one estimated on the way, the one known after the last loop was closed, where one was, dead
+    reckoning and, where known, the truth. Metres, radians, seconds, map frame.
     """
     traces, names = record.traces, list(record.traces.steps.dtype.names or ())[1:]
     columns = [traces.stamps[:, None], *(poses for _, poses in _trajectories(record))]

@@ -68,8 +68,10 @@ def contents_of(record: RunRecord) -> MapContents:
 
 
 def contents_without_loops(record: RunRecord) -> MapContents | None:
-    """The same as odometry and matching alone would have it, every segment that was seen in the place of the map; None
-    of a run whose loops were not closed."""
+    """The same as odometry and matching alone would have it, every segment that was seen in the place of the map.
+
+    None of a run whose loops were not closed.
+    """
     traces, graph = record.traces, record.graph
     if traces.local is None or traces.closed is None or graph is None:
         return None

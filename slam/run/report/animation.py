@@ -61,8 +61,11 @@ class AppearingSegments:
 
 
 class GrowingMap:
-    """The map as it was known scan by scan: what was seen since the last closed loop where it was taken to be then, and
-    all that was seen before where it is known to be in the end."""
+    """The map as it was known scan by scan.
+
+    What was seen since the last closed loop is where it was taken to be then, and all that was seen before where it is
+    known to be in the end.
+    """
 
     def __init__(self, record: RunRecord, canvas: MapCanvas) -> None:
         self._traces, self._canvas = record.traces, canvas
@@ -73,8 +76,10 @@ class GrowingMap:
         self._since = 0  # the scan of the last closure
 
     def picture(self, k: int, points: FloatArray, last: bool) -> Image.Image:
-        """The picture at the scan ``k``, which saw these points (N, 2), base frame; the last one is of what is known in
-        the end."""
+        """The picture at the scan ``k``, which saw these points (N, 2), base frame.
+
+        The last one is of what is known in the end.
+        """
         traces = self._traces
         at, final = Pose2D.from_array(traces.estimate[k]), Pose2D.from_array(traces.final[k])
         new = self._lines.seen(k, final.transform(points))
@@ -108,8 +113,10 @@ def _pieces(walls: FloatArray) -> FloatArray:
 
 
 def write_animation(record: RunRecord, path: Path, seconds: float = 8.0, width: int = 960) -> None:
-    """Write it whole; it plays for ``seconds`` and begins again. InputError for a name that ends otherwise, and
-    for a log without scans."""
+    """Write the animation whole.
+
+    It plays for ``seconds`` and begins again. InputError for a name that ends otherwise, and for a log without scans.
+    """
     if path.suffix not in _FORMATS:
         raise InputError(f"{path}: an animation needs a name that ends in .webp or .gif; choose another --out FILE")
     frames = list(_frames(record, round(seconds * _RATE), width))

@@ -71,8 +71,10 @@ class MapCanvas:
                 draw.line((x - r, y + r, x + r, y - r), fill=colour, width=_FINE)
 
     def picture(self, k: int, scan: FloatArray, way: FloatArray) -> Image.Image:
-        """The picture at the scan ``k`` of the run, which saw the points ``scan`` (N, 2), metres, map frame, after the
-        robot went this ``way`` (k + 1, 3)."""
+        """The picture at the scan ``k`` of the run, which saw the points ``scan`` (N, 2), metres, map frame.
+
+        The robot went this ``way`` (k + 1, 3) before.
+        """
         traces = self._traces
         image = self._map.copy()
         draw = ImageDraw.Draw(image)

@@ -65,8 +65,11 @@ class Cell:
 
 
 def metric_rows(runs: Sequence[Mapping[str, Any]]) -> list[tuple[Metric, list[Cell], list[Cell], list[Cell]]]:
-    """Every metric that one of the runs has, with a cell for each run, one for it with its loops closed, and one for
-    its dead reckoning; the best of several that ended as they should is marked."""
+    """Every metric that one of the runs has, with a cell for each run.
+
+    There is one for it with its loops closed, too, and one for its dead reckoning; the best of several that ended as
+    they should is marked.
+    """
     return [
         (metric, _cells(metric, runs), _others(metric, "closed", runs), _others(metric, "odometry", runs))
         for metric in METRICS.values()

@@ -26,8 +26,7 @@ class ScanPoints:
     T_base_laser: Pose2D
 
     def placed(self, poses: FloatArray, before: int | None = None) -> FloatArray:
-        """All points (N, 2) with the robot at ``poses`` (K, 3), one for each scan of the run; or those of the scans
-        ``before`` one."""
+        """All points (N, 2) with the robot at ``poses`` (K, 3), one for each scan, or those ``before`` one."""
         parts = [
             (Pose2D(*poses[k]) @ self.T_base_laser).transform(points)
             for k, points in zip(self.scans, self.points, strict=True)
@@ -81,8 +80,11 @@ def fig_16(record: RunRecord, scans: ScanPoints) -> Figure:
 
 
 def fig_21(record: RunRecord, scans: ScanPoints) -> Figure:
-    """(a) the environment where it is known; (b) the map of dead reckoning, its way in orange; (c) the line map, the
-    estimated way in blue."""
+    """Panels (a) to (c) of the paper's figure of maps.
+
+    (a) is the environment where it is known, (b) the map of dead reckoning, its way in orange, (c) the line map, the
+    estimated way in blue.
+    """
     outlines = record.outlines
     count = 3 if outlines else 2
     wide = bool(np.greater(*np.ptp(record.traces.odometry[:, :2], axis=0)))

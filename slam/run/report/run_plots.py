@@ -27,8 +27,10 @@ _ROWS: Final = (("x", "cov_xx", 100.0, "cm"), ("y", "cov_yy", 100.0, "cm"), ("he
 
 
 def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
-    """Estimate less truth over time, in x, y and heading, with the bound that the estimate claims; less dead reckoning
-    where no truth is known."""
+    """Estimate less truth over time, in x, y and heading, with the bound that the estimate claims.
+
+    Where no truth is known, it is the estimate less dead reckoning.
+    """
     known = traces.truth is not None
     against = traces.odometry if traces.truth is None else traces.truth
     errors = pose_errors(traces.estimate, against)

@@ -103,8 +103,12 @@ def _odometry_only(traces: Traces) -> dict[str, Any]:
 
 
 def measure_localization(folder: Path) -> dict[str, Any]:
-    """The metrics of a run, and: ``sure_after_s``, ``lost_scans``, and where the truth is known ``right_after_s``,
-    ``wrong_scans`` (sure, and wrong) and the tracking errors of the scans in which the robot was sure."""
+    """The metrics of a run in a saved map.
+
+    They have more than those of other runs: ``sure_after_s``, ``lost_scans``, and where the truth is known
+    ``right_after_s``, ``wrong_scans`` (sure, and wrong) and the tracking errors of the scans in which the robot was
+    sure.
+    """
     metrics, traces = measure(folder), Traces.read(folder)
     if traces is None:
         return metrics

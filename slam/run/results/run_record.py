@@ -103,8 +103,10 @@ class RunRecord:
 
     @cached_property
     def segments(self) -> tuple[IntArray, FloatArray]:
-        """Segments of the mapped scans: the number of the scan of each, (M,), and its start and end, (M, 2, 2), metres,
-        map frame."""
+        """Segments of the mapped scans: the number of the scan of each, (M,), and its start and end, (M, 2, 2).
+
+        Metres, map frame.
+        """
         scans, ends, fault = read_segments(self.folder / "lines.geojson")
         if fault is not None:
             self.damage.append(fault)

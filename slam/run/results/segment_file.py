@@ -17,8 +17,10 @@ _NO_FEATURE: Final = (ValueError, KeyError, TypeError, IndexError, AttributeErro
 
 
 def read_segments(path: Path) -> tuple[IntArray, FloatArray, str | None]:
-    """The number of the scan of each segment, (M,), and its start and end, (M, 2, 2), metres; and a sentence on where
-    the file is damaged, if it is. InputError where it cannot be read."""
+    """The number of the scan of each segment, (M,), and its start and end, (M, 2, 2), metres.
+
+    A sentence says where the file is damaged, if it is. InputError where it cannot be read.
+    """
     try:
         text = read_bounded(path)
     except (OSError, ValueError) as error:

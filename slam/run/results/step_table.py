@@ -24,8 +24,10 @@ _LARGEST: Final = 1e18
 
 
 def read_steps(path: Path) -> tuple[NDArray[Any], str | None]:
-    """Records (K,), named as the columns; and what is wrong with the line at which the table ends before the file does,
-    if there is one. InputError where the head is damaged."""
+    """Records (K,), named as the columns, and the fault of the line at which the table ends before the file does.
+
+    The fault is None for a whole file. InputError where the head is damaged.
+    """
     values, fault = array("d"), None
     with closing(read_lines(path)) as lines:
         names = _names(next(lines, (1, b""))[1], path)

@@ -50,8 +50,11 @@ class Traces:
 
     @property
     def odometry_only(self) -> NDArray[np.bool_]:
-        """True for a scan that was matched and said nothing that could be trusted, so that its pose is odometry alone,
-        (K,). A scan between two updates is none, nor is any of an older run, which did not write it down."""
+        """True for a scan that was matched and said nothing that could be trusted, (K,).
+
+        Its pose is odometry alone. A scan between two updates is none, nor is any of an older run, which did not write
+        it down.
+        """
         if "odometry_only" not in (self.steps.dtype.names or ()):
             return np.zeros(len(self.steps), np.bool_)
         return np.asarray((self.steps["odometry_only"] == 1) & (self.steps["mapped"] == 1))
@@ -97,8 +100,10 @@ class Traces:
 
 
 def _closed(path: Path, stamps: FloatArray) -> FloatArray | None:
-    """The closed trajectory, which has a pose for each of these scans, and for more where other files are cut;
-    InputError where it has not."""
+    """The closed trajectory, which has a pose for each of these scans, and for more where other files are cut.
+
+    InputError where it has not.
+    """
     if not path.is_file():
         return None
     known, poses, cut = read_tum_so_far(path)

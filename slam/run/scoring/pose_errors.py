@@ -1,7 +1,9 @@
-"""Errors of a trajectory: absolute and relative, against a reference (Sturm et al., IROS 2012), and against relations
-known by hand (Kuemmerle et al., Autonomous Robots 27, 2009).
+"""Errors of a trajectory: absolute and relative, against a reference or against relations.
 
-Poses are rows x, y, theta (N, 3), metres and radians."""
+For the first see Sturm et al., IROS 2012; for the second, known by hand, Kuemmerle et al., Autonomous Robots 27, 2009.
+
+Poses are rows x, y, theta (N, 3), metres and radians.
+"""
 
 from contextlib import closing
 from pathlib import Path
@@ -46,8 +48,10 @@ def poses_at(times: FloatArray, stamps: FloatArray, poses: FloatArray, max_gap: 
 
 
 def carried_poses(times: FloatArray, trajectory: Trajectory, odometry: Trajectory) -> InterpolatedPoses:
-    """The trajectory at these times: carried there by the odometry from the pose before and from the pose after, and
-    between the two in proportion. For poses that are far apart, where a straight line would cut corners."""
+    """The trajectory at these times, carried there by the odometry from the pose before and from the pose after.
+
+    Between the two it is in proportion. It is for poses that are far apart, where a straight line would cut corners.
+    """
     stamps, poses = trajectory
     known = (times >= stamps[0]) & (times <= stamps[-1])
     after = np.clip(np.searchsorted(stamps, times), 1, len(stamps) - 1)
@@ -113,8 +117,10 @@ def relative_error(poses: FloatArray, truth: FloatArray, length: float = 10.0) -
 
 
 def read_relations(path: Path) -> FloatArray:
-    """Rows t1, t2, x, y, yaw, seconds, metres and radians, of a file of lines ``t1 t2 x y z roll pitch yaw``, plain or
-    gzip. LogError, naming the line, for another one."""
+    """Rows t1, t2, x, y, yaw, seconds, metres and radians, of a file of relations.
+
+    Its lines are ``t1 t2 x y z roll pitch yaw``, plain or gzip. LogError, naming the line, for another one.
+    """
     with closing(read_lines(path)) as lines:
         rows = [
             table_row(words, _RELATION, f"{path}: line {number}") for number, line in lines if (words := line.split())

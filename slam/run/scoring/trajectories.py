@@ -29,8 +29,10 @@ Source = str | Path | HasTrajectory
 
 
 def read_trajectory(source: Source) -> Trajectory:
-    """What is known in the end of a run folder, the poses of a TUM file, or those of what has some; InputError for what
-    is neither."""
+    """Read the final trajectory of a run folder, the poses of a TUM file, or those of an object that has some.
+
+    InputError for what is neither.
+    """
     if not isinstance(source, str | Path):
         return Trajectory(source.stamps, source.trajectory)
     if Path(source).is_dir():
@@ -40,8 +42,11 @@ def read_trajectory(source: Source) -> Trajectory:
 
 
 def trajectories_to_score(source: Source) -> dict[str, Trajectory]:
-    """By what stands before the names of their scores: of a run folder the estimate as it was known on the way, and
-    where its loops were closed what is known in the end; of another source its one trajectory."""
+    """Trajectories by the prefix of their scores' names.
+
+    Of a run folder they are the estimate as it was known on the way, and where its loops were closed that known in the
+    end; of another source its one trajectory.
+    """
     folder = getattr(source, "folder", source)
     if not isinstance(folder, str | Path) or not Path(folder).is_dir():
         return {"": read_trajectory(source)}

@@ -57,8 +57,10 @@ class WallScore(NamedTuple):
 
     @property
     def length_error_share(self) -> float:
-        """Sum of what the walls that were seen whole are too long or too short, as a share of their length; nan where
-        there is none."""
+        """Sum of what the walls that were seen whole are too long or too short, as a share of their length.
+
+        It is nan where there is none.
+        """
         total = float(self.whole_lengths.sum())
         return float(np.abs(self.length_errors).sum()) / total if total > 0.0 else float("nan")
 

@@ -101,8 +101,10 @@ class Batch(NamedTuple):
 
 
 class Batcher:
-    """Frames in, chunks out. A thread beside the loop makes the chunks, one batch at a time; what goes wrong there is
-    raised at the next batch."""
+    """Frames in, chunks out.
+
+    A thread beside the loop makes the chunks, one batch at a time; what goes wrong there is raised at the next batch.
+    """
 
     def __init__(self, sends: Sequence[Send], pace: BatchPeriods, scene: Scene) -> None:
         self._sends, self._pace, self._plots = sends, pace, scene.plots

@@ -33,8 +33,10 @@ _STROKES: Final = ("slam", "odometry", "truth")
 
 
 def blueprint(extent: Extent, plots: Sequence[str]) -> rrb.Blueprint:
-    """The eye stands over the middle of the extent, high enough to see all of it, and follows the robot where that is
-    not known; the time follows the newest scan."""
+    """Place the eye over the middle of the extent, high enough to see all of it.
+
+    It follows the robot where the extent is not known; the time follows the newest scan.
+    """
     return rrb.Blueprint(
         _layout(extent, plots),
         rrb.TimePanel(state="collapsed", timeline="time", play_state="following"),

@@ -74,8 +74,10 @@ class RunViewer:
 
 
 class EventDetector:
-    """Turns steps into events: each thing is told when it begins, and being lost, on odometry alone and stalled also
-    when it ends."""
+    """Turns steps into events: each thing is told when it begins.
+
+    Being lost, on odometry alone and stalled is told also when it ends.
+    """
 
     def __init__(self) -> None:
         self._on: dict[str, bool] = {}

@@ -39,8 +39,10 @@ class LoopsShown:
 
 
 def closure_text(loops: Sequence[Loop], before: Pose2D, after: Pose2D) -> str:
-    """Text on a closure, with its loop and the motion of the pose, as in: loop closed: submap 41 found in submap 3,
-    14 of 15 scans agree, map moved by 0.42 m."""
+    """Text on a closure, with its loop and the motion of the pose.
+
+    An example: loop closed: submap 41 found in submap 3, 14 of 15 scans agree, map moved by 0.42 m.
+    """
     moved = f"map moved by {before.distance(after):.2f} m"
     if not loops:
         return f"loop closed: {moved}"

@@ -29,8 +29,10 @@ def has_display() -> bool:
 
 
 def spawn_viewer(port: str, *files: Path) -> subprocess.Popen[bytes]:
-    """A viewer's window, which stays when this program ends; it takes data at the port, or any with ``auto``, of
-    the loopback interface."""
+    """A viewer's window, which stays when this program ends.
+
+    It takes data at the port, or any with ``auto``, of the loopback interface.
+    """
     return _start(_command("--port", port, "--bind", "127.0.0.1", *map(str, files)), subprocess.DEVNULL)
 
 

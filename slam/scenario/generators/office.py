@@ -119,7 +119,7 @@ class OfficeGenerator(Section):
 
     @property
     def _room_front(self) -> float:
-        """y of a row's room behind the corridor's wall, metres."""
+        """Y of a row's room behind the corridor's wall, metres."""
         return self.corridor_width / 2.0 + _THICKNESS
 
     def _floors(self, row: RoomRow) -> list[tuple[Point, Point]]:

@@ -160,6 +160,16 @@ def test_doctor_hears_it_without_a_word() -> None:
         assert to_walls(finding.scan.points() + np.array([0.16, 0.0])).max() < 0.01
 
 
+def test_what_the_link_kept_is_not_taken_for_new() -> None:
+    """A pseudo-terminal keeps the first 16 kB that nobody reads: a second of old points."""
+    with Emulator(plant(), lidar="ld19") as emulator:
+        time.sleep(1.5)
+        with HardwareRobot(load_scenario("corridor", emulator.port_settings), yes=True) as robot:
+            seen = [robot.observe(5.0) for _ in range(5)]
+    gaps = np.diff([one.scan.stamp for one in seen if one is not None])
+    assert gaps.min() > 0.09
+
+
 def test_a_slow_lidar_that_loses_one_scan_is_no_emergency() -> None:
     with Emulator(plant(), lidar="ld19") as emulator:
         assert isinstance(emulator.scanner, EmulatedLd19)

@@ -1,19 +1,34 @@
 """The two devices of a robot, opened and closed together, and the guard that stops it."""
 
+import logging
 import threading
 import time
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 from typing import Final
 
 from hardware.lidars.models import lidar_driver
 from hardware.p3dx import P3dx
 from hardware.staleness_guard import StalenessGuard
+from hardware.usb_serial import latency_timer
 from hardware.wire.session import WireSession
+from slam.odometry import Odometry
+from slam.robot import Observation
+from slam.scan import LaserScan
 from slam.scenario.schema import Scenario
 
+_LOG: Final = logging.getLogger("hopslam.robot")
 _LOST_SCANS: Final = 3.0
 """Scan periods without a scan, at least, after which the robot is stopped: one lost scan of a slow lidar is none."""
+
+
+@cache
+def _warn_of_latency(port: str) -> None:
+    """Say once that the adapter of a port holds bytes back."""
+    timer = latency_timer(port)
+    if timer is not None and timer.advice:
+        _LOG.warning("%s: %s", port, timer.advice)
 
 
 class RobotDevices:
@@ -27,6 +42,8 @@ class RobotDevices:
         self._leaving = leaving
         self.commanded_at = 0.0
         """Time of the newest command, seconds of ``time.monotonic``."""
+        for port in (self._config.lidar_port, self._config.robot_port):
+            _warn_of_latency(port)
         with ExitStack() as opened:
             wire = opened.enter_context(WireSession(record_wire))
             self.lidar = lidar_driver(scenario.lidar.model)(self._config, scenario.lidar.description, leaving, wire)
@@ -47,6 +64,20 @@ class RobotDevices:
     def trouble(self) -> str | None:
         """Reason why the robot stands although it is told to drive, or has no data; None when all is well."""
         return self.base.manual_stop or self.base.trouble or self.lidar.trouble or self.guard.reason
+
+    def observation(self, scan: LaserScan, odometry: Odometry) -> Observation:
+        """Join a scan, its odometry, and what the base last said of itself."""
+        base, bumpers = self.base, self.base.bumpers
+        return Observation(
+            scan,
+            odometry,
+            collided=any(bumpers),
+            stalled=base.sip.stalled,
+            bumpers=bumpers,
+            sonar=base.sonar,
+            battery=base.battery,
+            fault_flags=base.sip.faults or 0,
+        )
 
     @property
     def limits(self) -> dict[str, float]:

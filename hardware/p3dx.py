@@ -13,7 +13,8 @@ from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.encoder_packet import ENCODER_PACKET, WheelTravel
 from hardware.arcos.model import SONAR_REACH
 from hardware.arcos.sip import Sip, is_sip
-from hardware.arcos_session import ArcosLine, ReceivedPacket, disconnect_robot
+from hardware.arcos_line import ArcosLine, ReceivedPacket
+from hardware.arcos_session import disconnect_robot
 from hardware.base_odometry import EncoderOdometry, PositionOdometry, WheelScales, sip_twist
 from hardware.battery_watch import BatteryWatch
 from hardware.device_thread import DeviceThread

@@ -10,7 +10,8 @@ from typing import Final
 from hardware.arcos.commands import Command, CommandId
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.model import UNITS, ArcosUnits, units_of
-from hardware.arcos_session import ArcosLine, connect_robot, disconnect_robot, read_config, speed_up
+from hardware.arcos_line import ArcosLine
+from hardware.arcos_session import connect_robot, disconnect_robot, read_config, speed_up
 from hardware.serial_port import PortLost, SerialPort
 from hardware.wire.session import WireSession
 from slam.errors import RobotError

@@ -193,17 +193,7 @@ class HardwareRobot(Closing):
         stamp = scan.stamp - self.epoch
         if stamp > self._scenario.duration - scan.scan_time / 2.0:
             return None
-        base, bumpers = devices.base, devices.base.bumpers
-        return Observation(
-            replace(scan, stamp=stamp),
-            replace(odometry, stamp=stamp),
-            collided=any(bumpers),
-            stalled=base.sip.stalled,
-            bumpers=bumpers,
-            sonar=base.sonar,
-            battery=base.battery,
-            fault_flags=base.sip.faults or 0,
-        )
+        return devices.observation(replace(scan, stamp=stamp), replace(odometry, stamp=stamp))
 
     def _require_battery(self, devices: RobotDevices) -> None:
         """Stop for good where the battery is at its end, and raise BatteryEmpty."""

@@ -7,7 +7,7 @@ from hardware.scip.commands import ScanRequest
 from hardware.scip.information import SensorParameters
 from hardware.scip.reply import DATA_LINE
 from hardware.scip.status import is_ok, status_meaning
-from hardware.scip_session import ScipLine
+from hardware.scip_line import ScipLine
 from hardware.serial_port import BITS_PER_BYTE
 from slam.errors import RobotError
 

@@ -7,7 +7,7 @@ _FASTEST_DRIFT: Final = 500e-6
 """Seconds a second: more than a crystal or a resonator of such a device drifts."""
 _LEAST_STEP: Final = 1e-3
 """Seconds between two times at least."""
-_JITTER: Final = 0.01
+_JITTER: Final = 0.02
 """Seconds by which an ordinary arrival may be earlier than all before it, and the times still be trusted."""
 
 

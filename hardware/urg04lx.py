@@ -14,8 +14,9 @@ from hardware.scip.reply import Reply, find_reply
 from hardware.scip.scan_data import ScanData
 from hardware.scip.status import is_ok, status_meaning
 from hardware.scip.time_stamp import TIME_WRAP
+from hardware.scip_line import RawAnswer, ScipLine
 from hardware.scip_scans import choose_request, reason_for_silence, switch_laser_on
-from hardware.scip_session import RawAnswer, ScipLine, connect_lidar, identify, stop_scans
+from hardware.scip_session import connect_lidar, identify, stop_scans
 from hardware.sensor_clock import SensorClock
 from hardware.serial_port import PortLost, SerialPort
 from hardware.wire.session import WireSession

@@ -10,9 +10,9 @@ from hopslam.settings import SettingsLike, slam_config
 from slam.config import SlamConfig
 from slam.errors import InputError
 from slam.files.atomic_files import require_writable
-from slam.files.graphs.file import read_graph
-from slam.files.graphs.key_scans import read_known_graph
-from slam.files.maps.file import read_map, write_map
+from slam.files.graphs.file import read_graph, write_graph
+from slam.files.graphs.key_scans import read_known_graph, write_key_scans
+from slam.files.maps.file import read_map, require_cell, required_section, write_map
 from slam.graph.known_graph import KnownGraph
 from slam.pose import FloatArray, Pose2D
 from slam.run.closing_loops import ClosedLoops
@@ -62,9 +62,7 @@ class Map:
         with require_writable(path, "choose another folder"):
             path.mkdir(parents=True, exist_ok=True)
             if self._closed is None:
-                for other in ("graph.json", "key_scans.npz", "closed.tum", "walls.geojson"):
-                    (path / other).unlink(missing_ok=True)  # of a map that was here before
-                write_map(path / _FILE, self.saved)
+                _write(path, self.saved)
             else:
                 self._closed.write(path)
         return path / _FILE
@@ -83,6 +81,16 @@ class Map:
 
     def _repr_png_(self) -> bytes:
         return self.picture()
+
+
+def _write(folder: Path, saved: SavedSlam) -> None:
+    """Write a map whose run is not over, or that was loaded, in the place of one that may be there."""
+    for other in ("graph.json", "key_scans.npz", "closed.tum", "walls.geojson"):
+        (folder / other).unlink(missing_ok=True)
+    write_map(folder / _FILE, saved)
+    if saved.graph is not None:
+        write_key_scans(folder / "key_scans.npz", saved.graph.keys)
+        write_graph(folder / "graph.json", saved.graph.graph)
 
 
 def load_map(path: str | Path, settings: SettingsLike = ()) -> Map:
@@ -112,9 +120,13 @@ def closed_map(closed: ClosedLoops) -> Map:
 
 def state_of(given: Map | str | Path, config: SlamConfig) -> SavedSlam:
     """The state of the method in a map, to go on from: a copy, so that the map stays as it is."""
-    if not isinstance(given, Map | str | Path):
+    if isinstance(given, str | Path):
+        given = load_map(given, config)
+    if not isinstance(given, Map):
         raise InputError(f"saved_map is of type {type(given).__name__}; give a Map, or the path of one")
-    saved = deepcopy(given.saved) if isinstance(given, Map) else load_map(given, config).saved
-    if saved is None:
+    required_section(config, "saved_map")
+    if given.saved is None:
         raise InputError("saved_map: a map of paper mode cannot be gone on in; map again with slam.mode=hopslam")
+    require_cell(config, given.saved.mapper.map.config.cell, "saved_map")
+    saved = deepcopy(given.saved)
     return saved if config.loops != "never" else replace(saved, graph=None)

@@ -1,5 +1,6 @@
 """SLAM for a program of one's own: scans in, pose and walls out."""
 
+import warnings
 from copy import deepcopy
 from dataclasses import dataclass, field
 from math import inf
@@ -14,7 +15,6 @@ from hopslam.line_map import Map, closed_map, state_of
 from hopslam.scan import RANGE_MIN
 from hopslam.segments import Segments
 from hopslam.settings import SettingsLike, slam_config
-from slam.console.terminal import Terminal
 from slam.errors import InputError
 from slam.line_slam import LineSlam
 from slam.pose import FloatArray, Pose2D
@@ -124,11 +124,15 @@ class Slam:
     def finish(self) -> Map:
         """There are no more scans: close the last loops, refine all poses and walls together, and return the map.
 
-        ``pose``, ``walls`` and ``map`` are those of the closed map from now on.
+        ``pose``, ``walls`` and ``map`` are those of the closed map from now on. Where the process that searches for
+        loops was lost, the map stays as it was known on the way, and a Python warning says so.
         """
         if self._result is None:
             as_known = self.map  # before the first scan an error
-            closed = self._closer.close_loops(Terminal(quiet=True)) if self._closer else None
+            assert self._closer is not None
+            closed = self._closer.closed()
+            if self._closer.back_end_lost:
+                warnings.warn(self._closer.back_end_lost, stacklevel=2)
             self._result = as_known if closed is None else closed_map(closed)
         return self._result
 

@@ -50,7 +50,10 @@ LIDAR = {
 
 
 def lidar(answers: dict[str, str], unknown: str = "0E", scans: bool = True) -> Serve:
-    """A SCIP sensor that answers with these texts, or with a status; after MD it sends a scan of 1 m every 0.1 s."""
+    """A SCIP sensor that answers with these texts, or with the status of what is ``unknown``, or not at all.
+
+    After MD it sends a scan of 1 m every 0.1 s.
+    """
 
     def scan(stamp: int) -> bytes:
         time_text = "".join(chr((stamp >> shift & 0x3F) + 0x30) for shift in (18, 12, 6, 0))
@@ -75,7 +78,8 @@ def lidar(answers: dict[str, str], unknown: str = "0E", scans: bool = True) -> S
                 command = line.decode("latin-1")
                 if command:
                     status = unknown if len(unknown) == 1 else scip(unknown)
-                    client.sendall(answers.get(command, f"{command}\n{status}\n\n").encode("latin-1"))
+                    refusal = f"{command}\n{status}\n\n" if unknown else ""
+                    client.sendall(answers.get(command, refusal).encode("latin-1"))
                 streaming = command.startswith("MD") or (streaming and command != "QT")
 
     return serve

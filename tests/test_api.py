@@ -10,6 +10,8 @@ import pytest
 
 import hopslam
 from slam.config import SlamConfig
+from slam.errors import BackEndLost
+from slam.files.logs import read_log
 from slam.line_slam import LineSlam
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
@@ -109,6 +111,28 @@ def test_what_is_finished_takes_no_scan(drive: list[tuple[Pose2D, LaserScan]]) -
         slam.update(scan.ranges, scan.bearings)
 
 
+def test_closing_that_fails_leaves_the_map_that_is_known(
+    drive: list[tuple[Pose2D, LaserScan]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slam = hopslam.Slam()
+    for _, scan in drive[:5]:
+        slam.update(scan.ranges, scan.bearings)
+    known = slam.map
+
+    def fail(error: BaseException) -> Callable[[object], None]:
+        def finish(_: object) -> None:
+            raise error
+
+        return finish
+
+    monkeypatch.setattr("slam.run.closing_loops.finish", fail(KeyboardInterrupt()))
+    with pytest.raises(KeyboardInterrupt):
+        slam.finish()
+    monkeypatch.setattr("slam.run.closing_loops.finish", fail(BackEndLost("the process was killed")))
+    with pytest.warns(UserWarning, match="was killed; the run is not closed"):
+        assert np.array_equal(slam.finish().trajectory, known.trajectory)
+
+
 def test_a_map_stays_as_it_was_when_it_was_asked_for(drive: list[tuple[Pose2D, LaserScan]], tmp_path: Path) -> None:
     slam = hopslam.Slam()
     for _, scan in drive[:5]:
@@ -136,6 +160,42 @@ def test_a_saved_map_comes_back_and_goes_on(
             assert slam.pose.distance(pose) < 0.03
     assert np.array_equal(loaded.walls, hopslam.load_map(tmp_path / "room").walls)
     assert slam.finish().saved is not None
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [("slam.mode=paper", r"needs slam\.mode=hopslam"), ("slam.map.cell=0.1", r"slam\.map\.cell=0\.2")],
+)
+def test_settings_that_do_not_fit_the_map_are_named(
+    finished: hopslam.Map, settings: str, message: str, tmp_path: Path
+) -> None:
+    finished.save(tmp_path)
+    for given in (finished, tmp_path):
+        for user in (
+            lambda g=given: hopslam.Slam(settings, saved_map=g),
+            lambda g=given: hopslam.Localizer(g, settings),
+        ):
+            with pytest.raises(hopslam.InputError, match=message):
+                user()
+
+
+def test_loops_are_closed_as_a_replay_closes_them(lap_log: Path, lap_run: Path, tmp_path: Path) -> None:
+    """All of a lap with wheels that go wrong: the same poses and walls, and all that its map rests on is kept."""
+    log, run = read_log(lap_log), hopslam.Run.open(lap_run)
+    slam = hopslam.Slam(T_base_laser=log.T_base_laser, range_min=0.0, range_max=log.lidar.range_max)
+    closures = sum(
+        slam.update(log.ranges[k], log.lidar.angles, log.T_odom_base[k], log.stamps[k]).loop_closed
+        for k in range(len(log))
+    )
+    lap = slam.finish()
+    assert closures == run.metrics["closures"] > 0
+    assert np.allclose(lap.trajectory, run.trajectory, atol=1e-3)
+    assert np.allclose(lap.walls, run.walls, atol=1e-3)
+    lap.save(tmp_path / "lap")
+    hopslam.load_map(tmp_path / "lap").save(tmp_path / "again")
+    known = [hopslam.load_map(tmp_path / folder).saved.graph for folder in ("lap", "again")]
+    assert len(known[0].keys) == len(known[1].keys) > 0
+    assert np.array_equal(known[0].graph.nodes, known[1].graph.nodes)
 
 
 def test_a_robot_finds_its_place_in_a_map(finished: hopslam.Map, drive: list[tuple[Pose2D, LaserScan]]) -> None:

@@ -31,6 +31,7 @@ from slam.run.experiment_setup import replay_experiment
 from slam.run.optimize import Optimization
 from slam.run.report.faults import faults
 from slam.run.results.run_record import RunRecord
+from slam.run.run import Run
 from slam.run.run_and_report import run_and_report
 from slam.run.step import Step
 from slam.run.viewer.live_run import EventDetector
@@ -227,7 +228,8 @@ def test_a_loss_is_told_in_one_line_and_the_run_succeeds(
     lap_log: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     experiment = with_loss(replay_experiment(lap_log, load_scenario("replay")), SOON)
-    run_and_report(experiment, tmp_path / "run", None, Terminal(quiet=True))
+    console = Terminal()
+    run_and_report(lambda viewers: Run.of(experiment.run(tmp_path / "run", viewers, console), None), None, console)
     error = capfd.readouterr().err.strip()
     assert error.startswith(f"hopslam: warning: {KILLED}; no loop is closed from scan ")
     assert error.endswith(f"hopslam optimize {tmp_path / 'run'}")

@@ -9,7 +9,8 @@ import pytest
 from hardware.arcos.model import units_of
 from hardware.arcos.sip import Sip
 from hardware.p3dx import P3dx
-from hardware.scip_session import ScipLine, connect_lidar, identify
+from hardware.scip_line import ScipLine
+from hardware.scip_session import connect_lidar, identify
 from hardware.serial_port import SerialPort
 from hardware.urg04lx import Urg04lx
 from hardware.wire.session import WireSession
@@ -23,8 +24,9 @@ OK = scip("00")
 
 
 @pytest.fixture(autouse=True)
-def quiet(caplog: pytest.LogCaptureFixture) -> None:
+def quick_and_heard(caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
     caplog.set_level(logging.WARNING)
+    monkeypatch.setattr("hardware.arcos_session.ANSWER", 0.1)  # these robots answer at once, or never
 
 
 def open_robot(on_config: bytes, settings: FlashSettings | None = None, subclass: str = "p3dx-sh") -> None:
@@ -118,9 +120,10 @@ def test_a_sensor_left_in_time_mode_is_freed(status: str) -> None:
         line.port.close()
 
 
-def test_firmware_that_is_too_old_is_named() -> None:
+@pytest.mark.parametrize("unknown", ["E", ""])  # to what it does not know it says so, or nothing
+def test_firmware_that_is_too_old_is_named(unknown: str) -> None:
     old = "V\n0\nVEND:Hokuyo\nPROD:URG-04LX\nFIRM:2.2.01\nPROT:1.1\nSERI:H1\n\n"
-    with device(lidar({"V": old}, unknown="E")) as url:
+    with device(lidar({"V": old}, unknown)) as url:
         line = ScipLine(SerialPort(url, 115200), threading.Event())
         with pytest.raises(RobotError, match=r"firmware, 2\.2\.01, speaks SCIP 1 only: update the firmware"):
             connect_lidar(line, 115200)

@@ -36,7 +36,7 @@ KILLED = {
     "animate": "animate {here}/run --seconds 1 --width 200",
 }
 GROWING = ("run", "replay", "localize")
-"""Commands that write a log scan by scan."""
+"""Commands that write a log scan by scan; what localize leaves has no loops of its own, as optimize says."""
 AFTERWARDS = {
     "report": "report {here}/run --out {here}/after.html",
     "export": "export {here}/run --to csv --out {here}/after.csv --force",
@@ -47,6 +47,7 @@ AFTERWARDS = {
     "report again": "report {here}/run --out {here}/again.html",
     "export again": "export {here}/run --to tum --out {here}/again.tum",
 }
+SAMPLE = ["report", "repair", "report again", "export again"]
 
 
 @pytest.fixture(scope="module")
@@ -60,11 +61,9 @@ def small(tmp_path_factory: pytest.TempPathFactory, lap_log: Path) -> Path:
 
 
 @pytest.fixture
-def moments(pytestconfig: pytest.Config) -> int:
-    """Number of random moments at which a command is killed."""
-    if not pytestconfig.getoption("--all-faults"):
-        pytest.skip("takes minutes; make test-all runs it")
-    return MOMENTS
+def is_sample(pytestconfig: pytest.Config) -> bool:
+    """True where only one moment of one command is tried."""
+    return not pytestconfig.getoption("--all-faults")
 
 
 def call(command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> tuple[int, list[str]]:
@@ -109,31 +108,35 @@ def require_usable(name: str, codes: dict[str, int], folder: Path) -> None:
 @pytest.mark.parametrize("name", KILLED)
 def test_commands_work_on_what_a_killed_one_leaves(
     name: str,
-    moments: int,
+    is_sample: bool,
     small: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
+    if is_sample and name != "replay":
+        pytest.skip("takes minutes; make test-all runs it")
+    moments, afterwards = (1, SAMPLE) if is_sample else (MOMENTS, list(AFTERWARDS))
     whole = seconds_of(name, tmp_path / "whole", small)
     chance, table, lost = random.Random(name), Counter[str](), [0.0]
     for moment in range(moments):
         folder = tmp_path / f"{moment}"
         log = folder / "run" / "log.mcap"
-        begun = log if name in GROWING and moment % 5 else None  # each fifth: at any moment from its start
+        begun = log if name in GROWING and moment % 5 != 4 else None  # each fifth: at any moment from its start
         seen = end(start(prepared(name, folder, small)), chance.uniform(0.0, whole), begun)
         if seen:
             lost.append(seen[-1] - max([seen[0] - 0.1, *logged_stamps(log)]))
             assert lost[-1] <= LOST
         codes = {}
-        for after, command in AFTERWARDS.items():
-            code, said = call(command.format(here=folder), monkeypatch, capsys)
+        for after in afterwards:
+            code, said = call(AFTERWARDS[after].format(here=folder), monkeypatch, capsys)
             assert len(said) == (code != 0), (after, code, said)
             assert code in (0, InputError.exit_code), (after, code, said)
             codes[after] = code
             table[f"{after}: {said[0].replace(str(folder), '') if code else 'works'}"] += 1
         if seen and len(seen) > LOST / 0.1:
-            assert not any(codes.values()), codes
+            refused = {after for after, code in codes.items() if code}
+            assert refused == ({"optimize"} if name == "localize" and not is_sample else set())
         require_usable(name, codes, folder)
         rmtree(folder)
     print(f"\n{name}, killed {moments} times within {whole:.1f} s; at most {max(lost):.1f} s of scans lost")
@@ -142,13 +145,15 @@ def test_commands_work_on_what_a_killed_one_leaves(
 
 @pytest.mark.parametrize("whom", ["worker", "driver"])
 def test_a_sweep_ends_whole_whatever_of_it_is_killed(
-    whom: str, moments: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    whom: str, is_sample: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    if is_sample:
+        pytest.skip("takes minutes; make test-all runs it")
     chance, table = random.Random(whom), Counter[str]()
     began = perf_counter()
     assert result_of(start(SWEEP.format(here=tmp_path / "whole").split())) == 0
     whole = perf_counter() - began
-    for moment in range(moments):
+    for moment in range(MOMENTS):
         here = tmp_path / f"{moment}"
         started = start(SWEEP.format(here=here).split())
         sleep(chance.uniform(0.0, whole))
@@ -169,4 +174,4 @@ def test_a_sweep_ends_whole_whatever_of_it_is_killed(
             assert call(f"report {here}/sweep/runs/{row['id']}", monkeypatch, capsys) == (0, [])
         assert call(f"sweep report {here}/sweep", monkeypatch, capsys) == (0, [])
         rmtree(here)
-    print(f"\nsweep, its {whom} killed {moments} times within {whole:.1f} s", *table.items(), sep="\n")
+    print(f"\nsweep, its {whom} killed {MOMENTS} times within {whole:.1f} s", *table.items(), sep="\n")

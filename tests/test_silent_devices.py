@@ -11,11 +11,11 @@ from contextlib import contextmanager
 
 import pytest
 
-from hardware.arcos_session import ArcosLine
+from hardware.arcos_line import ArcosLine
 from hardware.device_thread import DeviceThread
 from hardware.emulator.ports import PtyPort
 from hardware.robot import HardwareRobot
-from hardware.scip_session import ScipLine
+from hardware.scip_line import ScipLine
 from hardware.serial_port import PortLost, SerialPort
 from slam.errors import RobotError
 from slam.scenario.file import load_scenario

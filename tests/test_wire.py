@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from hardware.emulator.emulator import Emulator
 from hardware.robot import HardwareRobot
-from hardware.scip_session import ScipLine
+from hardware.scip_line import ScipLine
 from hardware.serial_port import PortLost, SerialPort
 from hardware.wire.events import WireEvent, read_wire
 from hardware.wire.listing import list_wire

@@ -111,7 +111,8 @@ def measure_load(emulated: EmulatedRobot, seconds: float) -> Load:
         observation = emulated.step()
         if observation is not None:
             scan = observation.scan
-            last_beam = (emulated.robot.epoch or 0.0) + scan.stamp + (len(scan.ranges) - 1) * scan.time_increment
+            sweep = max(0.0, (len(scan.ranges) - 1) * scan.time_increment)  # a clockwise scan is stamped at its end
+            last_beam = (emulated.robot.epoch or 0.0) + scan.stamp + sweep
             latencies.append(monotonic() - last_beam)
     cpu = (process_time() - busy) / (monotonic() - began)
     return Load(cpu, len(latencies), seconds, float(np.median(latencies)), float(np.quantile(latencies, 0.99)))

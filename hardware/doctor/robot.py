@@ -9,7 +9,8 @@ from hardware import DecodeError
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.arcos.model import UNITS, Identity, units_of
 from hardware.arcos.sip import Sip, is_sip
-from hardware.arcos_session import ArcosLine, connect_robot, disconnect_robot, read_config
+from hardware.arcos_line import ArcosLine
+from hardware.arcos_session import connect_robot, disconnect_robot, read_config
 from hardware.doctor.finding import Finding
 from hardware.serial_port import PortLost, SerialPort
 from hardware.wire.session import WireSession

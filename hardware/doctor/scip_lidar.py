@@ -12,8 +12,9 @@ from hardware.scip.information import SensorParameters, SensorState
 from hardware.scip.reply import Reply
 from hardware.scip.scan_data import ScanData, decode_scan
 from hardware.scip.status import is_ok
+from hardware.scip_line import ScipLine
 from hardware.scip_scans import switch_laser_on
-from hardware.scip_session import ScipLine, connect_lidar, identify, stop_scans
+from hardware.scip_session import connect_lidar, identify, stop_scans
 from hardware.serial_port import SerialPort
 from hardware.wire.session import WireSession
 from slam.errors import RobotError

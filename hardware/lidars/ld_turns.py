@@ -34,7 +34,7 @@ class Turn:
         first, slope = np.polynomial.polynomial.polyfit(places, self.angles, 1)
         ranges = np.full(places[0] + 1, np.nan)
         ranges[places] = self.ranges
-        last = (self.times[-1] - self.times[0]) / max(places[0], 1)
+        between = float(self.times[-1] - self.times[0]) / max(int(places[0]), 1)
         with np.errstate(invalid="ignore"):
             ranges = np.where(ranges < range_min, -np.inf, np.where(ranges > range_max, np.inf, ranges))
         return LaserScan(
@@ -44,8 +44,8 @@ class Turn:
             range_min=range_min,
             range_max=range_max,
             ranges=ranges,
-            time_increment=-last,
-            scan_time=last * _TURN / -float(slope),
+            time_increment=-between,
+            scan_time=between * _TURN / -float(slope),
         )
 
 

@@ -89,8 +89,13 @@ class Timing(NamedTuple):
 
 
 def timing_of(scenario: Scenario) -> Timing:
-    """Take the lidar and the clock of a scenario."""
+    """Take the lidar and the clock of a scenario; ScenarioError for a lidar whose turns differ in their beams."""
     model, clock = scenario.lidar.description, scenario.clock
+    if model.beams_vary:
+        raise ScenarioError(
+            f"{scenario.name}: the beams of lidar.model={scenario.lidar.model} vary from turn to turn, which many "
+            "robots at once cannot have; set lidar.model=urg04lx, or give vectorization_mode='async'"
+        )
     lidar = model.lidar
     reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))
     return Timing(

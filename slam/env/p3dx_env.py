@@ -56,7 +56,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
 
     | Key | Shape | Type | Content |
     |---|---|---|---|
-    | `scan` | (beams,) | float32 | ranges, m; `range_max` where no echo came back, 0 where something is too close |
+    | `scan` | (beams,) | float32 | ranges in the fan of `lidar.model`, m; `range_max`: no echo; 0: too close |
     | `odometry` | (5,) | float32 | x, y (m), theta (rad), v (m/s), omega (rad/s), as the wheels say, from the start |
     | `slam_pose` | (3,) | float32 | x, y (m), theta (rad), map frame, as the scenario's SLAM estimates it |
     | `map` | (1, n, n) | uint8 | 0 unknown, 127 free, 255 wall: what SLAM has seen around its pose, heading up |

@@ -32,6 +32,8 @@ IGNORED: Final = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)
 )
 """Signals that may be sent to a whole group of processes."""
+LEAN_HEAP: Final = {"MALLOC_ARENA_MAX": "1", "MALLOC_MMAP_THRESHOLD_": "1048576", "MALLOC_TRIM_THRESHOLD_": "1048576"}
+"""For glibc, to give arrays of a megabyte and more back to the system at once; no result depends on it."""
 
 
 class BackEndProcess:
@@ -50,8 +52,9 @@ class BackEndProcess:
         self._out: SimpleQueue[Any] = SimpleQueue()
         self._in: SimpleQueue[Any] = SimpleQueue()
         command = [sys.executable, "-m", "slam.graph.back_end_process"]
+        environment = LEAN_HEAP | os.environ
         try:
-            process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+            process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
         except OSError as error:
             raise BackEndLost(f"the process that closes loops cannot be started: {error.strerror}") from error
         sender = Thread(target=_send, args=(self._out, process), name="to the back end", daemon=True)

@@ -1,5 +1,6 @@
 """The loops of a run closed once more when it is over, and what is then known of it."""
 
+from array import array
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
@@ -61,14 +62,14 @@ class LoopCloser:
 
     def __init__(self, slam: Estimator) -> None:
         self._slam = slam
-        self._rows: list[tuple[float, float, float, float]] = []
+        self._rows = array("d")  # stamp, and x, y, theta of T_local_base, of one scan after another
         self.back_end_lost = ""
         """What closes loops ended before its time, and when that was known: one sentence; empty where it did not."""
 
     @property
     def steps(self) -> int:
         """Number of the scans until now."""
-        return len(self._rows)
+        return len(self._rows) // 4
 
     def on_step(self, step: Step) -> None:
         """Take note of one step."""
@@ -79,19 +80,23 @@ class LoopCloser:
         if estimate.back_end_lost and not self.back_end_lost:
             self.back_end_lost = f"{estimate.back_end_lost}; no loop is closed from scan {self.steps} on"
         local = estimate.T_local_base
-        self._rows.append((estimate.stamp, local.x, local.y, local.theta))
+        self._rows.extend((estimate.stamp, local.x, local.y, local.theta))
 
     def close_loops(self, console: Terminal) -> ClosedLoops | None:
-        """Close them; None for a method that closes none, before the first scan, and where Ctrl-C ends it or what
-        closes them is lost: the run stays as it was known on the way."""
-        if not self._rows:
-            return None
-        began, table = perf_counter(), np.array(self._rows)
+        """Close them as ``closed`` does; None, too, where Ctrl-C ends it: the run stays as it was known on the way."""
         try:
             with console.waiting("closing loops"):
-                run = finish(self._slam)
+                return self.closed()
         except KeyboardInterrupt:
             return None
+
+    def closed(self) -> ClosedLoops | None:
+        """Close them; None for a method that closes none, before the first scan, and where what closes them is lost."""
+        if not self._rows:
+            return None
+        began, table = perf_counter(), np.array(self._rows).reshape(-1, 4)
+        try:
+            run = finish(self._slam)
         except BackEndLost as error:
             self.back_end_lost = self.back_end_lost or f"{error}; the run is not closed as a whole"
             return None

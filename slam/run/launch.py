@@ -144,8 +144,7 @@ def _carried_out(
     folder = None if out is None else Path(out)
     made = Run.of(experiment.run(folder, viewers, console, pictures), experiment.loss)
     if check:
-        if made.loss is not None and made.loss.warning:
-            console.warn(f"{made.loss.warning}: {made.loss.report}")
+        console.warn(*made.warnings)
         made.require_success(lenient)
     return made
 

@@ -60,6 +60,16 @@ class Run:
         if self.loss is not None:
             self.loss.require_most(lenient)
 
+    @property
+    def warnings(self) -> list[str]:
+        """A sentence for the user on what was lost on the way, and what to do about it."""
+        told = []
+        if self.loss is not None and self.loss.warning:
+            told.append(f"{self.loss.warning}: {self.loss.report}")
+        if "back_end_lost" in self.metrics:
+            told.append(f"{self.metrics['back_end_lost']}; close its loops with hopslam optimize {self.folder}")
+        return told
+
     @cached_property
     def record(self) -> RunRecord:
         """Everything in the folder, in the form of the package ``slam``, which is not part of the stable API."""

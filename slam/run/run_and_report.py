@@ -45,10 +45,7 @@ def run_and_report(
     with Viewers(rerun or (), console) as viewers:
         run = make(viewers)
         console.print(*summary_tables(run.metrics))
-        if run.loss is not None and run.loss.warning:
-            console.warn(f"{run.loss.warning}: {run.loss.report}")
-        if "back_end_lost" in run.metrics:
-            console.warn(f"{run.metrics['back_end_lost']}; close its loops with hopslam optimize {run.folder}")
+        console.warn(*run.warnings)
         console.print(f"{run.ending}; results in {run.folder}")
         if run.error is not None:
             raise run.error

@@ -63,21 +63,13 @@ def write_map(path: Path, saved: SavedSlam) -> None:
 
 def read_map(path: Path, config: SlamConfig) -> SavedSlam:
     """The map, to be used with these settings. InputError names the file, the key and what is wrong."""
-    if not isinstance(config.map, SurfelMapConfig):
-        raise InputError(
-            f"{path}: a saved map needs slam.mode=hopslam; these settings have slam.map.method=points; "
-            "take those of another scenario, for a log with --scenario replay"
-        )
-    if config.matching.method != "least_squares":
-        raise InputError(f"{path}: a saved map is matched by least_squares; leave slam.matching.method out")
+    section = required_section(config, path)
     document = _parse(path)
-    if document.grid.cell != config.map.cell:
-        cells = f"has cells of {document.grid.cell:g} m, the settings {config.map.cell:g} m"
-        raise InputError(f"{path}: grid.cell: the map {cells}; add --set slam.map.cell={document.grid.cell:g}")
+    require_cell(config, document.grid.cell, path)
     robot = document.robot
     tiles = {saved.tile: (Pose2D(*saved.entered), np.array(saved.covariance)) for saved in document.tiles}
     state = SurfelMapperState(
-        SurfelMap(config.map, _grid(document.grid)),
+        SurfelMap(section, _grid(document.grid)),
         MapUncertainty(tiles, robot.tile, _frontier(robot.frontier)),
         _pose(robot.T_map_matched),
         _pose(robot.T_map_added),
@@ -91,6 +83,26 @@ def read_map(path: Path, config: SlamConfig) -> SavedSlam:
     differences = document.noise.differences
     noise = LearntNoise(np.array(differences)) if differences else LearntNoise.start(config.lines)
     return SavedSlam(state, Pose2D(*robot.T_map_base), _pose(robot.T_odom_base), _pose(robot.T_map_mapped), noise)
+
+
+def required_section(config: SlamConfig, name: object) -> SurfelMapConfig:
+    """The settings of the map; InputError for those of a method that cannot use a saved one, such as the paper's."""
+    if not isinstance(config.map, SurfelMapConfig):
+        raise InputError(
+            f"{name}: a saved map needs slam.mode=hopslam; these settings have slam.map.method=points; "
+            "take those of another scenario, for a log with --scenario replay"
+        )
+    if config.matching.method != "least_squares":
+        raise InputError(f"{name}: a saved map is matched by least_squares; leave slam.matching.method out")
+    return config.map
+
+
+def require_cell(config: SlamConfig, cell: float, name: object) -> None:
+    """Require settings with cells of the size, metres, that the map of this name has."""
+    expected = required_section(config, name).cell
+    if cell != expected:
+        cells = f"has cells of {cell:g} m, the settings {expected:g} m"
+        raise InputError(f"{name}: grid.cell: the map {cells}; add --set slam.map.cell={cell:g}")
 
 
 def _parse(path: Path) -> MapDocument:

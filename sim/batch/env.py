@@ -42,7 +42,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
       SLAM and are refused.
     - ``reset(seed=k)`` gives the robots the seeds k, k + 1, ... and so decides all their noise and worlds: the same
       bits whatever the number of threads. The option ``reset_mask`` is the only one.
-    - Every turn of the lidar has the beams of its description, where that of a real LD19 has a few more or fewer.
+    - ``lidar.model: ld19`` is refused, as its beams vary from turn to turn.
     - ``info`` has no ``observation``; what it has are arrays of all robots.
 
     | Argument | Default | Meaning |

@@ -98,13 +98,23 @@ def march(cells: NDArray[np.uint8], x: float, y: float, dx: float, dy: float, le
     per_x, per_y = 1.0 / max(abs(dx), 1e-12), 1.0 / max(abs(dy), 1e-12)  # along the ray, from border to border
     at_x = (column + 1 - x if dx > 0.0 else x - column) * per_x
     at_y = (row + 1 - y if dy > 0.0 else y - row) * per_y
+    end_column, end_row = int(np.floor(x + dx * length)), int(np.floor(y + dy * length))
+    # A ray that stays away from the rim, by a cell for rounding, needs no look at it on its way.
+    inside = 1 <= min(column, end_column) and max(column, end_column) < cells.shape[1] - 1
+    inside &= 1 <= min(row, end_row) and max(row, end_row) < cells.shape[0] - 1
     found = 0
     while min(at_x, at_y) < length:
-        found += _mark(cells, row, column, FREE)
-        along_x = at_x < at_y  # no branch: which border comes next cannot be foreseen
-        column += step_x if along_x else 0
-        row += 0 if along_x else step_y
-        at_x, at_y = at_x + (per_x if along_x else 0.0), at_y + (0.0 if along_x else per_y)
+        if inside:
+            found += cells[row, column] == UNKNOWN
+            cells[row, column] = max(cells[row, column], np.uint8(FREE))
+        else:
+            found += _mark(cells, row, column, FREE)
+        if at_x < at_y:
+            at_x += per_x
+            column += step_x
+        else:
+            at_y += per_y
+            row += step_y
     return found + _mark(cells, row, column, WALL if echo else FREE)
 
 

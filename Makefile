@@ -94,9 +94,13 @@ clean:
 .venv/.dev: pyproject.toml pins/test.txt .venv/bin/pip
 	$(INSTALL) --require-hashes --requirement pins/test.txt
 	$(INSTALL) --no-deps --no-build-isolation --editable .
-	@# The hot loops are compiled once here, and not by every worker of the tests.
+	@# The hot loops are compiled once here, and not by every worker of the tests: those of SLAM, and the robots' beside.
+	.venv/bin/python -c 'from sim.robot import SimRobot; from slam.scenario.file import load_scenario; import gymnasium; \
+	    SimRobot(load_scenario("corridor", ["physics.engine=plan"])).observe(); \
+	    envs = gymnasium.make_vec("sim:hopslam/Corridor-v0", 2, "vector_entry_point"); \
+	    envs.reset(seed=0); envs.step(envs.action_space.sample())' & robots=$$!; \
 	.venv/bin/python -c 'from slam.config import SlamConfig; from slam.console.terminal import Terminal; \
-	    from slam.run.warm_up import warm_up; warm_up(Terminal(), SlamConfig(), search=True)'
+	    from slam.run.warm_up import warm_up; warm_up(Terminal(), SlamConfig(), search=True)' && wait $$robots
 	touch $@ .venv/.run
 
 .venv/.docs: pyproject.toml .venv/.run

@@ -41,7 +41,7 @@ class LatencyTimer:
 
     @property
     def advice(self) -> str | None:
-        """What to do about it; None where it is as short as it can be."""
+        """Cure for a long latency; None where it is as short as it can be."""
         if self.milliseconds <= _SHORTEST:
             return None
         return (

@@ -92,7 +92,7 @@ class LidarTraits(NamedTuple):
 
 
 def checked_lidar(range_min: Any, range_max: Any, time_increment: Any) -> LidarTraits:
-    """What is known of the lidar beside its ranges and angles."""
+    """Check the traits of the lidar beside its ranges and angles."""
     near = checked_number("range_min", range_min, 0.0, "give metres")
     far = checked_number("range_max", range_max, near, "give metres, or leave it out")
     return LidarTraits(

@@ -40,13 +40,13 @@ class Map:
         self.points = points
         """The map as points, (P, 2)."""
         self.pose = pose
-        """Where the robot was last."""
+        """Last pose of the robot."""
         self.trajectory = trajectory
         """The robot with each scan, rows x, y, theta, (K, 3); none of a map that was loaded."""
         self.stamps = stamps
         """Seconds of each scan, (K,)."""
         self.saved = saved
-        """What it is saved from, in the form of the package ``slam``, which is not part of the stable API."""
+        """Content of the saved file, in the form of the package ``slam``, which is not part of the stable API."""
         self._closed = closed
 
     def save(self, folder: str | Path) -> Path:

@@ -24,7 +24,7 @@ from slam.saved_slam import relocate, save
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
-    """What is known after one scan."""
+    """Pose and state after one scan."""
 
     stamp: float
     """Seconds."""

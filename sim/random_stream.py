@@ -17,7 +17,7 @@ MIX_1: Final = np.uint64(0xBF58476D1CE4E5B9)
 MIX_2: Final = np.uint64(0x94D049BB133111EB)
 UNIT: Final = 2.0**-53
 TAIL: Final = 3.6541528853610088
-"""Where the lowest of 256 layers of equal area ends."""
+"""End of the lowest of 256 layers of equal area."""
 
 
 def _layers() -> FloatArray:
@@ -50,7 +50,7 @@ def _share(bits: np.uint64) -> float:
 
 @compiled_on_views
 def stream_of(seed: int) -> np.uint64:
-    """Where the stream of this seed begins."""
+    """Beginning of the stream of this seed."""
     return mixed(mixed(np.uint64(seed) * GOLDEN + GOLDEN) ^ MIX_1)
 
 

@@ -1,4 +1,4 @@
-"""What the lidar and the sonar ask for the ranges of their rays."""
+"""Ray casters, which the lidar and the sonar ask for the ranges of their rays."""
 
 from collections.abc import Sequence
 from typing import Protocol
@@ -21,7 +21,7 @@ class RayCaster(Protocol):
 
 
 class Surroundings(Protocol):
-    """What stands around the sensors."""
+    """The walls and things around the sensors."""
 
     def caster(self, name: CasterName, height: float, reach: float) -> RayCaster:
         """Make the ray caster of this name, or what there is, for rays at this height and of this length."""

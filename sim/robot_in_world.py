@@ -132,7 +132,7 @@ class RobotInWorld(ABC):
     @property
     @abstractmethod
     def people(self) -> FloatArray:
-        """Where people are, (P, 2)."""
+        """Places of people, (P, 2)."""
 
     @property
     @abstractmethod

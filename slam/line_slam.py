@@ -41,7 +41,7 @@ class Estimate:
     closure: Closure | None = None
     """The closure that was taken over at this scan: pose and map have changed as a whole."""
     back_end_lost: str = ""
-    """How the process that closes loops ended before its time; empty where it goes on, and where there is none."""
+    """Words on how the process that closes loops ended before its time; empty where it goes on or none is there."""
 
     @property
     def T_local_base(self) -> Pose2D:

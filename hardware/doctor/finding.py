@@ -1,4 +1,4 @@
-"""What was found at a port, in words."""
+"""Findings of the doctor: a device at a port, in words."""
 
 from dataclasses import dataclass
 
@@ -9,13 +9,13 @@ from slam.scan import LaserScan
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """What was found at a port, in words."""
+    """A device found at a port, in words."""
 
     port: str
     words: str
     answered: bool = True
     faults: tuple[str, ...] = ()
-    """What keeps the device from use, with the next step."""
+    """Reasons that keep the device from use, each with the next step."""
     scan: LaserScan | None = None
     """One scan, where it is a lidar that measures ..."""
     model: LidarName = "urg04lx"
@@ -28,6 +28,6 @@ class Finding:
 
     @property
     def advice(self) -> str | None:
-        """What would make the line of a device that answers faster; None where nothing would."""
+        """Cure that makes the line of a device that answers faster; None where there is none."""
         timer = latency_timer(self.port) if self.answered else None
         return timer.advice if timer else None

@@ -1,1 +1,1 @@
-"""What passes over the ports: kept byte by byte in a file, listed in words, and played to the drivers as a device."""
+"""Bytes that pass over the ports: kept in a file, listed in words, and played to the drivers as a device."""

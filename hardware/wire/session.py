@@ -9,7 +9,7 @@ from slam.closing import Closing
 
 
 class WireSession(Closing):
-    """What the ports of a session share; ``record`` is the file that gets all that passes over them."""
+    """The recorder and the recordings that the ports of a session share; their bytes go to the file ``record``."""
 
     def __init__(self, record: Path | None = None) -> None:
         self._recorder = None if record is None else WireRecorder(record)

@@ -1,4 +1,4 @@
-"""What callers of a batch give to it, checked: InputError is a line that names what is wrong."""
+"""Checks of what callers give to a batch: InputError is a line that names what is wrong."""
 
 from collections.abc import Sequence
 from typing import Any

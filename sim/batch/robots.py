@@ -33,7 +33,7 @@ class Robots(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What N robots see and get in one step; a view that is not asked for has no rows."""
+    """Views and rewards of N robots in one step; a view that is not asked for has no rows."""
 
     scan: NDArray[np.float32]
     """(N, B): ranges; ``range_max`` without an echo, 0 where something is too close."""
@@ -57,7 +57,7 @@ class Seen(NamedTuple):
 
 
 class Scratch(NamedTuple):
-    """What one thread writes over for each of its robots."""
+    """Arrays that one thread writes over for each of its robots."""
 
     rays: FloatArray
     """(5, B)."""

@@ -40,7 +40,7 @@ class Worlds(NamedTuple):
     """W worlds, each with the robot, the lidar and the route of its scenario."""
 
     walls: WallPlan
-    """What the lidar sees ..."""
+    """Walls that the lidar sees ..."""
     obstacles: WallPlan
     """... and what the robot can run into."""
     crowd: Crowd

@@ -19,7 +19,7 @@ from slam.compiled import compiled_on_views, wrapped
 from slam.pose import FloatArray
 
 HALVINGS: Final = 5
-"""Of a control step that ends in a wall, so that the robot stops within 1/32 of it before the wall."""
+"""Halvings of a control step that ends in a wall, so that the robot stops within 1/32 of it before the wall."""
 
 
 @compiled_on_views

@@ -16,7 +16,7 @@ RADIUS: Final = 0.34
 
 
 class Overlap(NamedTuple):
-    """How deep the outline and what stands there are in each other."""
+    """Depth by which the outline and what stands there are in each other."""
 
     depth: float
     """Metres; negative where they do not touch: how far they are apart, at most."""

@@ -38,7 +38,7 @@ MODEL: Final = np.dtype(
     ],
     align=True,
 )  # fmt: skip
-"""What a scenario says about its robot."""
+"""Record of a scenario's robot."""
 
 
 def model_of(config: RobotConfig, physics_rate: int) -> NDArray[Any]:

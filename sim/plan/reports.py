@@ -1,4 +1,4 @@
-"""What the firmware of the kinematic robot reports: odometry in the units of ARCOS."""
+"""Reports of the kinematic robot's firmware: odometry in the units of ARCOS."""
 
 from typing import Any
 

@@ -62,7 +62,7 @@ class LoopClosing:
         self.waited = 0.0
         """Seconds that the last ``follow`` waited for the back end, as a stepped run does."""
         self.back_end_lost = ""
-        """How the back end ended before its time; from then on no loop is closed. Empty where it goes on."""
+        """Words on how the back end ended before its time; from then on no loop is closed. Empty where it goes on."""
 
     @classmethod
     def beside(cls, mapper: object, timing: Timing = STEPPED, known: KnownGraph | None = None) -> Self | None:

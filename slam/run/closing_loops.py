@@ -67,7 +67,7 @@ class LoopCloser:
         self._slam = slam
         self._rows = array("d")  # stamp, and x, y, theta of T_local_base, of one scan after another
         self.back_end_lost = ""
-        """What closes loops ended before its time, and when that was known: one sentence; empty where it did not."""
+        """One sentence on how and when the back end ended before its time; empty where it did not."""
 
     @property
     def steps(self) -> int:

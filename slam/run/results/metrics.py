@@ -73,7 +73,7 @@ def _work(steps: NDArray[Any]) -> dict[str, Any]:
 
 
 def _base_state(steps: NDArray[Any]) -> dict[str, Any]:
-    """What the base said of itself, as far as it did; nothing of an older run."""
+    """Metrics of the base's own state, as far as it told that; none of an older run."""
     if "battery" not in (steps.dtype.names or ()):
         return {}
     metrics: dict[str, Any] = {

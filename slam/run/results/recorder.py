@@ -79,7 +79,7 @@ class Recorder(Closing):
 
 
 def _base_state(seen: Observation) -> list[int | str]:
-    """What the base says of itself, in the order of the columns; empty where it says nothing."""
+    """State that the base tells of itself, in the order of the columns; empty where it tells nothing."""
     battery = "" if seen.battery is None else f"{seen.battery.volts:.1f}"
     nearest = min(seen.sonar, default=inf)
     return [int(seen.stalled), battery, seen.fault_flags, f"{nearest:.3f}" if nearest < inf else ""]

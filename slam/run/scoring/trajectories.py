@@ -1,4 +1,4 @@
-"""Where trajectories come from: the folder of a run, a TUM file, or a value that has one."""
+"""Sources of trajectories: the folder of a run, a TUM file, or a value that has one."""
 
 from pathlib import Path
 from typing import Protocol

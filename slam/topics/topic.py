@@ -1,0 +1,34 @@
+"""A topic, and the bus that carries messages."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol, Self
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """Name and message type of a topic, and its quality of service."""
+
+    name: str
+    """Such as ``/scan``."""
+    type: str
+    """Such as ``sensor_msgs/msg/LaserScan``."""
+    reliable: bool = True
+    """False for sensor data, of which a late message is worth nothing."""
+    latched: bool = False
+    """True where who comes late gets the last message, too."""
+
+
+class Bus(Protocol):
+    """Carries messages, in CDR, to and from other programs. Leaving its block takes it down."""
+
+    def __enter__(self) -> Self: ...
+    def __exit__(self, *_: object) -> None: ...
+
+    def publish(self, topic: Topic, stamp: float, message: bytes) -> None:
+        """Send a message, and never wait for who reads it; ``stamp`` is its time in seconds."""
+        ...
+
+    def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
+        """Call ``heard``, in a thread of the bus, with each message that another program sends."""
+        ...

@@ -1,0 +1,163 @@
+"""Topics for the Foxglove app, over WebSockets: https://docs.foxglove.dev, subprotocol ``foxglove.sdk.v1``."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from threading import Lock
+from typing import TYPE_CHECKING, Any, Final
+
+from slam.closing import Closing
+from slam.errors import InputError
+from slam.files.fields import BadLine
+from slam.files.ros.encoder import Encoder, nanoseconds
+from slam.files.ros.from_json import cdr_of_json
+from slam.files.ros.messages import ros2_type
+from slam.topics.topic import Bus, Topic
+
+if TYPE_CHECKING:
+    import foxglove
+
+PORT: Final = 8765
+"""Port at which the app looks by itself."""
+_BACKLOG: Final = 256
+"""Messages that may wait for a slow client; the oldest is dropped then."""
+
+
+class FoxgloveBus(Closing):
+    """Serves the topics to every Foxglove app that connects, with the types of ROS 2 and in CDR.
+
+    What an app publishes is taken as CDR or JSON. No client can make the publisher wait. One that comes late gets the
+    last message of each latched topic, as all others then do once more.
+    """
+
+    def __init__(self, host: str = "127.0.0.1", port: int = PORT) -> None:
+        """Begin to serve; port 0 takes any. InputError where the port is taken or foxglove-sdk is not installed."""
+        try:
+            import foxglove
+            from foxglove.websocket import Capability
+        except ImportError as error:
+            raise InputError(
+                'foxglove-sdk is not installed, which --foxglove needs; run: pip install "hopslam[live]"'
+            ) from error
+        logging.getLogger("foxglove").setLevel(logging.CRITICAL)  # each wrong message of a client would be a line
+        self._context, self._encoder = foxglove.Context(), Encoder()
+        self._channels: dict[str, foxglove.Channel] = {}
+        self._latched = Latched()
+        self._heard = ClientMessages()
+        try:
+            self._server = foxglove.start_server(
+                name="hopslam", host=host, port=port, capabilities=[Capability.ClientPublish],
+                server_listener=_Listener(self._latched, self._heard), supported_encodings=["cdr", "json"],
+                context=self._context, message_backlog_size=_BACKLOG,
+            )  # fmt: skip
+        except RuntimeError as error:
+            raise InputError(f"--foxglove {host}:{port}: {error}; choose another port") from error
+        self.address = f"ws://{host}:{self._server.port}"
+        """Address to give to the app."""
+
+    def publish(self, topic: Topic, stamp: float, message: bytes) -> None:
+        """Send a message to every client that has subscribed to the topic."""
+        channel = self._channels.get(topic.name) or self._open(topic)
+        time = nanoseconds(stamp)
+        if topic.latched:
+            self._latched.keep(topic.name, lambda: channel.log(message, log_time=time))
+        channel.log(message, log_time=time)
+
+    def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
+        """Call ``heard``, in a thread of the server, with each message of a client, in CDR."""
+        self._heard.add(topic, heard)
+
+    def close(self) -> None:
+        """Close all connections; closing twice does no harm."""
+        self._server.stop()
+
+    def _open(self, topic: Topic) -> foxglove.Channel:
+        import foxglove
+
+        definition = self._encoder.definition(topic.type).encode()
+        schema = foxglove.Schema(name=topic.type, encoding="ros2msg", data=definition)
+        channel = foxglove.Channel(topic.name, message_encoding="cdr", schema=schema, context=self._context)
+        self._channels[topic.name] = channel
+        return channel
+
+
+class Latched:
+    """Sends the last message of a latched topic again."""
+
+    def __init__(self) -> None:
+        self._send: dict[str, Callable[[], None]] = {}
+
+    def keep(self, topic: str, send: Callable[[], None]) -> None:
+        """Keep what sends the message that is now the last."""
+        self._send[topic] = send
+
+    def repeat(self, topic: str) -> None:
+        """Send the last message of this topic; nothing where it is not latched, or had none."""
+        if (send := self._send.get(topic)) is not None:
+            send()
+
+
+class ClientMessages:
+    """Hands what clients publish to those who hear it."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._topics: list[tuple[Topic, Callable[[bytes], None]]] = []
+        self._channels: dict[tuple[int, int], tuple[str, str, str]] = {}
+
+    def add(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
+        """Let this hear the topic; one name may be heard with several types."""
+        self._topics.append((topic, heard))
+
+    def open(self, client: int, channel: int, advertised: tuple[str, str, str]) -> None:
+        """Note the topic, encoding and type of a client's channel."""
+        with self._lock:
+            self._channels[client, channel] = advertised
+
+    def close(self, client: int, channel: int) -> None:
+        """Forget a client's channel."""
+        with self._lock:
+            self._channels.pop((client, channel), None)
+
+    def take(self, client: int, channel: int, data: bytes) -> None:
+        """Hand on a message; one of a type that nobody hears is passed over, one that is garbage handed on as it is."""
+        with self._lock:
+            name, encoding, kind = self._channels.get((client, channel), ("", "", ""))
+        for topic, heard in self._topics:
+            if topic.name == name and topic.type == ros2_type(kind):
+                heard(_in_cdr(data, encoding, topic.type))
+
+
+def _in_cdr(data: bytes, encoding: str, kind: str) -> bytes:
+    if encoding != "json":
+        return data
+    try:
+        return cdr_of_json(data, kind)
+    except BadLine:
+        return b""
+
+
+class _Listener:
+    """Called by the server, in its own threads."""
+
+    def __init__(self, latched: Latched, heard: ClientMessages) -> None:
+        self._latched, self._heard = latched, heard
+
+    def on_subscribe(self, client: Any, channel: Any) -> None:
+        self._latched.repeat(channel.topic)
+
+    def on_unsubscribe(self, client: Any, channel: Any) -> None:
+        pass
+
+    def on_client_advertise(self, client: Any, channel: Any) -> None:
+        self._heard.open(client.id, channel.id, (channel.topic, channel.encoding, channel.schema_name))
+
+    def on_client_unadvertise(self, client: Any, client_channel_id: int) -> None:
+        self._heard.close(client.id, client_channel_id)
+
+    def on_message_data(self, client: Any, client_channel_id: int, data: bytes) -> None:
+        self._heard.take(client.id, client_channel_id, data)
+
+
+_: type[Bus] = FoxgloveBus

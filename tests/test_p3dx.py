@@ -9,9 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.firmware import ramped
-from sim.p3dx import P3dx, asset
+from sim.p3dx import P3dx
 from sim.wheels import ANGLE_UNIT, MILLIMETRE, TICKS_PER_TURN, TRACK, WHEEL_RADIUS, Ticks, TractionModel, WheelOdometry
 from sim.world import World
+from slam.assets import asset
 from slam.errors import RobotError
 from slam.odometry import Twist2D, wheel_motion
 from slam.pose import Pose2D, wrap_angle

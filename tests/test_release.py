@@ -44,8 +44,7 @@ def test_scenarios_come_with_the_wheel(in_empty_folder: Callable[..., str]) -> N
 
 
 def test_the_robot_model_comes_with_the_wheel(in_empty_folder: Callable[..., str]) -> None:
-    pytest.importorskip("pybullet", reason="PyBullet has no wheel for this Python")
-    found = in_empty_folder("from sim.p3dx import asset; print(asset('urdf/p3dx.urdf').read_text())")
+    found = in_empty_folder("from slam.assets import asset; print(asset('urdf/p3dx.urdf').read_text())")
     assert found == (ROOT / "assets" / "urdf" / "p3dx.urdf").read_text() + "\n"
 
 

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import Any, Literal
 
@@ -24,6 +25,9 @@ from slam.run.pilots import LocalizeThenDrive, ReplayPilot, Wanderer, WaypointPi
 from slam.run.results.metrics import measure_localization
 from slam.run.results.traces import Traces
 from slam.run.robot_env import RobotEnv
+from slam.run.topics.paced_robot import PacedRobot
+from slam.run.topics.topic_session import TopicSession
+from slam.run.topics.velocity_commands import CommandedPilot
 from slam.saved_slam import relocate
 from slam.scenario.file import read_scenario
 from slam.scenario.schema import Scenario
@@ -131,3 +135,19 @@ def _searching(experiment: Experiment, known: Callable[[], bool]) -> Experiment:
     then = experiment.pilot if experiment.scenario.route.waypoints else Wanderer()
     start = experiment.scenario.robot.start.pose
     return replace(experiment, pilot=LocalizeThenDrive(known, then), T_map_odom=start)
+
+
+def on_topics(experiment: Experiment, topics: TopicSession) -> Experiment:
+    """Let the experiment be published and driven on topics.
+
+    A simulated robot and a recorded log keep to the wall clock then. A robot drives its route until the first command
+    comes, and from then on as it is told.
+    """
+    topics.hear_initial_pose(experiment.slam)
+    if topics.pace < inf and "backend" not in experiment.notes:
+        env = experiment.env.wrapped(lambda robot: PacedRobot(robot, topics.pace, topics.publish_time))
+        experiment = replace(experiment, env=env)
+    if not isinstance(experiment.pilot, ReplayPilot):
+        topics.hear_commands()
+        experiment = replace(experiment, pilot=CommandedPilot(topics.commands, experiment.pilot))
+    return replace(experiment, topics=topics)

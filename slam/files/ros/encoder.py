@@ -82,8 +82,10 @@ class Encoder:
         return self._make("geometry_msgs/msg/Vector3", x, y, z)
 
     def _header(self, stamp: float, frame: str) -> Any:
-        seconds, rest = divmod(nanoseconds(stamp), 10**9)
-        return self._make("std_msgs/msg/Header", self._make("builtin_interfaces/msg/Time", seconds, rest), frame)
+        return self._make("std_msgs/msg/Header", self._time(stamp), frame)
+
+    def _time(self, stamp: float) -> Any:
+        return self._make("builtin_interfaces/msg/Time", *divmod(nanoseconds(stamp), 10**9))
 
     def _make(self, name: str, *fields: Any) -> Any:
         return self._types[name](*fields)

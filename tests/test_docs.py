@@ -135,7 +135,7 @@ def run_line(line: str) -> None:
 
 
 def words_of(text: str) -> list[str]:
-    """Of a command, which may go over several lines, without what a shell does with its output."""
+    """Split a command into words, over several lines, without pipes and redirections."""
     return shlex.split(re.split(r" [|>] ", " ".join(text.split()))[0], comments=True)
 
 

@@ -49,7 +49,7 @@ def timeless(values: dict[str, Any], times: tuple[str, ...] = TIMES) -> dict[str
 
 
 def contents(folder: Path) -> dict[str, object]:
-    """What the files of a run hold, but for times."""
+    """Return the content of the files of a run, without times."""
     found: dict[str, object] = {path.name: path.read_bytes() for path in folder.iterdir()}
     found["metrics.json"] = timeless(json.loads((folder / "metrics.json").read_text()))
     with (folder / "steps.csv").open(newline="") as file:

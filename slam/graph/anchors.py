@@ -26,7 +26,7 @@ class PlacedScans(NamedTuple):
         return PlacedScans(*(np.concatenate(pair)[order] for pair in zip(self, others, strict=True)))
 
     def of_this_run(self) -> "PlacedScans":
-        """Those that are no scans of an earlier run."""
+        """Drop the scans of an earlier run."""
         own = self.indices >= 0
         return PlacedScans(self.indices[own], self.local[own], self.poses[own])
 

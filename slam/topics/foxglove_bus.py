@@ -1,30 +1,28 @@
 """Topics for the Foxglove app, over WebSockets: https://docs.foxglove.dev, subprotocol ``foxglove.sdk.v1``."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable
 from threading import Lock
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, Self
 
-from slam.closing import Closing
 from slam.errors import InputError
 from slam.files.fields import BadLine
 from slam.files.ros.encoder import Encoder, nanoseconds
 from slam.files.ros.from_json import cdr_of_json
 from slam.files.ros.messages import ros2_type
+from slam.named_code import import_optional
+from slam.topics.names import PUBLISHED
 from slam.topics.topic import Bus, Topic
 
-if TYPE_CHECKING:
-    import foxglove
-
+EXTRA: Final = "live"
+"""The extra of this project that brings foxglove-sdk."""
 PORT: Final = 8765
 """Port at which the app looks by itself."""
 _BACKLOG: Final = 256
 """Messages that may wait for a slow client; the oldest is dropped then."""
 
 
-class FoxgloveBus(Closing):
+class FoxgloveBus:
     """Serves the topics to every Foxglove app that connects, with the types of ROS 2 and in CDR.
 
     What an app publishes is taken as CDR or JSON. No client can make the publisher wait. One that comes late gets the
@@ -32,29 +30,41 @@ class FoxgloveBus(Closing):
     """
 
     def __init__(self, host: str = "127.0.0.1", port: int = PORT) -> None:
-        """Begin to serve; port 0 takes any. InputError where the port is taken or foxglove-sdk is not installed."""
+        """A server that does not serve yet; with port 0 it takes any. InputError without foxglove-sdk."""
+        self._sdk, self._host, self._port = import_optional("foxglove", EXTRA), host, port
+        self._server: Any = None
+        self._context, self._encoder = self._sdk.Context(), Encoder()
+        self._channels: dict[str, Any] = {}
+        self._latched, self._heard = Latched(), ClientMessages()
+
+    def __enter__(self) -> Self:
+        """Begin to serve; InputError where the port is taken.
+
+        Channels are there before the server: an app that subscribes to one in the very moment of its making is refused.
+        """
+        for topic in PUBLISHED:
+            self._open(topic)
+        logging.getLogger("foxglove").setLevel(logging.CRITICAL)  # else each wrong message of a client is a line
         try:
-            import foxglove
-            from foxglove.websocket import Capability
-        except ImportError as error:
-            raise InputError(
-                'foxglove-sdk is not installed, which --foxglove needs; run: pip install "hopslam[live]"'
-            ) from error
-        logging.getLogger("foxglove").setLevel(logging.CRITICAL)  # each wrong message of a client would be a line
-        self._context, self._encoder = foxglove.Context(), Encoder()
-        self._channels: dict[str, foxglove.Channel] = {}
-        self._latched = Latched()
-        self._heard = ClientMessages()
-        try:
-            self._server = foxglove.start_server(
-                name="hopslam", host=host, port=port, capabilities=[Capability.ClientPublish],
-                server_listener=_Listener(self._latched, self._heard), supported_encodings=["cdr", "json"],
-                context=self._context, message_backlog_size=_BACKLOG,
+            self._server = self._sdk.start_server(
+                name="hopslam", host=self._host, port=self._port, context=self._context,
+                capabilities=[self._sdk.Capability.ClientPublish], supported_encodings=["cdr", "json"],
+                server_listener=_Listener(self._latched, self._heard), message_backlog_size=_BACKLOG,
             )  # fmt: skip
         except RuntimeError as error:
-            raise InputError(f"--foxglove {host}:{port}: {error}; choose another port") from error
-        self.address = f"ws://{host}:{self._server.port}"
+            raise InputError(
+                f"{self._host}:{self._port} cannot serve Foxglove: {error}; choose another port"
+            ) from error
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close all connections."""
+        self._server.stop()
+
+    @property
+    def address(self) -> str:
         """Address to give to the app."""
+        return f"ws://{self._host}:{self._server.port}"
 
     def publish(self, topic: Topic, stamp: float, message: bytes) -> None:
         """Send a message to every client that has subscribed to the topic."""
@@ -68,16 +78,10 @@ class FoxgloveBus(Closing):
         """Call ``heard``, in a thread of the server, with each message of a client, in CDR."""
         self._heard.add(topic, heard)
 
-    def close(self) -> None:
-        """Close all connections; closing twice does no harm."""
-        self._server.stop()
-
-    def _open(self, topic: Topic) -> foxglove.Channel:
-        import foxglove
-
+    def _open(self, topic: Topic) -> Any:
         definition = self._encoder.definition(topic.type).encode()
-        schema = foxglove.Schema(name=topic.type, encoding="ros2msg", data=definition)
-        channel = foxglove.Channel(topic.name, message_encoding="cdr", schema=schema, context=self._context)
+        schema = self._sdk.Schema(name=topic.type, encoding="ros2msg", data=definition)
+        channel = self._sdk.Channel(topic.name, message_encoding="cdr", schema=schema, context=self._context)
         self._channels[topic.name] = channel
         return channel
 

@@ -32,6 +32,11 @@ class Lidar:
         return self.angle_min + (self.beams - 1) * self.angle_increment
 
     @property
+    def whole_turn(self) -> bool:
+        """True where the first beam follows the last one, within a step and a half."""
+        return self.beams * self.angle_increment > 2.0 * pi - 0.5 * self.angle_increment
+
+    @property
     def angles(self) -> FloatArray:
         """Bearings of all beams in the sensor frame, shape (beams,), from ahead.
 

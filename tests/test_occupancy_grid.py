@@ -1,40 +1,54 @@
-"""The cells that beams run through: against geometry that looks at every cell."""
+"""What a scan marks in a grid of cells: against geometry that looks at every cell and every pair of beams."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slam.env.occupancy_grid import FREE, UNKNOWN, WALL, Extent, OccupancyGrid, mark_rays, seen_ranges
-from slam.pose import Pose2D
+from slam.env.occupancy_grid import Extent, OccupancyGrid, seen_ranges
+from slam.env.scan_fill import FREE, UNKNOWN, WALL, mark_scan
+from slam.pose import Pose2D, unit_vectors
 from slam.scan import LaserScan
 
 SIZE = 12
-inside = st.floats(0.01, SIZE - 0.01)
+place = st.floats(-4.0, SIZE + 4.0)
+lengths = st.lists(st.sampled_from([0.0, 1.0, 20.0]) | st.floats(0.01, 20.0), min_size=2, max_size=30)
 
 
-def chords(x: float, y: float, heading: float, length: float, inset: float) -> np.ndarray:
-    """Length of the ray within each cell, smaller by ``inset`` on all sides, clipped to all of them at once (slabs)."""
-    direction = np.array([np.cos(heading), np.sin(heading)])
-    direction[np.abs(direction) < 1e-12] = 1e-12
-    rows, columns = np.mgrid[:SIZE, :SIZE]
-    low = np.stack([columns, rows], axis=-1) - np.array([x, y])
-    borders = np.sort(np.stack([low + inset, low + 1.0 - inset]) / direction, axis=0)
-    return np.minimum(borders[1].min(axis=-1), length) - np.maximum(borders[0].max(axis=-1), 0.0)
+def depth_in(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Distance of points (N, 2) from the nearest side of a counter-clockwise triangle (3, 2); negative outside."""
+    along = np.roll(corners, -1, axis=0) - corners
+    normals = np.stack([-along[:, 1], along[:, 0]], axis=-1) / np.linalg.norm(along, axis=1)[:, None]
+    return ((points[:, None] - corners) * normals).sum(axis=-1).min(axis=-1)
 
 
-@given(inside, inside, st.floats(-np.pi, np.pi), st.floats(0.01, 20.0), st.booleans())
-def test_a_ray_marks_the_cells_that_it_crosses_and_no_others(
-    x: float, y: float, heading: float, length: float, echo: bool
+@given(place, place, st.floats(-np.pi, np.pi), lengths, st.booleans(), st.booleans())
+def test_a_scan_frees_the_cells_whose_middle_its_beams_span(
+    x: float, y: float, first: float, lengths: list[float], whole_turn: bool, echo: bool
 ) -> None:
-    cells = np.zeros((SIZE, SIZE), np.uint8)
-    found = mark_rays(cells, x, y, np.array([heading]), np.array([length]), np.array([echo]))
-    assert (cells[chords(x, y, heading, length, inset=1e-9) > 0.0] != UNKNOWN).all()
-    assert (cells[chords(x, y, heading, length, inset=-1e-9) < 0.0] == UNKNOWN).all()
+    """A middle within 1e-9 of a triangle's side may count or not."""
+    cells, beams = np.zeros((SIZE, SIZE), np.uint8), len(lengths)
+    whole_turn &= beams > 2
+    bearings = first + np.arange(beams) * (2.0 * np.pi / beams if whole_turn else 3.0 / beams)
+    ends = np.array([x, y]) + np.array(lengths)[:, None] * unit_vectors(bearings)
+    echoes = np.array(lengths) > 0.0 if echo else np.zeros(beams, np.bool_)
+    found = mark_scan(cells, x, y, ends.T.copy(), echoes, whole_turn)
     assert found == np.count_nonzero(cells)
-    column, row = int(np.floor(x + length * np.cos(heading))), int(np.floor(y + length * np.sin(heading)))
-    walls = np.argwhere(cells == WALL).tolist()
-    assert walls == [] if not echo else all(abs(r - row) + abs(c - column) <= 1 for r, c in walls)
+    rows, columns = np.mgrid[:SIZE, :SIZE]
+    middles = np.column_stack([columns.ravel(), rows.ravel()]) + 0.5
+    depth = np.full(SIZE * SIZE, -np.inf)
+    for k in range(beams if whole_turn else beams - 1):
+        if lengths[k] and lengths[(k + 1) % beams]:
+            triangle = np.array([[x, y], ends[k], ends[(k + 1) % beams]])
+            depth = np.maximum(depth, depth_in(triangle, middles))
+    depth = depth.reshape(SIZE, SIZE)
+    walls = np.zeros((SIZE, SIZE), np.bool_)
+    at = np.floor(ends[echoes]).astype(int)
+    at = at[((at >= 0) & (at < SIZE)).all(axis=1)]
+    walls[at[:, 1], at[:, 0]] = True
+    np.testing.assert_array_equal(cells == WALL, walls)
+    assert (cells[(depth > 1e-9) & ~walls] == FREE).all()
+    assert (cells[(depth < -1e-9) & ~walls] == UNKNOWN).all()
 
 
 @given(st.floats(-np.pi, np.pi), st.lists(st.floats(0.0, 6.0), min_size=2, max_size=9))
@@ -54,11 +68,20 @@ def test_a_beam_sees_up_to_its_echo_and_silence_is_open_space_only_among_silence
     assert seen_ranges(scan).tolist() == [2.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 3.0, 3.0]
 
 
-def test_a_beam_marks_what_lies_before_its_echo_and_no_more() -> None:
+def test_beams_free_what_lies_before_their_echo_and_no_more() -> None:
     grid = OccupancyGrid(Extent((-5.0, -5.0), (10.0, 10.0)), 1.0)
-    grid.add_scan(LaserScan(0.0, 0.0, 0.1, 0.1, 3.0, np.array([2.0])), Pose2D(0.5, 0.5))
+    grid.add_scan(LaserScan(0.0, -0.2, 0.2, 0.1, 3.0, np.full(3, 2.0)), Pose2D(0.4, 0.5))
     ahead = np.array([[1.5, 0.5], [2.5, 0.5], [3.5, 0.5]])
     np.testing.assert_array_equal(grid.at(ahead), [FREE, WALL, UNKNOWN])
+
+
+def test_a_whole_turn_leaves_no_gap_between_its_last_and_first_beam() -> None:
+    grid = OccupancyGrid(Extent((-5.0, -5.0), (10.0, 10.0)), 0.1)
+    step = 2.0 * np.pi / 12
+    scan = LaserScan(0.0, -np.pi + 0.1, step, 0.1, 5.0, np.full(12, 4.0))
+    grid.add_scan(scan, Pose2D(0.0, 0.0, 0.3))
+    around = 3.0 * unit_vectors(np.linspace(0.0, 2.0 * np.pi, 100))
+    assert (grid.at(around) == FREE).all()
 
 
 def test_outside_of_the_grid_nothing_is_seen_and_nothing_is_known() -> None:
@@ -72,6 +95,7 @@ def test_outside_of_the_grid_nothing_is_seen_and_nothing_is_known() -> None:
 
 def test_a_wall_stays_a_wall() -> None:
     cells = np.zeros((3, 9), np.uint8)
-    for length, echo in ((4.0, True), (8.0, False)):
-        mark_rays(cells, 0.5, 1.5, np.zeros(1), np.array([length]), np.array([echo]))
-    assert cells[1].tolist() == [FREE] * 4 + [WALL] + [FREE] * 4
+    for length, echo in ((4.0, True), (8.4, False)):
+        ends = np.array([[0.5 + length] * 2, [1.4, 1.6]])
+        mark_scan(cells, 0.4, 1.5, ends, np.full(2, echo), False)
+    assert cells[1].tolist() == [FREE, FREE, FREE, FREE, WALL, FREE, FREE, FREE, FREE]

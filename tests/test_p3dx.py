@@ -130,9 +130,11 @@ def square(rig: Rig, sense: float, side: float) -> tuple[Pose2D, Pose2D]:
 
 
 def borenstein_feng(side: float, sense: float, alpha: float, beta: float) -> tuple[float, float]:
-    """Where a square ends that begins and should end at 0: UMBmark, "Measurement and correction of systematic odometry
-    errors in mobile robots", 1996; ``alpha`` radians too much turned at each corner (either sense), ``beta`` radians to
-    the left on each side; to the first order."""
+    """End point of a square that begins and should end at 0 (UMBmark), to the first order.
+
+    Borenstein and Feng, "Measurement and correction of systematic odometry errors in mobile robots", 1996: ``alpha``
+    radians too much turned at each corner (either sense), ``beta`` radians to the left on each side.
+    """
     return 2.0 * side * (alpha + sense * beta), -2.0 * side * (beta + sense * alpha)
 
 

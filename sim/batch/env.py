@@ -17,7 +17,7 @@ from sim.batch.arguments import check_arguments, read_autoreset_mode, read_comma
 from sim.batch.outcomes import TIME, batch_info, endings, reward_terms
 from sim.batch.robots import Seen, make_robots, make_seen
 from sim.batch.step import begin_streams, step_robots
-from sim.batch.worlds import grid_shape, timing_of, worlds_of
+from sim.batch.worlds import timing_of, worlds_of
 from slam.env.config import env_config
 from slam.env.episode_scenarios import EpisodeScenarios
 from slam.env.occupancy_grid import Extent
@@ -77,9 +77,8 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         self.scenario = drawn.first
         scenarios = drawn.draw_pool(worlds)
         self._worlds, self._timing = worlds_of(scenarios, self.config), timing_of(drawn.first)
-        needs_grid = "map" in self.config.observe or self.config.reward == "coverage"
-        grid = grid_shape(scenarios, self.config.cell) if needs_grid else (0, 0)
-        self._robots = make_robots(num_envs, self._worlds, grid)
+        with_grids = "map" in self.config.observe or self.config.reward == "coverage"
+        self._robots = make_robots(num_envs, self._worlds, with_grids)
         views = self.config.make_views(self.scenario, Extent.of(self.scenario))
         spaces: Space[Any] = Dict({name: view.space for name, view in views.items()})
         self.single_observation_space, self.single_action_space = spaces, action_space()

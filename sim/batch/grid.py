@@ -6,44 +6,49 @@ import numpy as np
 from numpy.typing import NDArray
 
 from slam.compiled import compiled_on_views
-from slam.env.occupancy_grid import FREE, WALL, march
+from slam.env.scan_fill import UNKNOWN, mark_scan, measure_seen
 from slam.pose import FloatArray
 
-GREY_FREE: Final = 127
-GREY_WALL: Final = 255
+UNIT: Final = float(1 << 32)
+"""Parts of a cell."""
 
 
 @compiled_on_views
-def mark_scan(
+def mark_ranges(
     cells: NDArray[np.uint8], x: float, y: float, c: float, s: float, beams: FloatArray,
-    scan: FloatArray, range_max: float, cell: float,
+    scan: FloatArray, range_max: float, cell: float, whole_turn: bool, ends: FloatArray, echoes: NDArray[np.bool_],
 ) -> int:  # fmt: skip
-    """Mark what the beams of one scan ran through and met; how many cells were unknown before.
+    """Mark what one scan shows, as ``OccupancyGrid.add_scan`` does; how many cells were unknown before.
 
     x and y are the sensor's place, in cells, c and s are cosine and sine of the base's heading, ``beams`` (2, B) where
-    the beams point from there. How far a beam saw is what ``seen_ranges`` says.
+    the beams point from there. ``scan`` (B,), ``ends`` (2, B) and ``echoes`` (B,) are overwritten.
     """
-    found, last = 0, len(scan) - 1
     for j in range(len(scan)):
-        echo = abs(scan[j]) < np.inf
-        seen = scan[j] if echo else 0.0
-        if scan[j] == np.inf and scan[max(j - 1, 0)] == np.inf and scan[min(j + 1, last)] == np.inf:
-            seen = range_max
-        if seen > 0.0:
-            dx, dy = c * beams[0, j] - s * beams[1, j], s * beams[0, j] + c * beams[1, j]
-            found += march(cells, x, y, dx, dy, seen / cell, echo)
-    return found
+        echoes[j] = abs(scan[j]) < np.inf
+    measure_seen(scan, range_max, ends[0])
+    for j in range(len(scan)):
+        length = ends[0, j] / cell
+        ends[0, j] = x + length * (c * beams[0, j] - s * beams[1, j])
+        ends[1, j] = y + length * (s * beams[0, j] + c * beams[1, j])
+    return mark_scan(cells, x, y, ends, echoes, whole_turn)
 
 
 @compiled_on_views
 def crop(cells: NDArray[np.uint8], x: float, y: float, c: float, s: float, square: NDArray[np.uint8]) -> None:
-    """Cut out the square (n, n) around the place x, y, in cells, heading up: row 0 lies ahead, column 0 to the left."""
-    size = len(square)
-    for row in range(size):
-        ahead = size / 2.0 - 0.5 - row
-        for column in range(size):
-            left = size / 2.0 - 0.5 - column
-            i, k = int(np.floor(y + s * ahead + c * left)), int(np.floor(x + c * ahead - s * left))
-            inside = 0 <= i < cells.shape[0] and 0 <= k < cells.shape[1]
-            what = cells[i, k] if inside else 0
-            square[row, column] = GREY_WALL if what == WALL else (GREY_FREE if what == FREE else 0)
+    """Cut out the square (n, n) around the place x, y, in cells, heading up: row 0 lies ahead, column 0 to the left.
+
+    It steps from cell to cell in 2^-32 of one, as whole numbers. The grey levels 0, 127 and 255 are those of
+    ``map_view``.
+    """
+    rows, columns = np.uint64(cells.shape[0]), np.uint64(cells.shape[1])
+    middle = 0.5 * len(square) - 0.5
+    step_x, step_y = np.int64(np.rint(s * UNIT)), np.int64(np.rint(-c * UNIT))
+    for row in range(len(square)):
+        ahead, line = middle - row, square[row]
+        at_x = np.int64((x + c * ahead - s * middle) * UNIT)
+        at_y = np.int64((y + s * ahead + c * middle) * UNIT)
+        for column in range(len(line)):
+            i, k = np.uint64(at_y >> 32), np.uint64(at_x >> 32)  # below 0 they are large
+            what = cells[i, k] if (i < rows) & (k < columns) else np.uint8(UNKNOWN)
+            line[column] = 127 * what + (what >> 1)
+            at_x, at_y = at_x + step_x, at_y + step_y

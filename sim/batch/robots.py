@@ -29,7 +29,7 @@ class Robots(NamedTuple):
     turns: NDArray[np.int64]
     """(N,): turns of the lidar in this episode."""
     cells: NDArray[np.uint8]
-    """(N, rows, columns): occupancy grids; (N, 0, 0) where nothing needs them."""
+    """(N, rows, columns): occupancy grids, large enough for every world; (N, 0, 0) where nothing needs them."""
 
 
 class Seen(NamedTuple):
@@ -69,15 +69,18 @@ class Scratch(NamedTuple):
     """(S, 3): where the base was before and after each control step ..."""
     legs: FloatArray
     """... and the legs (S, 2 P, 2)."""
+    echoes: NDArray[np.bool_]
+    """(B,)."""
 
 
-def make_robots(count: int, worlds: Worlds, grid: tuple[int, int]) -> Robots:
-    """Make so many robots, which are nowhere yet; ``grid`` has rows and columns."""
+def make_robots(count: int, worlds: Worlds, with_grids: bool) -> Robots:
+    """Make so many robots, which are nowhere yet."""
+    rows, columns = worlds.grids.max(axis=0) if with_grids else (0, 0)
     people = worlds.crowd.starts.shape[1]
     return Robots(
         np.zeros(count, BASE), np.zeros(count, np.int64), np.zeros((count, people, 2)), np.zeros((count, people, 2)),
         np.zeros((count, people, 2, 2)), np.zeros(count, np.int64), np.zeros(count), np.zeros(count, np.int64),
-        np.zeros((count, *grid), np.uint8),
+        np.zeros((count, rows, columns), np.uint8),
     )  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.batch.grid import crop, mark_scan
+from sim.batch.grid import crop, mark_ranges
 from sim.batch.noise import disturb
 from sim.batch.robots import Robots, Scratch, Seen
 from sim.batch.worlds import Timing, Worlds
@@ -40,7 +40,7 @@ def step_robots(
     beams, rows = worlds.bearings.shape[1], max(timing.controls_before, timing.controls_in_sweep) + 1
     scratch = Scratch(
         np.empty((5, beams)), np.empty(beams), np.empty((3, beams)),
-        np.empty((rows, 3)), np.empty((rows, 2 * robots.legs.shape[1], 2)),
+        np.empty((rows, 3)), np.empty((rows, 2 * robots.legs.shape[1], 2)), np.empty(beams, np.bool_),
     )  # fmt: skip
     for i in range(first, stop):
         if begins[i] or goes_on[i]:
@@ -59,7 +59,7 @@ def _step(
     _observe(i, worlds, timing, robots, seen, scratch)
     _follow_route(i, worlds, robots, seen, begins, polar)
     if robots.cells.shape[1]:
-        _map(i, worlds, timing, cell, robots, seen, begins, scratch.ranges)
+        _map(i, worlds, timing, cell, robots, seen, begins, scratch)
 
 
 @compiled_on_views
@@ -171,16 +171,19 @@ def _see_goal(i: int, w: int, k: int, worlds: Worlds, seen: Seen, polar: bool) -
 
 @compiled_on_views
 def _map(
-    i: int, worlds: Worlds, timing: Timing, cell: float, robots: Robots, seen: Seen, begins: bool, scan: FloatArray
+    i: int, worlds: Worlds, timing: Timing, cell: float, robots: Robots, seen: Seen, begins: bool, scratch: Scratch
 ) -> None:
     """Mark what the scan shows in the robot's grid, and cut out the square around it."""
     w = robots.world[i]
     x, y, theta = seen.pose[i, 0], seen.pose[i, 1], seen.pose[i, 2]
     mx, my = worlds.mounts[w, 0], worlds.mounts[w, 1]
-    c, s = cos(theta), sin(theta)
+    c, s, cells = cos(theta), sin(theta), robots.cells[i, : worlds.grids[w, 0], : worlds.grids[w, 1]]
     laser_x = (x + c * mx - s * my - worlds.low[w, 0]) / cell
     laser_y = (y + s * mx + c * my - worlds.low[w, 1]) / cell
-    found = mark_scan(robots.cells[i], laser_x, laser_y, c, s, worlds.beams[w], scan, timing.range_max, cell)
+    found = mark_ranges(
+        cells, laser_x, laser_y, c, s, worlds.beams[w], scratch.ranges, timing.range_max, cell,
+        timing.whole_turn, scratch.rays[:2], scratch.echoes,
+    )  # fmt: skip
     seen.gained[i, 1] = 0.0 if begins else found
     if len(seen.map):
-        crop(robots.cells[i], (x - worlds.low[w, 0]) / cell, (y - worlds.low[w, 1]) / cell, c, s, seen.map[i, 0])
+        crop(cells, (x - worlds.low[w, 0]) / cell, (y - worlds.low[w, 1]) / cell, c, s, seen.map[i, 0])

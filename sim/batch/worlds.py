@@ -66,7 +66,9 @@ class Worlds(NamedTuple):
     last_turn: NDArray[np.int64]
     """(W,): turns of the lidar after which an episode is truncated."""
     low: FloatArray
-    """(W, 2): lower corner of the occupancy grid."""
+    """(W, 2): lower corner of the occupancy grid, metres ..."""
+    grids: NDArray[np.int64]
+    """... and its rows and columns (W, 2)."""
 
 
 class Timing(NamedTuple):
@@ -79,6 +81,7 @@ class Timing(NamedTuple):
     """Farthest range that noise may bring within ``range_max``."""
     step: float
     """Radians from beam to beam."""
+    whole_turn: bool
     scan_time: float
     controls_before: int
     """Control steps from one scan to the first beam of the next ..."""
@@ -99,7 +102,8 @@ def timing_of(scenario: Scenario) -> Timing:
     lidar = model.lidar
     reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))
     return Timing(
-        lidar.range_min, lidar.range_max, model.resolution, reach, lidar.angle_increment, lidar.scan_time,
+        lidar.range_min, lidar.range_max, model.resolution, reach, lidar.angle_increment,
+        lidar.whole_turn, lidar.scan_time,
         clock.controls_per_scan - clock.controls_per_sweep, clock.controls_per_sweep, clock.control_period,
     )  # fmt: skip
 
@@ -116,6 +120,7 @@ def worlds_of(scenarios: Sequence[Scenario], config: EnvConfig) -> Worlds:
     waypoints, after = np.zeros((len(routes), most, 2)), np.zeros((len(routes), most))
     for w, (points, left) in enumerate(routes):
         waypoints[w, : len(points)], after[w, : len(left)] = points, left
+    extents = [Extent.of(scenario) for scenario in scenarios]
     prisms = [scenario.world.prisms() for scenario in scenarios]
     return Worlds(
         walls=wall_plan([scenario.world.outlines(scenario.lidar.height) for scenario in scenarios], timing.reach),
@@ -132,15 +137,9 @@ def worlds_of(scenarios: Sequence[Scenario], config: EnvConfig) -> Worlds:
         after=after,
         arrival=np.array([scenario.route.arrival for scenario in scenarios]),
         last_turn=np.array([_last_turn(scenario, config, timing.scan_time) for scenario in scenarios], np.int64),
-        low=np.array([Extent.of(scenario).low for scenario in scenarios]),
+        low=np.array([extent.low for extent in extents]),
+        grids=np.array([extent.shape(config.cell) for extent in extents], np.int64),
     )
-
-
-def grid_shape(scenarios: Sequence[Scenario], cell: float) -> tuple[int, int]:
-    """Rows and columns of an occupancy grid that is large enough for each of these worlds."""
-    sizes = np.array([Extent.of(scenario).size for scenario in scenarios]).max(axis=0)
-    columns, rows = (max(1, round(side / cell)) for side in sizes.tolist())
-    return rows, columns
 
 
 def _sensor(lidar: LidarConfig) -> tuple[float, ...]:

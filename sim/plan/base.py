@@ -11,7 +11,7 @@ import numpy as np
 from sim.bumpers import TOUCH, bumper_segment
 from sim.firmware import DRAG_TORQUE, MOTOR_TORQUE, STANDING, ramped
 from sim.plan.footprint import deepest_overlap
-from sim.plan.motors import rims_after
+from sim.plan.motors import missing_speeds, rims_after
 from sim.random_stream import normal
 from sim.wall_plan import WallPlan, cell_near
 from sim.wheels import TICKS_PER_RADIAN, TRACK, WHEEL_RADIUS
@@ -78,6 +78,8 @@ def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArra
 def _roll(base: Any, model: Any, left: float, right: float) -> tuple[float, float]:
     """Let the motors bring the rims to these speeds, physics step by physics step; metres that they want to roll."""
     force = (MOTOR_TORQUE if base.cut_for == 0 else DRAG_TORQUE) / WHEEL_RADIUS
+    missing_left, missing_right = missing_speeds(base.rim_left, base.rim_right)
+    left, right = left - missing_left, right - missing_right
     way_left = way_right = 0.0
     for _ in range(model.substeps):
         base.rim_left, base.rim_right = rims_after(base.rim_left, base.rim_right, left, right, model.substep, force)

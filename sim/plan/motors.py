@@ -22,15 +22,18 @@ OWN: Final = MASS / 4.0 + INERTIA / TRACK**2 + 0.00475 / WHEEL_RADIUS**2
 CROSS: Final = MASS / 4.0 - INERTIA / TRACK**2
 """... and for that of the other rim."""
 
+GIVE: Final = 2.5e-5 * WHEEL_RADIUS
+"""Speed that PyBullet's solver leaves missing at a rim for each N with which a turn pulls at it, m/s: measured ..."""
+OTHER_GIVE: Final = 1.35e-5 * WHEEL_RADIUS
+"""... and for each N at the other rim."""
+
 
 @compiled_on_views
 def rims_after(
     left: float, right: float, left_target: float, right_target: float, seconds: float, force: float
 ) -> tuple[float, float]:
     """Rim speeds after ``seconds`` in which each motor reaches its target, or pushes with ``force`` at most."""
-    v, omega = 0.5 * (left + right), (right - left) / TRACK
-    ahead, turn = 0.5 * MOMENT * omega * omega, MOMENT * v * omega / TRACK
-    bias_left, bias_right = ahead + turn, ahead - turn
+    bias_left, bias_right = _pulls_of_turning(left, right)
     a, b = (left_target - left) / seconds, (right_target - right) / seconds
     push, other_push = OWN * a + CROSS * b + bias_left, CROSS * a + OWN * b + bias_right
     if abs(push) <= force and abs(other_push) <= force:
@@ -40,6 +43,21 @@ def rims_after(
     else:
         b, a = _limited(other_push, a, bias_right, bias_left, force)
     return left + a * seconds, right + b * seconds
+
+
+@compiled_on_views
+def missing_speeds(left: float, right: float) -> tuple[float, float]:
+    """Speeds that PyBullet's solver leaves missing at the rims, which have these speeds."""
+    pull_left, pull_right = _pulls_of_turning(left, right)
+    return GIVE * pull_left + OTHER_GIVE * pull_right, GIVE * pull_right + OTHER_GIVE * pull_left
+
+
+@compiled_on_views
+def _pulls_of_turning(left: float, right: float) -> tuple[float, float]:
+    """Forces at the rims that keep their speeds while the robot turns."""
+    v, omega = 0.5 * (left + right), (right - left) / TRACK
+    ahead, turn = 0.5 * MOMENT * omega * omega, MOMENT * v * omega / TRACK
+    return ahead + turn, ahead - turn
 
 
 @compiled_on_views

@@ -22,7 +22,10 @@ from slam.console.options import (
 from slam.console.terminal import Terminal
 
 Backend = Annotated[
-    str, typer.Option(metavar="NAME", help="sim; hardware, the real robot; or module:Class, one of your own.")
+    str,
+    typer.Option(
+        metavar="NAME", help="sim; hardware, the real robot; ros, one of ROS 2; or module:Class, one of your own."
+    ),
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="The real robot's sensors only: it never moves.")]
 Start = Annotated[

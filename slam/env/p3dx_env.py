@@ -69,12 +69,13 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     | `reward` | Formula |
     |---|---|
     | `"progress"` | L[t-1] - L[t], m: L is the straight way from the robot's position through all way-points left |
-    | `"coverage"` | a^2 (N[t] - N[t-1]), m^2: N cells of side a = `cell` were seen, run through or met by a beam |
+    | `"coverage"` | a^2 (N[t] - N[t-1]), m^2: N cells of side a = `cell` were spanned by beams, or met by one |
     | `"none"` | 0 |
 
-    Coverage casts the beams from the robot's pose, and holds the area within 1 m around the world; a beam without an
-    echo counts as far as the sensor reaches, but only among neighbours without one, for lone ones are lost in front of
-    walls too. What the first scan sees is no merit. In every step with a collision `collision_penalty` is taken off.
+    Coverage casts the beams from the robot's pose: a cell counts whose middle lies in the polygon from the sensor along
+    the ends of the beams and back, or that an echo lies in, up to 1 m around the world. A beam without an echo counts
+    as far as the sensor reaches, but only among neighbours without one, for lone ones are lost in front of walls too.
+    What the first scan sees is no merit. In every step with a collision `collision_penalty` is taken off.
 
     ## Starting State
     At rest at the scenario's start pose, after the first scan. `reset(seed=k)` decides all noise, and draws the world
@@ -169,7 +170,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     new one with the same arguments. One that runs refuses; `gymnasium.make(env.spec)` makes another.
 
     ## Version History
-    v0: the first.
+    v0: the first. After 0.1.0, `map` and coverage take what lies between two beams for seen too.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 10}  # noqa: RUF012  # as in Env

@@ -26,7 +26,7 @@ def progress_reward(first: StepState, extent: Extent, cell: float) -> Reward:
 
 
 def coverage_reward(first: StepState, extent: Extent, cell: float) -> Reward:
-    """``a^2 (N[t] - N[t-1])``, m^2, where N cells of side a have been seen: run through by a beam, or met by one.
+    """``a^2 (N[t] - N[t-1])``, m^2, where N cells of side a have been seen: spanned by beams, or met by one.
 
     The beams are taken from the true pose. What the first scan sees is nobody's merit and counts nothing.
     """

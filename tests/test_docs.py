@@ -33,6 +33,7 @@ PARSED_ONLY = {
     r"--backend hardware": "needs a robot",
     r"--rerun (spawn|serve|connect)|hopslam view( runs/latest)?$": "opens a window, or serves until Ctrl-C",
     r"hopslam (doctor|emulate)": "looks for devices, or is one until Ctrl-C; tests/test_hardware_cli.py",
+    r"hopslam ros|--backend ros": "needs a robot of ROS 2; make test-ros",
     r"hopslam wire": "needs a recording; tests/test_wire.py",
     r"hopslam calibrate": "drives for minutes; tests/test_calibration.py",
     r"hopslam bench": "measures for minutes; tests/test_bench_*.py",
@@ -45,7 +46,7 @@ FASTER = {"run": ["--set", "duration=1"], "localize": ["--set", "duration=1"], "
 """Arguments that make a command short."""
 SMALLER = {r"--scan \d+": "--scan 5", r"/tmp/": "tmp/"}
 """What the small log has, and where it is."""
-NOT_OURS = {"rerun", "ssh", "ray", "export"}
+NOT_OURS = {"rerun", "ssh", "ray", "export", "ros2", "rviz2"}
 """The first words of commands that other programs bring."""
 
 
@@ -116,7 +117,7 @@ def check_yaml(text: str) -> None:
 
 
 def run_line(line: str) -> None:
-    words = words_of(re.sub(r"^\w+\$ |^PYTHONPATH=\S+ ", "", line))
+    words = words_of(re.sub(r"^\w+\$ |^(\w+=\S+ )+", "", line))
     if not words or words[0] in NOT_OURS:
         return
     program, *rest = words

@@ -60,6 +60,8 @@ MOUNT = placed("base_link", "laser", 0.16, 0.0, 0.0, name="/tf_static")
 @contextmanager
 def topic_robot(bus: MemoryBus, *settings: str, follows: bool = False) -> Iterator[TopicRobot]:
     with TopicRobot(load_scenario("corridor", settings), bus=bus, follows=follows) as robot:
+        if follows:
+            robot.meet()
         yield robot
 
 

@@ -79,6 +79,8 @@ class Experiment:
     """Computes the metrics of a run folder."""
     topics: TopicSession | None = None
     """Buses that it is published on."""
+    patience: float | None = None
+    """Seconds for which a robot that fell silent is waited for; None: as the scenario says."""
 
     def run(
         self,
@@ -180,7 +182,7 @@ class Experiment:
     def _loop(self, watchers: Sequence[Watcher], interruption: Interruption) -> tuple[Ending, HopslamError | None]:
         """Run the loop; whatever ends it, the robot is stopped at once."""
         try:
-            patience = self.scenario.hardware.patience
+            patience = self.scenario.hardware.patience if self.patience is None else self.patience
             ending = run_loop(
                 self.env, self.slam, self.pilot, watchers, self.seed, patience, self.duration, interruption.asked
             )

@@ -8,14 +8,17 @@ from slam.config import SlamConfig
 from slam.console.terminal import Terminal
 from slam.errors import InputError, ScenarioError
 from slam.files.logs import BagTopics
+from slam.pose import Pose2D
 from slam.run.experiment import Experiment
 from slam.run.experiment_setup import (
     continue_mapping,
+    following_experiment,
     localize_in_map,
     on_topics,
     replay_experiment,
     scenario_experiment,
 )
+from slam.run.ros_robot.robot import TopicRobot
 from slam.run.run import Run
 from slam.run.topics.topic_choice import TopicChoice
 from slam.run.viewer.viewers import Viewers
@@ -154,6 +157,45 @@ def localize(
     return _carried_out(
         localizing, out, rerun, TopicChoice(ros, foxglove, pace), pictures, check, lenient, viewers, console
     )
+
+
+def follow(
+    scenario: str | Path = "replay",
+    *,
+    settings: Settings = (),
+    slam: SlamConfig | None = None,
+    mount: tuple[float, float, float] | None = None,
+    out: str | Path | None = None,
+    saved_map: str | Path | None = None,
+    start: Literal["search", "saved"] = "search",
+    keep_map: bool = False,
+    allow_modules: Settings = (),
+    rerun: Settings = (),
+    foxglove: bool | int | str = False,
+    pictures: bool = True,
+    check: bool = True,
+    viewers: Viewers | None = None,
+    console: Terminal | None = None,
+) -> Run:
+    """Map the surroundings of a robot of ROS 2 that others drive, as ``hopslam ros slam`` does, until Ctrl-C.
+
+    The topics and the settings of the method are those of the scenario. The lidar is at ``mount``, x, y and theta,
+    where the robot's transforms do not tell its place. With ``saved_map`` mapping goes on in it, or,
+    with ``keep_map``, the robot is found and tracked in it and the map stays as it is. All else is as in ``replay``.
+    """
+    console = console or Terminal(quiet=True)
+    drawn = _with_slam(load_scenario(scenario, settings, allow_modules), slam)
+    if saved_map is None and keep_map:
+        raise InputError("--localize needs the map of another run; add --map FILE")
+    with TopicRobot(drawn, follows=True, mount=Pose2D(*(mount or ()))) as robot:
+        with console.waiting(f"waiting for {drawn.ros.scan_topic}"):
+            robot.meet()
+        experiment = following_experiment(drawn, robot)
+        if saved_map is not None:
+            path = Path(saved_map)
+            experiment = localize_in_map(experiment, path) if keep_map else continue_mapping(experiment, path, start)
+        choice = TopicChoice(ros=True, foxglove=foxglove, follows=robot)
+        return _carried_out(experiment, out, rerun, choice, pictures, check, False, viewers, console)
 
 
 def _carried_out(

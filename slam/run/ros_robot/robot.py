@@ -38,13 +38,19 @@ class TopicRobot(Closing):
     scenario's limits. The robot must stop by itself where no command comes, as those of ROS do.
 
     With ``follows`` it drives as others command, and up to five minutes of scans wait for a program that is slow. Its
-    lidar then is where the robot's transforms have it; one that drives a scenario must have it where the scenario says.
+    lidar then is where the robot's transforms have it, or else at ``mount``; one that drives a scenario must have it
+    where the scenario says.
     """
 
     def __init__(
-        self, scenario: Scenario, seed: int | None = None, bus: Bus | None = None, follows: bool = False
+        self,
+        scenario: Scenario,
+        seed: int | None = None,
+        bus: Bus | None = None,
+        follows: bool = False,
+        mount: Pose2D | None = None,
     ) -> None:
-        self.T_base_laser = Pose2D() if follows else scenario.lidar.mount.pose
+        self.T_base_laser = mount or scenario.lidar.mount.pose
         self.T_odom_start = Pose2D()
         """``T_odom_base`` at the first scan, in the frame odom of the robot itself."""
         self._scenario, self._follows = scenario, follows
@@ -56,20 +62,31 @@ class TopicRobot(Closing):
         self._last: Observation | None = None
 
     def __enter__(self) -> Self:
-        """Join the network, and wait for the first scan; a robot that is open stays as it is.
+        """Join the network; a robot that is to drive must be met then, and one that is open stays as it is.
 
-        One that others drive is waited for without end; for another, RobotError says what is missing.
+        RobotError says what is missing.
         """
         if self._topics is None:
             self._bus.__enter__()
             self._topics = HeardTopics(self._bus, self._scenario.ros, _FOLLOWING if self._follows else _DRIVING)
             self._first = self._last = None
             try:
-                self._meet_lidar(self._topics)
+                if not self._follows:
+                    self.meet(_FIRST)
             except BaseException:
                 self.close()
                 raise
         return self
+
+    def meet(self, timeout: float = inf) -> None:
+        """Wait for the first scan, and learn which lidar made it, and where that is; RobotError where none comes."""
+        self._lidar = HeardLidar.wait_for(self._opened(), time.monotonic() + timeout)
+        if self._lidar is None:
+            raise RobotError(f"no scan on {self._scenario.ros.scan_topic} for {timeout:g} s: {_HINT}")
+        if self._follows:
+            self.T_base_laser = self._lidar.place(otherwise=self.T_base_laser)
+        else:
+            self._lidar.require_place(self.T_base_laser)
 
     def close(self) -> None:
         """Stop the robot, if it was driven, and leave the network; closing twice does no harm."""
@@ -82,9 +99,9 @@ class TopicRobot(Closing):
 
     @property
     def lidar(self) -> HeardLidar:
-        """The lidar; RobotError before the robot was ever opened."""
+        """The lidar; RobotError before the robot was ever met."""
         if self._lidar is None:
-            raise RobotError("the lidar is not known before the robot is open")
+            raise RobotError("the lidar is not known before the robot is met")
         return self._lidar
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
@@ -125,16 +142,6 @@ class TopicRobot(Closing):
             return False
         scan = self._last.scan
         return scan.stamp - self._first > self._scenario.duration - scan.scan_time / 2.0
-
-    def _meet_lidar(self, topics: HeardTopics) -> None:
-        until = inf if self._follows else time.monotonic() + _FIRST
-        self._lidar = HeardLidar.wait_for(topics, until)
-        if self._lidar is None:
-            raise RobotError(f"no scan on {self._scenario.ros.scan_topic} for {_FIRST:g} s: {_HINT}")
-        if self._follows:
-            self.T_base_laser = self._lidar.place(otherwise=Pose2D())
-        else:
-            self._lidar.require_place(self.T_base_laser)
 
     def _observation(self, scan: LaserScan, odometry: Odometry) -> Observation:
         if self._first is None:

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from slam.console.terminal import Terminal
 from slam.errors import InputError
+from slam.run.ros_robot.robot import TopicRobot
+from slam.run.topics.follower_topics import FollowerSession
 from slam.run.topics.topic_session import TopicSession
 from slam.topics.foxglove_bus import PORT, FoxgloveBus
 from slam.topics.ros_bus import open_ros_bus
@@ -23,6 +25,9 @@ class TopicChoice:
     pace: float | None = None
     """Speed of a simulated or recorded run beside the wall clock, inf for as fast as it goes; None: 1."""
 
+    follows: TopicRobot | None = None
+    """A robot that others drive and that publishes itself."""
+
     def __bool__(self) -> bool:
         return self.ros or self.foxglove is not False
 
@@ -36,7 +41,8 @@ class TopicChoice:
         if not buses:
             yield None
             return
-        with TopicSession(buses, self.pace or 1.0) as topics:
+        pace, robot = self.pace or 1.0, self.follows
+        with TopicSession(buses, pace) if robot is None else FollowerSession(buses, robot) as topics:
             if foxglove is not None:
                 console.print(f"Foxglove: open {foxglove.address} in the app")
             yield topics

@@ -11,6 +11,7 @@ from slam.line_localizer import LineLocalizer, LocalizeThenMap
 from slam.run.estimator import Estimator
 from slam.run.results.step_messages import StepMessages
 from slam.run.topics.run_topics import RunTopics
+from slam.run.topics.slam_topics import SlamTopics
 from slam.run.topics.velocity_commands import VelocityCommands
 from slam.scenario.schema import Scenario
 from slam.topics.names import CLOCK, INITIAL_POSE
@@ -39,7 +40,7 @@ class TopicSession:
         """Publish the time between two scans."""
         self.bus.publish(CLOCK, stamp, self._encoder.clock(stamp))
 
-    def watcher(self, slam: Estimator, scenario: Scenario, messages: StepMessages) -> RunTopics:
+    def watcher(self, slam: Estimator, scenario: Scenario, messages: StepMessages) -> SlamTopics:
         """Make the watcher that publishes the run."""
         return RunTopics(self.bus, slam, scenario, messages)
 

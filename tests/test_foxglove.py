@@ -183,7 +183,7 @@ def test_an_app_that_does_not_read_holds_nobody_up(bus: FoxgloveBus) -> None:
     assert longest < 1.0
 
 
-def test_a_simulated_robot_is_driven_and_stands_when_nobody_speaks(tmp_path: Path) -> None:
+def test_a_robot_is_driven_and_stands_in_silence(tmp_path: Path) -> None:
     bus, said = FoxgloveBus(port=0), Event()
 
     def drive() -> None:

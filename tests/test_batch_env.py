@@ -1,6 +1,7 @@
 """The batch: each robot in it is the single kinematic robot, whatever is beside it."""
 
 from itertools import zip_longest
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -24,7 +25,7 @@ PEOPLE = "people=[{waypoints: [[1.0, 1.0], [3.0, 1.0]], keep: 0.0}]"
 VIEWS = ("scan", "odometry", "goal", "map")
 
 
-def batch(count: int, **arguments: object) -> VectorEnv:
+def batch(count: int, **arguments: Any) -> VectorEnv:
     return gymnasium.make_vec(ID, num_envs=count, vectorization_mode="vector_entry_point", **arguments)
 
 

@@ -1,8 +1,6 @@
 """``/map`` and ``/lines``, published by a thread of their own, so that no scan waits for them."""
 
 import logging
-from queue import SimpleQueue
-from threading import Thread
 from time import monotonic
 from typing import Final
 
@@ -16,6 +14,7 @@ from slam.pose import FloatArray, Pose2D
 from slam.run.occupancy import Occupancy
 from slam.run.step import Step
 from slam.run.topics.live_map import LiveMap
+from slam.run.topics.news_thread import NewsThread
 from slam.topics.names import LINES, MAP
 from slam.topics.topic import Bus
 
@@ -32,18 +31,15 @@ class MapTopics(Closing):
         self._map: LiveMap | None = LiveMap(config, T_base_laser)
         self._ends = np.empty((0, 2, 2))  # as sent last
         self._map_due, self._changed = 0.0, False
-        self._news: SimpleQueue[tuple[Step, FloatArray | None] | None] = SimpleQueue()
-        self._thread = Thread(target=self._follow, name="map topics", daemon=True)
-        self._thread.start()
+        self._thread: NewsThread[tuple[Step, FloatArray | None]] = NewsThread("map topics", self._follow)
 
     def add(self, step: Step, ends: FloatArray | None) -> None:
-        """Take a step, and the lines (N, 2, 2) where it is time to show them; never waits."""
-        self._news.put((step, ends))
+        """Take a step, and the lines (N, 2, 2) where it is time to show them."""
+        self._thread.put((step, ends))
 
     def close(self) -> None:
         """Do what waits, and end the thread."""
-        self._news.put(None)
-        self._thread.join()
+        self._thread.close()
 
     def send_map(self, stamp: float, grid: Occupancy) -> None:
         """Send this grid."""
@@ -55,13 +51,12 @@ class MapTopics(Closing):
             self._ends = ends
             self._bus.publish(LINES, stamp, self._encoder.lines(stamp, ends))
 
-    def _follow(self) -> None:
-        while (news := self._news.get()) is not None:
-            step, ends = news
-            if self._map is not None:
-                self._follow_map(self._map, step)
-            if ends is not None:
-                self.send_lines(step.estimate.stamp, ends)
+    def _follow(self, news: tuple[Step, FloatArray | None]) -> None:
+        step, ends = news
+        if self._map is not None:
+            self._follow_map(self._map, step)
+        if ends is not None:
+            self.send_lines(step.estimate.stamp, ends)
 
     def _follow_map(self, live: LiveMap, step: Step) -> None:
         try:

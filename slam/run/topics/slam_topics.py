@@ -5,8 +5,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
-from queue import SimpleQueue
-from threading import Thread
 from time import monotonic
 
 from slam.closing import Closing
@@ -18,6 +16,7 @@ from slam.run.results.run_record import RunRecord
 from slam.run.results.step_messages import StepMessages
 from slam.run.step import Step
 from slam.run.topics.map_topics import PERIOD, MapTopics
+from slam.run.topics.news_thread import NewsThread
 from slam.scenario.schema import Scenario
 from slam.topics import names
 from slam.topics.topic import Bus
@@ -44,9 +43,7 @@ class SlamTopics(Closing):
         self._bus, self._slam, self._encoder, self._step_messages = bus, slam, LiveEncoder(), messages
         self._map_topics = None if isinstance(slam, DeadReckoning) else MapTopics(bus, scenario.slam, slam.T_base_laser)
         self._stamp, self._lines_due = -inf, 0.0
-        self._news: SimpleQueue[StepNews | float | None] = SimpleQueue()
-        self._thread = Thread(target=self._follow, name="topics", daemon=True)
-        self._thread.start()
+        self._thread: NewsThread[StepNews | float] = NewsThread("topics", self._publish)
 
     @abstractmethod
     def publish(self, news: StepNews) -> None:
@@ -54,11 +51,11 @@ class SlamTopics(Closing):
 
     def on_step(self, step: Step) -> None:
         """Take note of one step."""
-        self._news.put(StepNews(step, self._step_messages.of(step), self._lines_now()))
+        self._thread.put(StepNews(step, self._step_messages.of(step), self._lines_now()))
 
     def on_time(self, stamp: float) -> None:
         """Take note of the time between two steps."""
-        self._news.put(stamp)
+        self._thread.put(stamp)
 
     def publish_time(self, stamp: float) -> None:
         """Publish the time."""
@@ -82,17 +79,15 @@ class SlamTopics(Closing):
 
     def close(self) -> None:
         """Publish what waits, and end the threads; closing twice does no harm."""
-        self._news.put(None)
-        self._thread.join()
+        self._thread.close()
         if self._map_topics is not None:
             self._map_topics.close()
 
-    def _follow(self) -> None:
-        while (news := self._news.get()) is not None:
-            if isinstance(news, StepNews):
-                self.publish(news)
-            else:
-                self.publish_time(news)
+    def _publish(self, news: StepNews | float) -> None:
+        if isinstance(news, StepNews):
+            self.publish(news)
+        else:
+            self.publish_time(news)
 
     def _lines_now(self) -> FloatArray | None:
         """The lines of the map, where it is time to look at them."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -202,6 +203,15 @@ def test_an_address_that_is_none_is_said(given: str) -> None:
 def test_a_pace_that_cannot_be_is_said(choice: TopicChoice, words: str) -> None:
     with pytest.raises(InputError, match=words), choice.session(Terminal(quiet=True)):
         pass
+
+
+def test_a_real_robot_goes_at_its_own_pace() -> None:
+    experiment = scenario_experiment(load_scenario("corridor", ["physics.engine=plan"]))
+    real = replace(experiment, notes={"backend": "hardware"})
+    with TopicSession([ListBus()], pace=2.0) as topics, pytest.raises(InputError, match="at its own pace"):
+        on_topics(real, topics)
+    with TopicSession([ListBus()]) as topics:
+        assert on_topics(real, topics).env is real.env
 
 
 def test_the_emulated_robot_is_published() -> None:

@@ -11,7 +11,8 @@ from slam.config import SlamConfig
 from slam.errors import InputError
 from slam.files.ros.live_encoder import LiveEncoder
 from slam.pose import FloatArray, Pose2D
-from slam.run.occupancy import Occupancy
+from slam.run.occupancy import Occupancy, occupancy
+from slam.run.results.run_record import RunRecord
 from slam.run.step import Step
 from slam.run.topics.live_map import LiveMap
 from slam.run.topics.news_thread import NewsThread
@@ -21,6 +22,8 @@ from slam.topics.topic import Bus
 _LOG: Final = logging.getLogger("hopslam.topics")
 PERIOD: Final = 2.0
 """Seconds between two maps at least."""
+_MOST_LINES: Final = 4000
+"""Lines that are sent: paper mode keeps those of every scan."""
 
 
 class MapTopics(Closing):
@@ -41,22 +44,18 @@ class MapTopics(Closing):
         """Do what waits, and end the thread."""
         self._thread.close()
 
-    def send_map(self, stamp: float, grid: Occupancy) -> None:
-        """Send this grid."""
-        self._bus.publish(MAP, stamp, self._encoder.grid(stamp, grid.cells, grid.corner, grid.cell))
-
-    def send_lines(self, stamp: float, ends: FloatArray) -> None:
-        """Send these lines where they are not those that were sent last."""
-        if not np.array_equal(ends, self._ends):
-            self._ends = ends
-            self._bus.publish(LINES, stamp, self._encoder.lines(stamp, ends))
+    def send_end(self, stamp: float, record: RunRecord) -> None:
+        """Send the map of a run that is over, unless it has become too large."""
+        self._send_lines(stamp, record.walls)
+        if self._map is not None:
+            self._send_map(stamp, occupancy(record))
 
     def _follow(self, news: tuple[Step, FloatArray | None]) -> None:
         step, ends = news
         if self._map is not None:
             self._follow_map(self._map, step)
         if ends is not None:
-            self.send_lines(step.estimate.stamp, ends)
+            self._send_lines(step.estimate.stamp, ends)
 
     def _follow_map(self, live: LiveMap, step: Step) -> None:
         try:
@@ -67,4 +66,14 @@ class MapTopics(Closing):
             return
         if self._changed and monotonic() >= self._map_due and live.grid is not None:
             self._changed, self._map_due = False, monotonic() + PERIOD
-            self.send_map(step.estimate.stamp, live.grid)
+            self._send_map(step.estimate.stamp, live.grid)
+
+    def _send_map(self, stamp: float, grid: Occupancy) -> None:
+        self._bus.publish(MAP, stamp, self._encoder.grid(stamp, grid.cells, grid.corner, grid.cell))
+
+    def _send_lines(self, stamp: float, ends: FloatArray) -> None:
+        """Send these lines, every n-th where they are too many, if they are not those that were sent last."""
+        if not np.array_equal(ends, self._ends):
+            self._ends = ends
+            shown = ends[:: len(ends) // _MOST_LINES + 1]
+            self._bus.publish(LINES, stamp, self._encoder.lines(stamp, shown))

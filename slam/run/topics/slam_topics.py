@@ -11,7 +11,6 @@ from slam.closing import Closing
 from slam.files.ros.live_encoder import LiveEncoder
 from slam.pose import FloatArray
 from slam.run.estimator import DeadReckoning, Estimator
-from slam.run.occupancy import occupancy
 from slam.run.results.run_record import RunRecord
 from slam.run.results.step_messages import StepMessages
 from slam.run.step import Step
@@ -73,9 +72,7 @@ class SlamTopics(Closing):
         """Publish the map of the run that is in the folder, as it is known in the end and as it is exported."""
         self.close()
         if self._map_topics is not None and self._stamp > -inf:
-            record = RunRecord.open(folder)
-            self._map_topics.send_map(self._stamp, occupancy(record))
-            self._map_topics.send_lines(self._stamp, record.walls)
+            self._map_topics.send_end(self._stamp, RunRecord.open(folder))
 
     def close(self) -> None:
         """Publish what waits, and end the threads; closing twice does no harm."""

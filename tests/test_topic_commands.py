@@ -28,6 +28,7 @@ from slam.line_localizer import LineLocalizer
 from slam.mapping.surfel_map import SurfelMap
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
+from slam.run import launch
 from slam.run.experiment_setup import on_topics, replay_experiment, scenario_experiment
 from slam.run.pilots import Wanderer
 from slam.run.results.run_record import RunRecord
@@ -212,6 +213,11 @@ def test_a_real_robot_goes_at_its_own_pace() -> None:
         on_topics(real, topics)
     with TopicSession([ListBus()]) as topics:
         assert on_topics(real, topics).env is real.env
+
+
+def test_a_robot_that_publishes_itself_is_not_published_again() -> None:
+    with pytest.raises(InputError, match="leave out --ros"):
+        launch.run("corridor", backend="ros", ros=True)
 
 
 def test_the_emulated_robot_is_published() -> None:

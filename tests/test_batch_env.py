@@ -15,6 +15,7 @@ from slam.errors import InputError, ScenarioError
 from slam.lidars import LIDARS
 from slam.pose import Pose2D
 from slam.scan import LaserScan
+from tests.rooms import room_scenario
 
 ID = "hopslam/ClutteredRoom-v0"
 PLAN = "physics.engine=plan"
@@ -167,8 +168,15 @@ def test_episodes_take_place_in_worlds_that_the_seed_draws() -> None:
     assert len(np.unique(scans[0], axis=0)) == 3
 
 
+def test_robots_whose_seed_is_none_differ() -> None:
+    envs = batch(3)
+    scans = envs.reset(seed=[None, 5, None])[0]["scan"]
+    envs.close()
+    assert len(np.unique(scans, axis=0)) == 3
+
+
 @pytest.mark.parametrize("model", [name for name, model in LIDARS.items() if not model.beams_vary])
-def test_every_lidar_of_steady_turns_is_there(model: str) -> None:
+def test_a_lidar_of_steady_turns_reads_what_the_single_one_reads(model: str) -> None:
     settings = [*QUIET, f"lidar.model={model}", PLAN]
     envs, single = batch(2, settings=settings), gymnasium.make(ID, settings=settings)
     seen, alone = envs.reset(seed=0)[0]["scan"][0], single.reset(seed=0)[0]["scan"]
@@ -176,6 +184,24 @@ def test_every_lidar_of_steady_turns_is_there(model: str) -> None:
     np.testing.assert_allclose(seen, alone, atol=1.01 * LIDARS[model].resolution)
     envs.close()
     single.close()
+
+
+def test_a_lidar_whose_beams_vary_reads_within_half_a_step_of_each_beam() -> None:
+    """Of 40 turns in a bare room, no two alike: between the least and the largest range nearby, in closed form."""
+    room, lidar = room_scenario((-2.0, 3.5), (-2.0, 2.0), model="ld19"), LIDARS["ld19"].lidar
+    given = {"vectorization_mode": "vector_entry_point", "reward": "none"}
+    envs = gymnasium.make_vec("hopslam/P3DX-v0", num_envs=40, scenario=room, **given)
+    turns = [envs.reset(seed=0)[0]["scan"], envs.step(np.zeros((40, 2)))[0]["scan"]]
+    envs.close()
+    bearings = lidar.angles[:, None] + 0.51 * lidar.angle_increment * np.linspace(-1.0, 1.0, 21)
+    with np.errstate(divide="ignore"):
+        ahead = np.where(np.cos(bearings) > 0.0, 3.5, -2.0) / np.cos(bearings)
+        ranges = np.minimum(ahead, abs(2.0 / np.sin(bearings)))
+    for scans in turns:
+        assert (scans > ranges.min(axis=1) - 1e-3).all()
+        assert (scans < ranges.max(axis=1) + 2e-3).all()
+        assert len(np.unique(scans, axis=0)) == 40
+    assert not (turns[0] == turns[1]).all(axis=1).any()
 
 
 def test_a_plain_make_vec_keeps_pybullet() -> None:

@@ -1,11 +1,14 @@
 """The benchmark of the simulator, on a few scans."""
 
+import numpy as np
 import pytest
 
 from sim.bench import env_speed, report, speed
 from sim.bench.memory import memory_growth
+from sim.bench.planar_peer import PlanarPeer
 from sim.bench.speed import corridor
 from slam.console.terminal import Terminal
+from slam.env.p3dx_env import P3DXEnv
 
 
 @pytest.mark.parametrize("caster", ["bullet", "exact"])
@@ -40,3 +43,16 @@ def test_the_environments_can_be_measured(monkeypatch: pytest.MonkeyPatch) -> No
     assert [row[0].count(",") for row in views.rows] == [1, 2, 3]
     assert float(views.rows[0][3]) < 50.0
     assert threads.rows[0][0] == "1"
+
+
+def test_the_peer_sees_the_same_walls() -> None:
+    pytest.importorskip("irsim", reason="pip install 'hopslam[bench]'")
+    scenario = corridor("exact")
+    peer, single = PlanarPeer(scenario), P3DXEnv(scenario, reward="none", end_on=())
+    single.reset(seed=0)
+    for _ in range(3):
+        ranges = peer.step(np.zeros(2, np.float32))
+        scan = single.step(np.zeros(2))[0]["scan"]
+    assert np.median(abs(ranges - scan)) < 0.25  # the lidar is 16 cm ahead of the axle, and the peer's in its middle
+    peer.close()
+    single.close()

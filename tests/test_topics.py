@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from math import atan2, inf
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +13,6 @@ import yaml
 from numpy.testing import assert_allclose
 from PIL import Image
 from rosbags.rosbag2 import Writer
-from rosbags.typesys import Stores, get_typestore
 
 from slam.files.ros.decoder import decode_transforms
 from slam.files.ros.messages import RawMessage
@@ -28,49 +25,9 @@ from slam.run.topics.topic_session import TopicSession
 from slam.scenario.file import load_scenario
 from slam.topics import names
 from slam.topics.topic import Topic
+from tests.topic_bus import JAZZY, ListBus
 
 SETTINGS = ["duration=4", "physics.engine=plan", "lidar.noise=none"]
-JAZZY = get_typestore(Stores.ROS2_JAZZY)
-"""Types of the newest ROS that rosbags has, where the messages were made with those of an older one."""
-
-
-@dataclass
-class Heard:
-    topic: Topic
-    stamp: float
-    data: bytes
-
-    @property
-    def message(self) -> Any:
-        return JAZZY.deserialize_cdr(self.data, self.topic.type)
-
-
-@dataclass
-class ListBus:
-    """A bus that keeps everything."""
-
-    sent: list[Heard] = field(default_factory=list)
-    listeners: list[tuple[Topic, Callable[[bytes], None]]] = field(default_factory=list)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def publish(self, topic: Topic, stamp: float, message: bytes) -> None:
-        self.sent.append(Heard(topic, stamp, message))
-
-    def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
-        self.listeners.append((topic, heard))
-
-    def of(self, topic: Topic) -> list[Heard]:
-        return [heard for heard in self.sent if heard.topic is topic]
-
-    def say(self, topic: Topic, message: bytes) -> None:
-        for heard_topic, heard in self.listeners:
-            if heard_topic == topic:
-                heard(message)
 
 
 @pytest.fixture(scope="module")

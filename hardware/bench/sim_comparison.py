@@ -5,10 +5,10 @@ from contextlib import closing
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hardware.bench.driven_path import DrivenPath, PathRecorder
 from hardware.bench.emulated_robot import emulated_devices
+from hardware.bench.policy import GoalPolicy
 from hardware.emulator.emulator import Emulator
 from slam.console.terminal import Terminal
 from slam.env.p3dx_env import P3DXEnv
@@ -26,8 +26,6 @@ from slam.scenario.values import Point
 
 LoadScenario = Callable[[Sequence[str]], Scenario]
 """Loads the scenario with these settings."""
-_SPEED, _TURN_SPEED = 0.5, 0.8
-"""Largest speeds that the policy asks for, m/s and rad/s."""
 _BRAKING: Final = 15
 """Steps after the end in which no motion is commanded, so that the robot comes to rest."""
 
@@ -65,22 +63,15 @@ def drive_env_emulated(load: LoadScenario, settings: Sequence[str], goal: Point,
         return _run_episode(P3DXEnv(scenario, observe="goal", backend="hardware", yes=True), goal, emulator)
 
 
-def goal_policy(observation: dict[str, NDArray[Any]]) -> NDArray[np.float32]:
-    """Turn towards the next way-point, and slow down before it: a policy."""
-    distance, bearing = observation["goal"]
-    v = np.clip(distance - 0.1, 0.05, _SPEED) * max(np.cos(bearing), 0.0)
-    return np.array([v, np.clip(1.5 * bearing, -_TURN_SPEED, _TURN_SPEED)], np.float32)
-
-
 def _run_episode(env: P3DXEnv, goal: Point, emulator: Emulator | None) -> DrivenPath:
     """Run one episode until its end, and then until the robot stands."""
-    recorder = PathRecorder(emulator)
+    recorder, policy = PathRecorder(emulator), GoalPolicy()
     with closing(env):
         observation, info = env.reset(seed=env.scenario.seed, options={"goal": goal})
         recorder.on_step(_step(info))
         over = False
         while not over:
-            observation, _, terminated, truncated, info = env.step(goal_policy(observation))
+            observation, _, terminated, truncated, info = env.step(policy(observation))
             recorder.on_step(_step(info))
             over = terminated or truncated
         for _ in range(_BRAKING):

@@ -42,7 +42,6 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
       SLAM and are refused.
     - ``reset(seed=k)`` gives the robots the seeds k, k + 1, ... and so decides all their noise and worlds: the same
       bits whatever the number of threads. The option ``reset_mask`` is the only one.
-    - ``lidar.model: ld19`` is refused, as its beams vary from turn to turn.
     - ``info`` has no ``observation``; what it has are arrays of all robots.
 
     | Argument | Default | Meaning |
@@ -180,7 +179,8 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
 
     def _seed(self, seed: int | Sequence[int | None] | None, mask: NDArray[np.bool_]) -> None:
         """Begin the streams of random numbers of these robots; those without a seed go on with theirs."""
-        if seed is None and self._seen is None:
-            seed = self.np_random.integers(2**31, size=self.num_envs).tolist()
         seeds, given = read_seeds(seed, self.num_envs)
+        if self._seen is None:
+            seeds = np.where(given, seeds, self.np_random.integers(2**31, size=self.num_envs, dtype=np.uint64))
+            given[:] = True
         begin_streams(self._robots.base, seeds, given & mask)

@@ -5,8 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.batch.worlds import Worlds
+from sim.batch.worlds import Timing, Worlds
 from sim.plan.records import BASE
+from slam.compiled import compiled
 from slam.pose import FloatArray
 
 
@@ -60,11 +61,15 @@ class Scratch(NamedTuple):
     """Arrays that one thread writes over for each of its robots."""
 
     rays: FloatArray
-    """(5, B)."""
+    """(5 B,): of B beams at most ..."""
     ranges: FloatArray
-    """(B,)."""
+    """(B,): ... what they measure ..."""
     numbers: FloatArray
-    """(3, B): random numbers."""
+    """(3 B,): ... random numbers for that ..."""
+    bearings: FloatArray
+    """(B,): ... and where they point, if that varies ..."""
+    beams: FloatArray
+    """(2 B,): ... as unit vectors too."""
     path: FloatArray
     """(S, 3): where the base was before and after each control step ..."""
     legs: FloatArray
@@ -81,6 +86,17 @@ def make_robots(count: int, worlds: Worlds, with_grids: bool) -> Robots:
         np.zeros(count, BASE), np.zeros(count, np.int64), np.zeros((count, people, 2)), np.zeros((count, people, 2)),
         np.zeros((count, people, 2, 2)), np.zeros(count, np.int64), np.zeros(count), np.zeros(count, np.int64),
         np.zeros((count, rows, columns), np.uint8),
+    )  # fmt: skip
+
+
+@compiled
+def make_scratch(worlds: Worlds, timing: Timing) -> Scratch:
+    """Make the arrays for any turn of the lidar in any of these worlds."""
+    beams, people = worlds.bearings.shape[1] + timing.beams_vary, worlds.crowd.starts.shape[1]
+    controls = max(timing.controls_before, timing.controls_in_sweep)
+    return Scratch(
+        np.empty(5 * beams), np.empty(beams), np.empty(3 * beams), np.empty(beams), np.empty(2 * beams),
+        np.empty((controls + 1, 3)), np.empty((controls + 1, 2 * people, 2)), np.empty(beams, np.bool_),
     )  # fmt: skip
 
 

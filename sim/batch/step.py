@@ -7,15 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.batch.grid import crop, mark_ranges
-from sim.batch.noise import disturb
-from sim.batch.robots import Robots, Scratch, Seen
+from sim.batch.lidar import Turn, take_scan
+from sim.batch.robots import Robots, Scratch, Seen, make_scratch
 from sim.batch.worlds import Timing, Worlds
 from sim.plan.advance import advance, walk
 from sim.plan.base import command, put_down
 from sim.plan.reports import reported_pose, take_mean_twist
 from sim.random_stream import GOLDEN, mixed, stream_of
-from sim.rays import fire_beams
-from sim.z_buffer import stop_at_legs, stop_at_walls
 from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.pose import FloatArray
 
@@ -37,11 +35,7 @@ def step_robots(
 
     ``commands`` (N, 2) are v and omega. Nothing here depends on another robot.
     """
-    beams, rows = worlds.bearings.shape[1], max(timing.controls_before, timing.controls_in_sweep) + 1
-    scratch = Scratch(
-        np.empty((5, beams)), np.empty(beams), np.empty((3, beams)),
-        np.empty((rows, 3)), np.empty((rows, 2 * robots.legs.shape[1], 2)), np.empty(beams, np.bool_),
-    )  # fmt: skip
+    scratch = make_scratch(worlds, timing)
     for i in range(first, stop):
         if begins[i] or goes_on[i]:
             _step(i, begins[i], commands[i, 0], commands[i, 1], worlds, timing, polar, cell, robots, seen, scratch)
@@ -56,10 +50,10 @@ def _step(
         _begin(i, worlds, robots)
     else:
         command(robots.base[i], worlds.models[robots.world[i]], v, omega)
-    _observe(i, worlds, timing, robots, seen, scratch)
+    turn = _observe(i, worlds, timing, robots, seen, scratch)
     _follow_route(i, worlds, robots, seen, begins, polar)
     if robots.cells.shape[1]:
-        _map(i, worlds, timing, cell, robots, seen, begins, scratch)
+        _map(i, worlds, timing, cell, robots, seen, begins, turn, scratch)
 
 
 @compiled_on_views
@@ -80,7 +74,7 @@ def _begin(i: int, worlds: Worlds, robots: Robots) -> None:
 
 
 @compiled_on_views
-def _observe(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen, scratch: Scratch) -> None:
+def _observe(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen, scratch: Scratch) -> Turn:
     """Let the time of one scan pass, and take it as ``SimRobot.observe`` does; its ranges are in the scratch."""
     w, base = robots.world[i], robots.base[i]
     model = worlds.models[w]
@@ -97,15 +91,10 @@ def _observe(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen,
         seen.odometry[i, 0], seen.odometry[i, 1], seen.odometry[i, 2] = reported
         seen.odometry[i, 3], seen.odometry[i, 4] = twist
     seen.collided[i], seen.stalled[i] = base.collided != 0, base.stalled != 0
-    _cast(w, worlds, timing, scratch)
-    time = robots.turns[i] * timing.scan_time + timing.controls_before * timing.period
-    ranges = scratch.ranges
-    disturb(ranges, worlds.sensors[w], timing, time, base, scratch.numbers)
-    for j in range(len(ranges)):
-        near = 0.0 if ranges[j] < 0.0 else ranges[j]
-        seen.scan[i, j] = near if near < np.inf else timing.range_max  # nan and inf read range_max
+    turn = take_scan(i, worlds, timing, robots, seen, scratch)
     robots.turns[i] += 1
     seen.late[i] = robots.turns[i] >= worlds.last_turn[w]
+    return turn
 
 
 @compiled_on_views
@@ -116,23 +105,6 @@ def _pass(i: int, controls: int, worlds: Worlds, robots: Robots, scratch: Scratc
         robots.base[i], worlds.models[w], True, worlds.obstacles, worlds.crowd, w, robots.walked[i], robots.people[i],
         robots.legs[i], scratch.path[: controls + 1], scratch.legs[: controls + 1],
     )  # fmt: skip
-
-
-@compiled_on_views
-def _cast(w: int, worlds: Worlds, timing: Timing, scratch: Scratch) -> None:
-    """Find the distance along each beam; inf where nothing is in reach."""
-    sensor, rays, ranges = worlds.sensors[w], scratch.rays, scratch.ranges
-    rows = timing.controls_in_sweep + 1
-    bearings, beams = worlds.bearings[w], worlds.beams[w]
-    fire_beams(scratch.path[:rows], timing.period, worlds.mounts[w], bearings, beams, sensor.increment, rays)
-    for j in range(len(ranges)):
-        ranges[j] = np.inf
-    stop_at_walls(rays, ranges, worlds.walls, w)
-    radii = worlds.crowd.leg_radii[w]
-    if len(radii):
-        stop_at_legs(rays, ranges, scratch.legs[:rows], radii, sensor.increment / timing.period)
-    for j in range(len(ranges)):
-        ranges[j] = ranges[j] if ranges[j] <= timing.reach else np.inf
 
 
 @compiled_on_views
@@ -171,8 +143,9 @@ def _see_goal(i: int, w: int, k: int, worlds: Worlds, seen: Seen, polar: bool) -
 
 @compiled_on_views
 def _map(
-    i: int, worlds: Worlds, timing: Timing, cell: float, robots: Robots, seen: Seen, begins: bool, scratch: Scratch
-) -> None:
+    i: int, worlds: Worlds, timing: Timing, cell: float, robots: Robots, seen: Seen, begins: bool, turn: Turn,
+    scratch: Scratch,
+) -> None:  # fmt: skip
     """Mark what the scan shows in the robot's grid, and cut out the square around it."""
     w = robots.world[i]
     x, y, theta = seen.pose[i, 0], seen.pose[i, 1], seen.pose[i, 2]
@@ -180,9 +153,11 @@ def _map(
     c, s, cells = cos(theta), sin(theta), robots.cells[i, : worlds.grids[w, 0], : worlds.grids[w, 1]]
     laser_x = (x + c * mx - s * my - worlds.low[w, 0]) / cell
     laser_y = (y + s * mx + c * my - worlds.low[w, 1]) / cell
+    count = len(turn.bearings)
+    ends, echoes = scratch.rays[: 2 * count].reshape((2, count)), scratch.echoes[:count]
     found = mark_ranges(
-        cells, laser_x, laser_y, c, s, worlds.beams[w], scratch.ranges, timing.range_max, cell,
-        timing.whole_turn, scratch.rays[:2], scratch.echoes,
+        cells, laser_x, laser_y, c, s, turn.beams, scratch.ranges[:count], timing.range_max, cell,
+        timing.whole_turn, ends, echoes,
     )  # fmt: skip
     seen.gained[i, 1] = 0.0 if begins else found
     if len(seen.map):

@@ -81,6 +81,8 @@ class Timing(NamedTuple):
     """Farthest range that noise may bring within ``range_max``."""
     step: float
     """Radians from beam to beam."""
+    beams_vary: int
+    """Beams by which a turn may have more or fewer; such a lidar sees all around."""
     whole_turn: bool
     scan_time: float
     controls_before: int
@@ -92,18 +94,13 @@ class Timing(NamedTuple):
 
 
 def timing_of(scenario: Scenario) -> Timing:
-    """Take the lidar and the clock of a scenario; ScenarioError for a lidar whose turns differ in their beams."""
+    """Take the lidar and the clock of a scenario."""
     model, clock = scenario.lidar.description, scenario.clock
-    if model.beams_vary:
-        raise ScenarioError(
-            f"{scenario.name}: the beams of lidar.model={scenario.lidar.model} vary from turn to turn, which many "
-            "robots at once cannot have; set lidar.model=urg04lx, or give vectorization_mode='async'"
-        )
     lidar = model.lidar
     reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))
     return Timing(
         lidar.range_min, lidar.range_max, model.resolution, reach, lidar.angle_increment,
-        lidar.whole_turn, lidar.scan_time,
+        model.beams_vary, lidar.whole_turn, lidar.scan_time,
         clock.controls_per_scan - clock.controls_per_sweep, clock.controls_per_sweep, clock.control_period,
     )  # fmt: skip
 

@@ -1,7 +1,13 @@
 """``hopslam bench env``."""
 
+from typing import Annotated
 
-def bench_env() -> None:
+import typer
+
+
+def bench_env(
+    peer: Annotated[bool, typer.Option("--peer", help="Also ir-sim, in the same world with as many beams.")] = False,
+) -> None:
     """Measure the learning environments: steps a second of every path, threads, and the memory of a robot.
 
     The paths are physics, the kinematic model, and batches of it with each view, on one core.
@@ -9,10 +15,12 @@ def bench_env() -> None:
     [bold]Examples[/bold]
 
     hopslam bench env
+
+    hopslam bench env --peer
     """
     from sim.bench.env_speed import env_tables
     from slam.console.terminal import Terminal
 
     console = Terminal()
-    for table in env_tables(console):
+    for table in env_tables(console, peer=peer):
         console.print(table.for_terminal())

@@ -34,6 +34,7 @@ BENCHES: Final = {
     "sim": "sim.cli.bench_sim:bench_sim",
     "env": "sim.cli.bench_env:bench_env",
     "hardware": "hardware.cli.bench_hardware:bench_hardware",
+    "policy": "hardware.cli.bench_policy:bench_policy",
 }
 """Every benchmark by its name: the place of its function."""
 app = typer.Typer(cls=lazy_group(BENCHES), no_args_is_help=True, add_completion=False)

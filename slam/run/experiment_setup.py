@@ -166,7 +166,7 @@ def on_topics(experiment: Experiment, topics: TopicSession) -> Experiment:
     """
     topics.hear_initial_pose(experiment.slam)
     if topics.pace < inf and "backend" not in experiment.notes:
-        env = experiment.env.wrapped(lambda robot: PacedRobot(robot, topics.pace, topics.publish_time))
+        env = experiment.env.wrapped(lambda robot: PacedRobot(robot, topics.pace, topics.on_time))
         experiment = replace(experiment, env=env)
     if not isinstance(experiment.pilot, Passenger):
         topics.hear_commands()

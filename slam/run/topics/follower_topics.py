@@ -6,8 +6,7 @@ from slam.pose import Pose2D
 from slam.run.estimator import Estimator
 from slam.run.results.step_messages import StepMessages
 from slam.run.ros_robot.robot import TopicRobot
-from slam.run.step import Step
-from slam.run.topics.slam_topics import SlamTopics
+from slam.run.topics.slam_topics import SlamTopics, StepNews
 from slam.run.topics.topic_session import TopicSession
 from slam.scenario.schema import Scenario
 from slam.topics import names
@@ -17,16 +16,18 @@ from slam.topics.topic import Bus
 class FollowerTopics(SlamTopics):
     """A watcher that publishes map -> odom, which joins the robot's own frames to the map, and what SLAM knows."""
 
-    def __init__(self, bus: Bus, slam: Estimator, scenario: Scenario, robot: TopicRobot) -> None:
-        super().__init__(bus, slam, scenario)
+    def __init__(
+        self, bus: Bus, slam: Estimator, scenario: Scenario, messages: StepMessages, robot: TopicRobot
+    ) -> None:
+        super().__init__(bus, slam, scenario, messages)
         self._robot = robot
 
-    def on_step(self, step: Step) -> None:
+    def publish(self, news: StepNews) -> None:
         """Publish one step."""
-        seen = step.observation
-        links = "map", "odom", self._T_map_odom(step.estimate.T_map_base, seen.odometry.T_odom_base)
+        seen = news.step.observation
+        links = "map", "odom", self._T_map_odom(news.step.estimate.T_map_base, seen.odometry.T_odom_base)
         self._bus.publish(names.TF, seen.scan.stamp, self._encoder.transforms(seen.scan.stamp, links))
-        self.publish_estimate(step)
+        self.publish_estimate(news)
 
     def _T_map_odom(self, T_map_base: Pose2D, T_start_base: Pose2D) -> Pose2D:
         return T_map_base @ (self._robot.T_odom_start @ T_start_base).inverse()
@@ -39,6 +40,6 @@ class FollowerSession(TopicSession):
         super().__init__(buses)
         self._robot = robot
 
-    def watcher(self, slam: Estimator, scenario: Scenario, messages: StepMessages) -> FollowerTopics:
+    def make_watcher(self, slam: Estimator, scenario: Scenario, messages: StepMessages) -> FollowerTopics:
         """Make the watcher that publishes what SLAM knows."""
-        return FollowerTopics(self.bus, slam, scenario, self._robot)
+        return FollowerTopics(self.bus, slam, scenario, messages, self._robot)

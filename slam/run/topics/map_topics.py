@@ -4,7 +4,7 @@ import logging
 from queue import SimpleQueue
 from threading import Thread
 from time import monotonic
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -24,14 +24,6 @@ PERIOD: Final = 2.0
 """Seconds between two maps at least."""
 
 
-class MapNews(NamedTuple):
-    """A step, and the lines of the map where it is time to show them."""
-
-    step: Step
-    ends: FloatArray | None
-    """(N, 2, 2)."""
-
-
 class MapTopics(Closing):
     """Sends the occupancy grid and the lines whenever they have changed, but not more often than PERIOD."""
 
@@ -40,13 +32,13 @@ class MapTopics(Closing):
         self._map: LiveMap | None = LiveMap(config, T_base_laser)
         self._ends = np.empty((0, 2, 2))  # as sent last
         self._map_due, self._changed = 0.0, False
-        self._news: SimpleQueue[MapNews | None] = SimpleQueue()
+        self._news: SimpleQueue[tuple[Step, FloatArray | None] | None] = SimpleQueue()
         self._thread = Thread(target=self._follow, name="map topics", daemon=True)
         self._thread.start()
 
-    def add(self, news: MapNews) -> None:
-        """Take a step; never waits."""
-        self._news.put(news)
+    def add(self, step: Step, ends: FloatArray | None) -> None:
+        """Take a step, and the lines (N, 2, 2) where it is time to show them; never waits."""
+        self._news.put((step, ends))
 
     def close(self) -> None:
         """Do what waits, and end the thread."""
@@ -65,11 +57,11 @@ class MapTopics(Closing):
 
     def _follow(self) -> None:
         while (news := self._news.get()) is not None:
-            stamp = news.step.estimate.stamp
+            step, ends = news
             if self._map is not None:
-                self._follow_map(self._map, news.step)
-            if news.ends is not None:
-                self.send_lines(stamp, news.ends)
+                self._follow_map(self._map, step)
+            if ends is not None:
+                self.send_lines(step.estimate.stamp, ends)
 
     def _follow_map(self, live: LiveMap, step: Step) -> None:
         try:

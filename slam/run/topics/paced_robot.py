@@ -44,9 +44,9 @@ class PacedRobot:
         return self._robot.drive(command)
 
     def _wait_for(self, stamp: float) -> None:
-        passed = 0.0 if self._stamp is None else stamp - self._stamp
-        self._stamp = stamp
-        self._due = max(self._due + passed / self._pace, monotonic() - _FARTHEST_BEHIND)
+        now = monotonic()
+        due = now if self._stamp is None else self._due + (stamp - self._stamp) / self._pace
+        self._stamp, self._due = stamp, max(due, now - _FARTHEST_BEHIND)
         while (left := self._due - monotonic()) > 0.0:
             self._tick(stamp - left * self._pace)
             sleep(min(left, _TICK))

@@ -1,14 +1,15 @@
 """A run on topics: every step turned into messages, as REP 103 and REP 105 have them."""
 
+from collections.abc import Mapping
 from math import inf
 from typing import Final
 
 from slam.assets import P3DX_URDF, asset
 from slam.files.ros import messages as ros
+from slam.robot import Observation
 from slam.run.estimator import Estimator
 from slam.run.results.step_messages import StepMessages
-from slam.run.step import Step
-from slam.run.topics.slam_topics import SlamTopics
+from slam.run.topics.slam_topics import SlamTopics, StepNews
 from slam.run.topics.wheel_joints import WHEEL_JOINTS, WheelJoints
 from slam.scenario.schema import Scenario
 from slam.topics import names
@@ -26,29 +27,26 @@ class RunTopics(SlamTopics):
     """
 
     def __init__(self, bus: Bus, slam: Estimator, scenario: Scenario, messages: StepMessages) -> None:
-        super().__init__(bus, slam, scenario)
-        self._step_messages, self._joints = messages, WheelJoints(scenario.robot.odometry)
-        self._battery_due = -inf
+        super().__init__(bus, slam, scenario, messages)
+        self._joints, self._battery_due = WheelJoints(scenario.robot.odometry), -inf
 
-    def on_step(self, step: Step) -> None:
+    def publish(self, news: StepNews) -> None:
         """Publish one step."""
-        first, self._stamp = self._stamp == -inf, step.observation.scan.stamp
-        if first:
-            self._publish_description()
-        self._bus.publish(names.CLOCK, self._stamp, self._encoder.clock(self._stamp))
-        self._publish_robot(step)
-        self.publish_estimate(step)
+        if news.step.index == 0:
+            self._publish_description(news.step.observation.scan.stamp)
+        self.publish_time(news.step.observation.scan.stamp)
+        self._publish_robot(news.step.observation, news.messages)
+        self.publish_estimate(news)
 
-    def _publish_description(self) -> None:
-        mount = self._encoder.transforms(self._stamp, ("base_link", "laser", self._slam.T_base_laser))
-        self._bus.publish(names.TF_STATIC, self._stamp, mount)
+    def _publish_description(self, stamp: float) -> None:
+        mount = self._encoder.transforms(stamp, ("base_link", "laser", self._slam.T_base_laser))
+        self._bus.publish(names.TF_STATIC, stamp, mount)
         urdf = asset(P3DX_URDF).read_text(encoding="utf-8")
-        self._bus.publish(names.ROBOT_DESCRIPTION, self._stamp, self._encoder.text(urdf))
+        self._bus.publish(names.ROBOT_DESCRIPTION, stamp, self._encoder.text(urdf))
 
-    def _publish_robot(self, step: Step) -> None:
+    def _publish_robot(self, seen: Observation, encoded: Mapping[str, bytes]) -> None:
         """Publish what a robot without SLAM has too, and the transform from the map where there is one."""
-        stamp, seen, encoded = self._stamp, step.observation, self._step_messages.of(step)
-        links = encoded[ros.TF]
+        stamp, links = seen.scan.stamp, encoded[ros.TF]
         if self._map_topics is None:
             links = self._encoder.transforms(stamp, ("odom", "base_link", seen.odometry.T_odom_base))
         self._bus.publish(names.TF, stamp, links)

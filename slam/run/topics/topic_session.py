@@ -5,7 +5,6 @@ from typing import Self
 
 from slam.files.fields import BadLine
 from slam.files.ros.decoder import decode_unsure_pose
-from slam.files.ros.live_encoder import LiveEncoder
 from slam.files.ros.messages import RawMessage
 from slam.line_localizer import LineLocalizer, LocalizeThenMap
 from slam.run.estimator import Estimator
@@ -14,7 +13,7 @@ from slam.run.topics.run_topics import RunTopics
 from slam.run.topics.slam_topics import SlamTopics
 from slam.run.topics.velocity_commands import VelocityCommands
 from slam.scenario.schema import Scenario
-from slam.topics.names import CLOCK, INITIAL_POSE
+from slam.topics.names import INITIAL_POSE
 from slam.topics.several import SeveralBuses
 from slam.topics.topic import Bus
 
@@ -27,21 +26,29 @@ class TopicSession:
         self.pace = pace
         self.commands = VelocityCommands()
         """Velocities from outside."""
-        self._encoder = LiveEncoder()
+        self._watcher: SlamTopics | None = None
 
     def __enter__(self) -> Self:
         self.bus.__enter__()
         return self
 
     def __exit__(self, *error: object) -> None:
+        if self._watcher is not None:
+            self._watcher.close()
         self.bus.__exit__(*error)
 
-    def publish_time(self, stamp: float) -> None:
-        """Publish the time between two scans."""
-        self.bus.publish(CLOCK, stamp, self._encoder.clock(stamp))
+    def on_time(self, stamp: float) -> None:
+        """Let the time between two scans be published."""
+        if self._watcher is not None:
+            self._watcher.on_time(stamp)
 
     def watcher(self, slam: Estimator, scenario: Scenario, messages: StepMessages) -> SlamTopics:
-        """Make the watcher that publishes the run."""
+        """The watcher that publishes the run."""
+        self._watcher = self.make_watcher(slam, scenario, messages)
+        return self._watcher
+
+    def make_watcher(self, slam: Estimator, scenario: Scenario, messages: StepMessages) -> SlamTopics:
+        """Make the watcher, once for the session."""
         return RunTopics(self.bus, slam, scenario, messages)
 
     def hear_commands(self) -> None:

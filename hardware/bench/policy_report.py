@@ -1,0 +1,42 @@
+"""The table of ``hopslam bench policy``."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from hardware.bench.policy import make_policy
+from hardware.bench.policy_scores import Score, score_alone, score_in_batch, score_on_devices
+from slam.console.result_table import ResultTable
+from slam.console.terminal import Terminal
+
+
+def policy_table(name: str, seeds: range, on_devices: int, console: Terminal) -> ResultTable:
+    """Score a policy everywhere with these seeds, and with the first ``on_devices`` of them on emulated devices."""
+    policy = make_policy(name)
+    places: dict[str, Callable[[], list[Score]]] = {
+        "batch": lambda: score_in_batch(policy, seeds),
+        "physics.engine: plan": lambda: score_alone(policy, seeds, "plan"),
+        "PyBullet": lambda: score_alone(policy, seeds, "bullet"),
+        "devices, moved by plan": lambda: score_on_devices(policy, seeds[:on_devices], "plan"),
+        "devices, moved by PyBullet": lambda: score_on_devices(policy, seeds[:on_devices], "sim"),
+    }
+    with console.progress(still=True) as bar:
+        found = bar.track(places.items(), len(places), description=name)
+        rows = [_row(place, score()) for place, score in found]
+    columns = ("", "episodes", "return\nmean", "least", "most", "seconds\nmean", "collisions", "goals")
+    notes = (
+        "The same seeds everywhere. In the batch a robot's seed chooses one of as many worlds; elsewhere it draws its "
+        "own. On devices, in real time, rewards, ends and the goal come from SLAM."
+    )
+    return ResultTable(f"The policy {name} in {policy.env_id}", columns, rows, notes)
+
+
+def _row(place: str, scores: Sequence[Score]) -> tuple[str, ...]:
+    if not scores:
+        return (place, "0", *[""] * 6)
+    earned = np.array([score.earned for score in scores])
+    endings = [score.ending for score in scores]
+    seconds = np.mean([score.seconds for score in scores])
+    counts = (str(endings.count(ending)) for ending in ("collision", "goal"))
+    figures = (earned.mean(), earned.min(), earned.max(), seconds)
+    return (place, str(len(scores)), *(f"{figure:.2f}" for figure in figures), *counts)

@@ -1,0 +1,51 @@
+"""One policy everywhere: the same class chooses for a batch, for one robot, and for devices."""
+
+import numpy as np
+import pytest
+
+from hardware.bench import policy_report, policy_scores
+from hardware.bench.policy import POLICIES, GoalPolicy, make_policy
+from slam.console.terminal import Terminal
+from slam.errors import InputError
+
+SEEDS = range(3, 5)
+
+
+class Ahead:
+    """Drives ahead; of one robot or many."""
+
+    env_id = "hopslam/RandomOffice-v0"
+    arguments = {"settings": "lidar.model=table1", "observe": "scan", "reward": "coverage", "max_seconds": 1.0}  # noqa: RUF012
+
+    def __call__(self, observation: dict[str, np.ndarray]) -> np.ndarray:
+        return np.broadcast_to(np.float32([0.5, 0.0]), (*observation["scan"].shape[:-1], 2))
+
+
+class Short(GoalPolicy):
+    """Drives to the goal for 4 s."""
+
+    arguments = {**GoalPolicy.arguments, "max_seconds": 4.0}  # noqa: RUF012
+
+
+def test_a_policy_has_a_score_in_every_simulator() -> None:
+    """The goal is straight ahead: what the first seconds are worth is the same."""
+    batch = policy_scores.score_in_batch(Short(), SEEDS)
+    plan, bullet = (policy_scores.score_alone(Short(), SEEDS, engine) for engine in ("plan", "bullet"))
+    assert [score.ending for score in (*batch, *plan, *bullet)] == ["time"] * 6
+    earned = np.array([[score.earned for score in scores] for scores in (batch, plan, bullet)])
+    np.testing.assert_allclose(earned, earned[0, 0], atol=0.003)
+    assert 1.0 < earned[0, 0] < 2.0
+
+
+def test_the_table_has_the_devices_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(POLICIES, "ahead", Ahead)
+    table = policy_report.policy_table("ahead", SEEDS, 1, Terminal())
+    assert [row[1] for row in table.rows] == ["2", "2", "2", "1", "1"]
+    assert all(float(row[2]) > 0.5 for row in table.rows)
+
+
+def test_a_wrong_policy_is_refused_in_a_line() -> None:
+    with pytest.raises(InputError, match="no policy 'gaol'; did you mean goal"):
+        make_policy("gaol")
+    with pytest.raises(InputError, match="builtins:object: a policy has env_id"):
+        make_policy("builtins:object")

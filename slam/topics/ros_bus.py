@@ -4,6 +4,7 @@ import logging
 import threading
 from collections.abc import Callable
 from functools import cache
+from queue import SimpleQueue
 from typing import Any, Final, Self
 
 from slam.errors import InputError
@@ -14,8 +15,10 @@ from slam.topics.ros_network import RosNetwork
 from slam.topics.topic import Bus, Topic
 
 _LOG: Final = logging.getLogger("hopslam.ros")
-_DEPTH: Final = 10
-"""Messages of a topic that wait for a slow reader, as many as by default in ROS; of a latched one it is the last."""
+_SENT: Final = 100
+"""Messages of a topic that wait for a slow reader; of a latched one it is the last ..."""
+_HEARD: Final = 1000
+"""... and those that wait for this program, whose listeners stand still while something is compiled."""
 _AT_ONCE: Final = 64
 """Messages that are taken at once."""
 _FOREVER: Final = 2**63 - 1
@@ -42,8 +45,9 @@ class RosBus:
         self._participant: Any = None
         self._over: Any = None
         """Condition that ends all listeners."""
-        self._writers: dict[Topic, Any] = {}
         self._listeners: list[threading.Thread] = []
+        self._outbox: SimpleQueue[tuple[Topic, bytes] | None] = SimpleQueue()
+        self._sender: threading.Thread | None = None
 
     def __enter__(self) -> Self:
         """Join the domain; InputError where that cannot be."""
@@ -54,50 +58,59 @@ class RosBus:
         except self._dds.DDSException as error:
             raise InputError(f"ROS domain {self._network.domain} cannot be joined: {error}; see docs/ros.md") from error
         self._over = self._dds.GuardCondition(self._participant)
+        self._sender = threading.Thread(target=self._send, name="ROS sender", daemon=True)
+        self._sender.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Leave the domain. Listeners hear no more once it is left."""
+        """Send what waits, and leave the domain. Listeners hear no more once it is left."""
+        self._outbox.put(None)
         self._over.set(True)
-        for listener in self._listeners:
-            listener.join()
+        for thread in (self._sender, *self._listeners):
+            if thread is not None:
+                thread.join()
         self._listeners.clear()
-        self._writers.clear()
-        self._over = self._participant = None
+        self._sender = self._over = self._participant = None
 
     def publish(self, topic: Topic, stamp: float, message: bytes) -> None:
-        """Send a message to all who listen, and keep that of a latched topic for all who will.
+        """Let a thread of the bus send a message to all who listen, and that of a latched topic to all who will.
 
         It is dropped where it would have to wait for a reader.
         """
-        if topic not in self._writers:
-            self._writers[topic] = self._open("pub", "DataWriter", topic)
-        writer = self._writers[topic]
-        try:
-            writer.write(writer.data_type(message))
-        except self._dds.DDSException as error:
-            _LOG.debug("%s: a message of %d bytes is dropped: %s", topic.name, len(message), error)
+        self._outbox.put((topic, message))
 
     def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
         """Call ``heard``, in a thread of its own, with each message that another program sends."""
-        reader = self._open("sub", "DataReader", topic)
+        reader = self._open("sub", "DataReader", topic, _HEARD)
         listener = threading.Thread(target=self._listen, args=(reader, heard), name=f"ROS {topic.name}", daemon=True)
         self._listeners.append(listener)
         listener.start()
 
-    def _open(self, module: str, kind: str, topic: Topic) -> Any:
-        """Return the reader or writer of a topic."""
+    def _send(self) -> None:
+        writers: dict[Topic, Any] = {}
+        while (sent := self._outbox.get()) is not None:
+            topic, message = sent
+            if topic not in writers:
+                writers[topic] = self._open("pub", "DataWriter", topic, 1 if topic.latched else _SENT)
+            writer = writers[topic]
+            try:
+                writer.write(writer.data_type(message))
+            except self._dds.DDSException as error:
+                _LOG.debug("%s: a message of %d bytes is dropped: %s", topic.name, len(message), error)
+
+    def _open(self, module: str, kind: str, topic: Topic, depth: int) -> Any:
+        """Return the reader or writer of a topic, for which so many messages wait."""
         dds_topic = open_dds_topic(self._participant, topic.name, topic.type)
         make = getattr(import_optional(f"cyclonedds.{module}", EXTRA), kind)
-        return make(self._participant, dds_topic, self._quality(topic))
+        return make(self._participant, dds_topic, self._quality(topic, depth))
 
-    def _quality(self, topic: Topic) -> Any:
+    def _quality(self, topic: Topic, depth: int) -> Any:
         """Return the quality of service of the topic. Who writes never waits: see ``max_blocking_time``."""
         policy = self._dds.Policy
         return self._dds.Qos(
             policy.Reliability.Reliable(max_blocking_time=0) if topic.reliable else policy.Reliability.BestEffort,
             policy.Durability.TransientLocal if topic.latched else policy.Durability.Volatile,
-            policy.History.KeepLast(1 if topic.latched else _DEPTH),
+            policy.History.KeepLast(depth),
             policy.DataRepresentation(use_cdrv0_representation=True),
             policy.IgnoreLocal.Process,
             policy.Userdata(f"typehash={ros2_types().hash_rihs01(topic.type)};".encode()),  # as of Iron: REP 2016

@@ -182,7 +182,7 @@ def test_an_app_that_does_not_read_holds_nobody_up(bus: FoxgloveBus) -> None:
         app.receive(lambda: bus.publish(names.SCAN, 1e3, data))
 
 
-def test_a_simulated_robot_is_driven_and_stands_when_nobody_speaks(tmp_path: Path) -> None:
+def test_a_robot_is_driven_and_stands_in_silence(tmp_path: Path) -> None:
     bus, stood = FoxgloveBus(port=0), Event()
 
     def speed(app: App) -> float:

@@ -86,7 +86,7 @@ def _cast(w: int, worlds: Worlds, timing: Timing, turn: Turn, ranges: FloatArray
         ranges[j] = np.inf
     stop_at_walls(rays, ranges, worlds.walls, w)
     radii = worlds.crowd.leg_radii[w]
-    if len(radii):
+    if len(radii) and worlds.sensors[w].sees_legs:
         stop_at_legs(rays, ranges, scratch.legs[:rows], radii, turn.increment / timing.period)
     for j in range(len(ranges)):
         ranges[j] = ranges[j] if ranges[j] <= timing.reach else np.inf

@@ -50,8 +50,9 @@ docs: .venv/.docs
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
 	@echo 'open site/index.html; or, to search in it too: .venv/bin/python -m http.server --bind 127.0.0.1 --directory site'
 
-# The pictures of the README and of docs/method.md, and the map as it grows.
+# The pictures of the README, of docs/method.md and of docs/architecture.md, and the map as it grows.
 pictures: .venv/.run
+	.venv/bin/python docs/draw_architecture.py
 	rm -rf runs/pictures
 	.venv/bin/hopslam run corridor --out runs/pictures/corridor
 	cp runs/pictures/corridor/map.png docs/corridor.png

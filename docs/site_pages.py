@@ -22,13 +22,16 @@ FUNCTION = re.compile(r"(<mi>(?:cos|sin)</mi>)(?!<mo)")
 REMOTE = re.compile(
     r"""<(?:script|img|iframe|source)[^>]*src=["']?(?:https?:)?//[^>]*>|<link[^>]*href=["']?https?://[^>]*>"""
 )
-CODE_LINK = re.compile(r"\]\(\.\./(slam/[\w/]+)\.py\)")
+CODE_LINK = re.compile(r"\]\((?:\.\./)+(slam/[\w/]+)(?:\.py)?\)")
+ROOT_PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
+"""Pages of the site by the files of the repository's root that they show."""
+ROOT_LINK = re.compile(rf"\]\(\.\./({'|'.join(map(re.escape, ROOT_PAGES))})")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that nobody writes."""
     pages = {
-        "index.md": readme(),
+        **{page: root_page(file) for file, page in ROOT_PAGES.items()},
         "reference/scenario.md": scenario(),
         "reference/env.md": environment(),
         "reference/commands.md": commands(),
@@ -40,14 +43,16 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """A link to a module of the repository leads to what the site says of it; where it says nothing, it is no link."""
+    """Lead links out of docs/ to what the site shows of these files; a module that it does not show has no link."""
     packages = api_packages(config)
+    up = "../" * page.url.count("/")
 
     def linked(match: re.Match[str]) -> str:
         module = match[1].replace("/", ".")
         package = module.rpartition(".")[0]
-        return f"]({API}{package}.md#{module})" if package in packages else f"](# '{match[1]}.py')"
+        return f"]({up}{API}{package}.md#{module})" if package in packages else f"](# '{match[1]}.py')"
 
+    markdown = ROOT_LINK.sub(lambda match: f"]({ROOT_PAGES[match[1]]}", markdown)
     return CODE_LINK.sub(linked, markdown)
 
 
@@ -70,9 +75,12 @@ def on_post_build(config: MkDocsConfig) -> None:
             raise PluginError(f"{page}: {asset[0]} loads from the network")
 
 
-def readme() -> str:
-    """The front page, with its links as the site has them."""
-    return (ROOT / "README.md").read_text().replace("[docs/", "[").replace("](docs/", "](")
+def root_page(file: str) -> str:
+    """Read a file of the repository's root, with its links as the site has them."""
+    text = (ROOT / file).read_text().replace("[docs/", "[").replace("](docs/", "](")
+    for other, page in ROOT_PAGES.items():
+        text = text.replace(f"]({other}", f"]({page}")
+    return text
 
 
 def scenario() -> str:
@@ -109,7 +117,11 @@ def api_packages(config: MkDocsConfig) -> list[str]:
 
 
 def api(package: str) -> str:
-    """One heading for each module of a package, with what is public in it."""
-    folder = ROOT / package.replace(".", "/")
-    modules = sorted(path.stem for path in folder.glob("*.py") if path.stem != "__init__")
-    return "\n\n".join([f"# {package}", *(f"::: {package}.{module}" for module in modules)])
+    """Give each module of a package a heading, with what is public in it; of ``hopslam``, each name that it has."""
+    if package == "hopslam":
+        import hopslam
+
+        names = [f"hopslam.{name}" for name in hopslam.__all__]
+    else:
+        names = sorted(f"{package}.{path.stem}" for path in (ROOT / package.replace(".", "/")).glob("[!_]*.py"))
+    return "\n\n".join([f"# {package}", *(f"::: {name}" for name in names)])

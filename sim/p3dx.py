@@ -1,21 +1,17 @@
 """The base of a Pioneer P3-DX in a simulated world, with the speed ramps, watchdog and encoders of its controller."""
 
 from math import atan2, cos, isfinite, sin
-from pathlib import Path
-from typing import Final
 
 from sim.bullet import pybullet
 from sim.bumpers import TOUCH, Contact
 from sim.firmware import DRAG_TORQUE, MOTOR_TORQUE, WATCHDOG, StallGuard, ramped
 from sim.wheels import TICKS_PER_RADIAN, TRACK, WHEEL_RADIUS, Pair, Ticks, TractionModel
 from sim.world import World
+from slam.assets import P3DX_URDF, asset
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.pose import Pose2D
 from slam.scenario.robot_config import RobotConfig
-
-ASSETS: Final = tuple(folder / "assets" for folder in Path(__file__).resolve().parents[:2])
-"""Folders of ``assets/``: in the installed wheel, or at the root of a checkout."""
 
 
 class P3dx:
@@ -159,7 +155,7 @@ class P3dx:
     def _load(self, start: Pose2D) -> int:
         body: int = self._world.bullet.call(
             pybullet.loadURDF,
-            str(asset("urdf/p3dx.urdf")),
+            str(asset(P3DX_URDF)),
             [start.x, start.y, 0.0],
             [0.0, 0.0, sin(start.theta / 2.0), cos(start.theta / 2.0)],
             flags=pybullet.URDF_USE_INERTIA_FROM_FILE,  # else it is computed anew from the collision shapes
@@ -170,12 +166,3 @@ class P3dx:
         call = self._world.bullet.call
         names = [call(pybullet.getJointInfo, self._body, i)[1] for i in range(call(pybullet.getNumJoints, self._body))]
         return names.index(name)
-
-
-def asset(name: str) -> Path:
-    """Find a file under ``assets/``, for example ``urdf/p3dx.urdf``; RobotError says where it was looked for."""
-    for folder in ASSETS:
-        if (folder / name).is_file():
-            return folder / name
-    places = " or ".join(str(folder) for folder in ASSETS)
-    raise RobotError(f"no asset {name!r} in {places}; install hopslam again, or run it from a whole checkout")

@@ -54,6 +54,7 @@ class LineLocalizer:
         self._hypotheses = [] if T_map_base is None else [self._hypothesis(T_map_base, self._tracking)]
         self.sure = T_map_base is not None
         """True while the place of the robot is known."""
+        self._told: Pose2D | None = None  # T_map_base, from outside, that the next scan begins at
         self._T_odom_base: Pose2D | None = None
         self._moved = np.inf  # since the last evidence, metres and radians together; the first scan is evidence
         self._evidence_at: Pose2D | None = None  # T_map_base of the best hypothesis then: all there is without odometry
@@ -64,10 +65,21 @@ class LineLocalizer:
         """Pose of the best hypothesis; the origin where there is none yet."""
         return self._hypotheses[0].T_map_base if self._hypotheses else Pose2D()
 
+    def place(self, T_map_base: Pose2D) -> None:
+        """Let the robot be there at the next scan, and be sure of it until the scans speak against it.
+
+        Any thread may call this.
+        """
+        self._told = T_map_base
+
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
         """Take the next scan and the odometry at its stamp; return the pose estimate."""
         began = perf_counter()
         motion = self._motion(odometry)
+        if self._told is not None:
+            told, self._told = self._told, None
+            self._hypotheses, self.sure = [self._hypothesis(told, self._tracking)], True
+            self._evidence_count, motion = 0, Pose2D()
         if self.config.deskew:
             scan = deskewed(scan, odometry.twist, self.T_base_laser)
         segments = extract_segments(scan, self.config.lines, self.noise.observe(scan))
@@ -166,6 +178,10 @@ class LocalizeThenMap:
     def T_map_base(self) -> Pose2D:
         """The last estimate."""
         return (self.slam or self._localizer).T_map_base
+
+    def place(self, T_map_base: Pose2D) -> None:
+        """Let the robot be there at the next scan; nothing once it maps."""
+        self._localizer.place(T_map_base)
 
     def update(self, scan: LaserScan, odometry: Odometry) -> Estimate:
         """Take the next scan and the odometry at its stamp; return the pose estimate."""

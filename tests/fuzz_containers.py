@@ -23,7 +23,7 @@ _CUTS = 1000
 
 @dataclass
 class Findings:
-    """What came out of the inputs of one reader."""
+    """The outcomes of the inputs of one reader, counted."""
 
     inputs: int = 0
     refused: int = 0

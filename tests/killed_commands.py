@@ -6,7 +6,8 @@ import sys
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
+from tempfile import TemporaryFile
+from typing import IO, NamedTuple
 
 from mcap.exceptions import McapError
 from mcap.records import Channel, Message
@@ -22,22 +23,21 @@ class Started(NamedTuple):
 
     child: int
     """Number of its process."""
-    witness: int
-    """End of a pipe from which the stamps of the scans come that it saw, a line each."""
+    witness: IO[bytes]
+    """File with the stamps of the scans that it saw, a line each; a pipe would be full after some thousand of them."""
 
 
 def start(words: list[str]) -> Started:
     """Run a command in a child process, which has imported all that it needs."""
-    witness, told = os.pipe()
+    witness = TemporaryFile(buffering=0)  # noqa: SIM115  both processes go on with it
     if child := os.fork():
-        os.close(told)
         return Started(child, witness)
     code = 1
     try:
         nowhere = os.open(os.devnull, os.O_RDWR)
         for stream in (1, 2):
             os.dup2(nowhere, stream)
-        tell_stamps(told)
+        tell_stamps(witness.fileno())
         sys.argv = ["hopslam", *words]
         main()
     except SystemExit as left:
@@ -46,12 +46,12 @@ def start(words: list[str]) -> Started:
         os._exit(code)
 
 
-def tell_stamps(pipe: int) -> None:
+def tell_stamps(witness: int) -> None:
     """Let each scan of this process be told before it is written down."""
     on_step = RunLog.on_step
 
     def telling(log: RunLog, step: Step) -> None:
-        os.write(pipe, b"%.6f\n" % step.observation.scan.stamp)
+        os.write(witness, b"%.6f\n" % step.observation.scan.stamp)
         on_step(log, step)
 
     RunLog.on_step = telling  # type: ignore[method-assign]  # of this process alone
@@ -65,8 +65,9 @@ def end(started: Started, seconds: float, begun: Path | None = None) -> list[flo
     time.sleep(seconds)
     os.kill(started.child, signal.SIGKILL)
     os.waitpid(started.child, 0)
-    with os.fdopen(started.witness) as told:
-        return [float(line) for line in told if line.endswith("\n")]
+    with started.witness as told:
+        told.seek(0)
+        return [float(line) for line in told if line.endswith(b"\n")]
 
 
 def is_running(child: int) -> bool:
@@ -77,7 +78,7 @@ def is_running(child: int) -> bool:
 def result_of(started: Started) -> int:
     """Exit code of a command that comes to its end."""
     code = os.waitstatus_to_exitcode(os.waitpid(started.child, 0)[1])
-    os.close(started.witness)
+    started.witness.close()
     return code
 
 

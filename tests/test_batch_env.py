@@ -1,12 +1,16 @@
 """The batch: each robot in it is the single kinematic robot, whatever is beside it."""
 
+from itertools import zip_longest
+
 import gymnasium
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
 
 import sim  # noqa: F401  registers the ids
+from sim.lidar_noise import NOISES
 from slam.env.occupancy_grid import Extent, OccupancyGrid
+from slam.env.rewards import REWARDS
 from slam.errors import InputError, ScenarioError
 from slam.lidars import LIDARS
 from slam.pose import Pose2D
@@ -67,6 +71,14 @@ def test_the_bits_do_not_depend_on_threads_or_neighbours() -> None:
         runs.append([np.concatenate([step[key][:4].ravel() for key in VIEWS]).tobytes() for step in steps])
         envs.close()
     assert runs[0] == runs[1] == runs[2]
+
+
+@pytest.mark.parametrize(("reward", "noise"), list(zip_longest(REWARDS, NOISES, fillvalue="none")))
+def test_a_batch_has_every_noise_and_reward(reward: str, noise: str) -> None:
+    envs = batch(1, reward=reward, settings=["lidar.model=table1", f"lidar.noise={noise}"])
+    envs.reset(seed=0)
+    assert reward in envs.step(np.zeros((1, 2), np.float32))[-1]["reward"]
+    envs.close()
 
 
 @pytest.mark.parametrize("noise", ["paper", "datasheet", "realistic"])

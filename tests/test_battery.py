@@ -1,4 +1,4 @@
-"""What the base says of itself: battery, faults and sonar, from the wire to the summary."""
+"""Battery, faults and sonar of the base, from the wire to the summary."""
 
 import json
 import logging

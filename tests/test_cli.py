@@ -49,7 +49,7 @@ def hopslam_here(capsys: pytest.CaptureFixture[str], *words: str | Path) -> tupl
     return int(ended.value.code or 0), *capsys.readouterr()
 
 
-@pytest.mark.parametrize("group", ["sweep", "bench", "calibrate"])
+@pytest.mark.parametrize("group", ["sweep", "bench", "calibrate", "ros"])
 def test_group_without_a_command_prints_its_help(group: str) -> None:
     done = hopslam(group)
     assert f" {group} [OPTIONS] COMMAND" in done.stdout + done.stderr

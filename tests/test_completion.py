@@ -14,7 +14,7 @@ HOPSLAM = Path(sys.executable).with_name("hopslam")
 
 
 def offered(shell: str, line: str) -> list[str]:
-    """What is offered for the last word of a line."""
+    """Return the completions of the last word of a line."""
     words = line.split(" ")
     question = {
         "bash": {"COMP_WORDS": line, "COMP_CWORD": str(len(words) - 1)},

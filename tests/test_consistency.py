@@ -35,7 +35,7 @@ def way_twice(jump: FloatArray) -> SubmapGraph:
 
 
 def loop(graph: SubmapGraph, jump: FloatArray, submap: int, other: int, off: tuple[float, float, float]) -> Loop:
-    """What is found of a submap in another one, off the truth by so much, metres and radians."""
+    """Return a loop between two submaps that is off the truth by (x, y, theta), metres and radians."""
     T_other_submap = compose_poses(np.array(off), inverse_poses(jump))
     node = graph.submaps[other].node
     nodes = [graph.key_nodes[key] for key in graph.submaps[submap].keys]

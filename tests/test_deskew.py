@@ -1,4 +1,4 @@
-"""What it is worth to undo the skew of a rolling scan, on the simulated robot: the mission's lidar, turning."""
+"""Deskewing on the simulated robot: the mission's lidar, turning."""
 
 import numpy as np
 import pytest

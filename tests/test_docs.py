@@ -25,13 +25,15 @@ from slam.scenario.shipped import shipped_scenarios
 from slam.sweep.make_plan import make_plan
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+WRITTEN = sorted((ROOT / "docs").rglob("*.md"))
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *WRITTEN]
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 PARSED_ONLY = {
     r"--backend hardware": "needs a robot",
     r"--rerun (spawn|serve|connect)|hopslam view( runs/latest)?$": "opens a window, or serves until Ctrl-C",
     r"hopslam (doctor|emulate)": "looks for devices, or is one until Ctrl-C; tests/test_hardware_cli.py",
+    r"hopslam ros|--backend ros": "needs a robot of ROS 2; make test-ros",
     r"hopslam wire": "needs a recording; tests/test_wire.py",
     r"hopslam calibrate": "drives for minutes; tests/test_calibration.py",
     r"hopslam bench": "measures for minutes; tests/test_bench_*.py",
@@ -44,7 +46,7 @@ FASTER = {"run": ["--set", "duration=1"], "localize": ["--set", "duration=1"], "
 """Arguments that make a command short."""
 SMALLER = {r"--scan \d+": "--scan 5", r"/tmp/": "tmp/"}
 """What the small log has, and where it is."""
-NOT_OURS = {"rerun", "ssh", "ray", "export"}
+NOT_OURS = {"rerun", "ssh", "ray", "export", "ros2", "rviz2"}
 """The first words of commands that other programs bring."""
 
 
@@ -115,7 +117,7 @@ def check_yaml(text: str) -> None:
 
 
 def run_line(line: str) -> None:
-    words = words_of(re.sub(r"^\w+\$ |^PYTHONPATH=\S+ ", "", line))
+    words = words_of(re.sub(r"^\w+\$ |^(\w+=\S+ )+", "", line))
     if not words or words[0] in NOT_OURS:
         return
     program, *rest = words
@@ -135,7 +137,7 @@ def run_line(line: str) -> None:
 
 
 def words_of(text: str) -> list[str]:
-    """Of a command, which may go over several lines, without what a shell does with its output."""
+    """Split a command into words, over several lines, without pipes and redirections."""
     return shlex.split(re.split(r" [|>] ", " ".join(text.split()))[0], comments=True)
 
 
@@ -196,13 +198,18 @@ def test_the_examples_in_the_help_take_their_options() -> None:
 def test_links_and_pictures_exist() -> None:
     for page in PAGES:
         for target in re.findall(r"\]\(([^)#\s]+)[^)]*\)", FENCE.sub("", page.read_text())):
-            assert target.startswith("https:") or (page.parent / target).exists(), f"{page.name}: {target}"
+            made = target.startswith(("https:", "reference/"))
+            assert made or (page.parent / target).exists(), f"{page.name}: {target}"
 
 
 def test_the_navigation_of_the_site_has_every_page() -> None:
     paths = set(re.findall(r"[\w/.-]+\.md$", (ROOT / "mkdocs.yml").read_text(), re.MULTILINE))
-    written = {str(page.relative_to(ROOT / "docs")) for page in PAGES[1:]}
-    assert {path for path in paths if "reference/" not in path} == written | {"index.md"}
+    written = {str(page.relative_to(ROOT / "docs")) for page in WRITTEN}
+    assert {path for path in paths if "reference/" not in path} == written | {
+        "index.md",
+        "contributing.md",
+        "changelog.md",
+    }
 
 
 def test_the_page_on_the_environment_lists_every_id() -> None:

@@ -29,7 +29,7 @@ def plant() -> SimPlant:
 
 
 def run(device: Device, seconds: float) -> bytes:
-    """What the device says in this time; it begins where the last call ended."""
+    """Return the bytes that the device sends in the next ``seconds``, from the end of the last call on."""
     said, until = b"", device.due + seconds - 1e-9
     while device.due < until:
         said += device.step()

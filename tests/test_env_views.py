@@ -1,4 +1,4 @@
-"""What the agent is shown, against what is there; and the picture from above."""
+"""The agent's views against the world around it, and the picture from above."""
 
 from itertools import count
 from pathlib import Path

@@ -19,7 +19,7 @@ from slam.files.tum import read_tum
 from slam.pose import FloatArray, relative_poses
 from slam.run.experiment_setup import replay_experiment, scenario_experiment
 from slam.run.export.formats import FORMATS, Format, export
-from slam.run.export.ros_map import count_rays
+from slam.run.occupancy import count_rays
 from slam.run.results.run_record import RunRecord
 from slam.scenario.file import load_scenario
 

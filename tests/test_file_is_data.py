@@ -62,7 +62,7 @@ SWEEPS = {
 
 @pytest.fixture(autouse=True)
 def gadget(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """What the module ``gadget`` writes when it is imported and called; workers find it on PYTHONPATH too."""
+    """Yield the file that the module ``gadget`` writes to when it is imported and called, in workers too."""
     folder = tmp_path / "modules"
     folder.mkdir()
     (folder / "gadget.py").write_text(GADGET)

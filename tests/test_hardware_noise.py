@@ -32,7 +32,7 @@ def test_runs_of_damage_cost_the_beams_around_them_only() -> None:
 
 
 def lost(*lines: bytes) -> np.ndarray:
-    """Which beams are missing of a scan that came in so; the others are right."""
+    """Return which beams a scan of these lines lacks; check that the others are right."""
     (scan,) = partial_scans((*WIRE[:FIRST], *lines))
     beams = np.isnan(scan.ranges)
     assert np.array_equal(scan.ranges[~beams], RANGES[~beams])

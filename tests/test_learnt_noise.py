@@ -42,7 +42,7 @@ def white(noise: RangeNoise) -> RangeNoise:
 def learnt(
     noise: RangeNoise, beams: int, scans: int, change: Callable[[FloatArray], FloatArray] = lambda r: r
 ) -> RangeNoise:
-    """What is learnt from so many scans of rooms."""
+    """Return the noise that is learnt from so many scans of rooms."""
     random, learner = np.random.default_rng(beams), LearntNoise.start()
     for _ in range(scans):
         ranges = room(beams, random)
@@ -101,7 +101,7 @@ def test_turning_and_mirroring_the_sensor_change_nothing(family: str, seed: int,
 
 
 def test_a_world_twice_as_large_has_twice_the_noise() -> None:
-    """Where nothing was known before: bands and bins move on by an octave."""
+    """Without a named sensor: bands and bins move on by an octave."""
     found, r = [], np.array([1.5, 3.0])
     for scale in (1.0, 2.0):
         learner = LearntNoise(np.zeros_like(LearntNoise.start().counts))

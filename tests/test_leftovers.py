@@ -63,7 +63,7 @@ def fail_in(path: Path) -> None:
 
 
 def leave_drafts(folder: Path) -> None:
-    """What killed processes leave."""
+    """Make the drafts that killed processes leave."""
     (folder / ".draft-1" / "run").mkdir(parents=True)
     (folder / ".draft-1" / "run" / "log.mcap").write_bytes(b"")
     (folder / ".draft-2.png").write_bytes(b"")

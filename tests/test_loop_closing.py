@@ -127,7 +127,7 @@ def test_odometry_does_not_jump_where_the_map_does() -> None:
 
 
 def test_the_map_holds_the_robot_before_a_loop_is_closed() -> None:
-    """Of the second lap until its first closure, the live poses are nearer to the truth than local ones are."""
+    """Until the first closure of the second lap, live poses are nearer to the truth than local ones."""
     estimates, _, _ = drive(2.0, "auto")
     truth = stack_poses(around(2.0))
     half = len(truth) // 2

@@ -40,7 +40,7 @@ def test_parts_with_directions_of_their_own_are_not_held() -> None:
 
 
 def test_more_walls_of_a_part_say_no_more_than_it_does() -> None:
-    """Of a building whose parts are a little askew, however many walls each of them has."""
+    """The parts of the building are a little askew; the number of walls of each changes nothing."""
     told = []
     for each in (20, 200):
         theta, places = walls_of_parts(askew=0.3, apart=0.5, each=each, parts=30)

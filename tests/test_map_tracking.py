@@ -44,7 +44,7 @@ def map_of_room() -> SurfelMap:
 
 
 def tracked(drift: FloatArray, surfel_map: SurfelMap, T_map_local: FloatArray = ORIGIN) -> FloatArray:
-    """Where the laser lies in the map (3,) after a drift (3,) since the key scan before."""
+    """Return the pose of the laser in the map (3,) after a drift (3,) since the last key scan."""
     key = key_at(between(T_map_local, T_MAP_LASER + drift))
     found, known = MapTracking(LeastSquaresConfig(), SurfelMapConfig()).follow(key, T_map_local, surfel_map.grid)
     assert known == [key]

@@ -9,9 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.firmware import ramped
-from sim.p3dx import P3dx, asset
+from sim.p3dx import P3dx
 from sim.wheels import ANGLE_UNIT, MILLIMETRE, TICKS_PER_TURN, TRACK, WHEEL_RADIUS, Ticks, TractionModel, WheelOdometry
 from sim.world import World
+from slam.assets import asset
 from slam.errors import RobotError
 from slam.odometry import Twist2D, wheel_motion
 from slam.pose import Pose2D, wrap_angle
@@ -129,9 +130,11 @@ def square(rig: Rig, sense: float, side: float) -> tuple[Pose2D, Pose2D]:
 
 
 def borenstein_feng(side: float, sense: float, alpha: float, beta: float) -> tuple[float, float]:
-    """Where a square ends that begins and should end at 0: UMBmark, "Measurement and correction of systematic odometry
-    errors in mobile robots", 1996; ``alpha`` radians too much turned at each corner (either sense), ``beta`` radians to
-    the left on each side; to the first order."""
+    """End point of a square that begins and should end at 0 (UMBmark), to the first order.
+
+    Borenstein and Feng, "Measurement and correction of systematic odometry errors in mobile robots", 1996: ``alpha``
+    radians too much turned at each corner (either sense), ``beta`` radians to the left on each side.
+    """
     return 2.0 * side * (alpha + sense * beta), -2.0 * side * (beta + sense * alpha)
 
 

@@ -53,7 +53,7 @@ def test_a_motion_of_which_the_wheels_say_nothing_is_found(scan_of: Scanner, roo
 
 
 def test_a_half_turn_is_not_believed(scan_of: Scanner, room: FloatArray) -> None:
-    """What is new may look like what is known, from its other end: the wheels are believed rather than that."""
+    """A new place may look like the other end of a known one; the wheels are believed then."""
     path = [*PATH[:20], PATH[19] @ Pose2D(0.4, 0.3, 3.1)]
     wheels = [*PATH[:20], PATH[19] @ Pose2D(0.4, 0.3, 0.0)]
     found = drive(scan_of, [room] * 21, path, wheels)[-1].T_map_base

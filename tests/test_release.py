@@ -4,12 +4,14 @@ import os
 import subprocess
 import sys
 import tarfile
+import tomllib
 import zipfile
 from collections.abc import Callable
 from email import message_from_string
 from pathlib import Path
 
 import pytest
+import yaml
 
 pytest.importorskip("hatchling", reason="make test installs it: pip install hatchling")
 ROOT = Path(__file__).parent.parent
@@ -44,8 +46,7 @@ def test_scenarios_come_with_the_wheel(in_empty_folder: Callable[..., str]) -> N
 
 
 def test_the_robot_model_comes_with_the_wheel(in_empty_folder: Callable[..., str]) -> None:
-    pytest.importorskip("pybullet", reason="PyBullet has no wheel for this Python")
-    found = in_empty_folder("from sim.p3dx import asset; print(asset('urdf/p3dx.urdf').read_text())")
+    found = in_empty_folder("from slam.assets import asset; print(asset('urdf/p3dx.urdf').read_text())")
     assert found == (ROOT / "assets" / "urdf" / "p3dx.urdf").read_text() + "\n"
 
 
@@ -58,6 +59,19 @@ def test_the_wheel_names_what_it_needs(built: Path) -> None:
     assert metadata["Description-Content-Type"] == "text/markdown"
     assert "python_version < '3.12'" in next(line for line in needs if line.startswith("pybullet"))
     assert not [line for line in needs if line.startswith(("stable-baselines3", "ray", "opencv", "rclpy"))]
+
+
+def test_the_wheel_says_that_its_packages_are_typed(built: Path) -> None:
+    with zipfile.ZipFile(next(built.glob("*.whl"))) as wheel:
+        typed = {name.split("/")[0] for name in wheel.namelist() if name.endswith("/py.typed")}
+    assert typed == {"hopslam", "sim", "slam", "hardware"}
+
+
+def test_version_and_date_are_the_same_everywhere() -> None:
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    version = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+    assert citation["version"] == version
+    assert f"\n## {version} - {citation['date-released']}\n" in (ROOT / "CHANGELOG.md").read_text()
 
 
 def test_the_source_has_the_tests_and_no_runs(built: Path) -> None:

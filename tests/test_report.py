@@ -33,7 +33,7 @@ VOID = {"meta", "br", "img", "link", "hr", "input"}
 
 
 class Page(HTMLParser):
-    """What a page holds; every tag that opens must close, and no two things have the same id."""
+    """The content of a page; checks that every tag is closed and that each id is used once."""
 
     def __init__(self, text: str) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What a run leaves behind: readable at every moment, and measured as the field measures."""
+"""The run folder: readable at every moment, and measured as the field measures."""
 
 import json
 import signal
@@ -176,7 +176,7 @@ def test_the_bar_shows_the_error_where_the_truth_is_known() -> None:
 
 
 def grey_pixels(folder: Path, outlines: list[FloatArray]) -> int:
-    """How much of ``map.png`` has the colour that walls are filled with."""
+    """Count the pixels of ``map.png`` in the colour that walls are filled with."""
     draw_map(folder, np.array([[-2.0, -2.0], [2.0, 2.0]]), np.empty((0, 2, 2)), outlines)
     picture = imread(folder / "map.png")
     return int((np.abs(picture[:, :, :3] - 0.88) < 0.01).all(axis=2).sum())

@@ -15,6 +15,7 @@ from slam.robot import Robot
 from slam.run.backends import BACKENDS, make_robot
 from slam.scenario.file import load_scenario
 from tests.rooms import room_plant
+from tests.topic_node import SimulatedNode
 
 SCANS = 12
 
@@ -39,11 +40,19 @@ def hardware_robot(log: Path, devices: ExitStack) -> Robot:
     return make_robot("hardware", load_scenario("corridor", settings), yes=True)
 
 
+def ros_robot(log: Path, devices: ExitStack) -> Robot:
+    """On the topics of a simulated node."""
+    settings = ["physics.engine=plan", "lidar.noise=none"]
+    node = devices.enter_context(SimulatedNode(load_scenario("corridor", settings)))
+    return make_robot("ros", load_scenario("corridor", [*settings, f"duration={0.1 * SCANS}"]), bus=node.bus)
+
+
 MAKERS: dict[str, Callable[[Path, ExitStack], Robot]] = {
     "sim": sim_robot,
     "sim, plan": plan_robot,
     "replay": replay_robot,
     "hardware": hardware_robot,
+    "ros": ros_robot,
 }
 
 
@@ -137,5 +146,5 @@ def test_leaving_by_an_exception_closes(make: Callable[[], Robot]) -> None:
 def test_an_unknown_back_end_names_the_known_ones() -> None:
     with pytest.raises(ScenarioError, match="did you mean replay"):
         make_robot("replai")
-    with pytest.raises(HopslamError, match="choose one of sim, replay, hardware"):
+    with pytest.raises(HopslamError, match="choose one of sim, replay, hardware, ros"):
         make_robot("Roomba")

@@ -29,7 +29,8 @@ PLAIN = {name: "1" for name in STRANGE if name.endswith("THREADS")} | {
 }
 TIMES = ("began", "real_time_factor", "closing_s", "slam_s_total")
 """Entries of metrics.json that tell of the machine, beside those in milliseconds."""
-ROW_TIMES = (*TIMES, "seconds", "started", "host")
+ROW_TIMES = ("seconds", "started", "host")
+"""Entries of a row of a sweep that tell of the machine, beside those that begin with ``wall.``."""
 
 
 def run(words: list[str], environment: dict[str, str]) -> None:
@@ -40,11 +41,15 @@ def run(words: list[str], environment: dict[str, str]) -> None:
 
 
 def timeless(values: dict[str, Any], times: tuple[str, ...] = TIMES) -> dict[str, Any]:
-    return {key: value for key, value in values.items() if key not in times and "_ms" not in key}
+    return {
+        key: value
+        for key, value in values.items()
+        if key not in times and "_ms" not in key and not key.startswith("wall.")
+    }
 
 
 def contents(folder: Path) -> dict[str, object]:
-    """What the files of a run hold, but for times."""
+    """Return the content of the files of a run, without times."""
     found: dict[str, object] = {path.name: path.read_bytes() for path in folder.iterdir()}
     found["metrics.json"] = timeless(json.loads((folder / "metrics.json").read_text()))
     with (folder / "steps.csv").open(newline="") as file:

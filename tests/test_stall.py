@@ -8,11 +8,12 @@ import pytest
 
 from sim.bench.stall_drives import CASES, drive, scene, sill, sill_outcome, wall
 from sim.firmware import RECOVERY_TIME, STALL_TIME, StallGuard
-from sim.p3dx import MOTOR_TORQUE, asset
+from sim.p3dx import MOTOR_TORQUE
 from sim.plant import SimPlant
 from sim.robot import SimRobot
 from sim.wheels import WHEEL_RADIUS
 from sim.world import GRAVITY
+from slam.assets import asset
 from slam.env.p3dx_env import P3DXEnv
 from slam.odometry import Twist2D
 

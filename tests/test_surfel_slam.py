@@ -280,7 +280,7 @@ def test_parts_that_do_not_fit_are_refused() -> None:
 
 
 def test_what_lies_at_the_end_of_the_reach_is_left_out() -> None:
-    """Of a wall there only the echoes that came short are seen: it would be mapped too near."""
+    """At the end of the reach only echoes that are too short arrive, so that a wall would be mapped too near."""
     scan = scan_of(ROOM, Pose2D(), noise=0.02)
     facets = facets_of(scan, extract_segments(scan, SlamConfig().lines), 0.2)
     nearer = replace(scan, range_max=4.0, ranges=np.where(scan.ranges <= 4.0, scan.ranges, np.inf))

@@ -54,7 +54,7 @@ class TwoNodes:
         return {pid for pid in self._processes(str(self._temporary)) if "raylet/raylet " in line_of(pid)}
 
     def workers(self) -> set[int]:
-        """Those that run a task now: children of these raylets."""
+        """Return the processes that run a task now: children of these raylets."""
         return {pid for pid in self._processes("ray::run_on_cluster") if parent_of(pid) in self.raylets()}
 
     def stop(self) -> None:

@@ -1,4 +1,4 @@
-"""What a sweep is going to run."""
+"""The plan of a sweep: its runs, counted before any is made."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What a sweep does with Ray, without a cluster."""
+"""A sweep's use of Ray, without a cluster."""
 
 import json
 import sys

@@ -1,4 +1,4 @@
-"""What is printed: whole, unbroken and without markup, on a terminal, in a file and in a pipe."""
+"""Printed text is whole, unbroken and without markup, on a terminal, in a file and in a pipe."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ WILD = "[/x] [m] [bold]b[/bold] :smile: [link=a]"
 
 
 def shown(*tables: TerminalTable, width: int | None = None) -> str:
-    """What these tables are on a terminal so many characters wide, without colours, or in a file."""
+    """Return these tables as printed on a terminal of ``width`` characters, without colours, or in a file."""
     text = StringIO()
     Terminal(file=text, width=width, force_terminal=width is not None).print(*tables)
     return re.sub(r"\x1b\[[0-9;]*m", "", text.getvalue())

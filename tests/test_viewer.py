@@ -66,7 +66,7 @@ def rerun(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
 
 
 def entities(recording: Path) -> set[str]:
-    """Those that a program that is not ours finds in a recording."""
+    """Return the entities that rerun's own reader finds in a recording."""
     lines = rerun("rrd", "print", recording).stdout.splitlines()
     return {line.split(" - ")[1] for line in lines if line.startswith("Chunk(")}
 

@@ -76,7 +76,7 @@ def lengths(ends: FloatArray) -> FloatArray:
 
 
 def between(ends: FloatArray, low: tuple[float, float], high: tuple[float, float]) -> FloatArray:
-    """Those of which a part lies in this rectangle."""
+    """Return the segments of which a part lies in this rectangle."""
     part = np.linspace(0.0, 1.0, 101)[:, None]
     inside = [
         np.all(((1 - part) * a + part * b > low) & ((1 - part) * a + part * b < high), axis=1).any() for a, b in ends

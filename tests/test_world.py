@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from sim.bullet import pybullet
-from sim.p3dx import P3dx, asset
+from sim.p3dx import P3dx
 from sim.world import World
+from slam.assets import asset
 from slam.errors import RobotError
 from slam.odometry import Twist2D
 from slam.scenario.furniture import Box

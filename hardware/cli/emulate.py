@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from slam.console.options import RecordWire, Rerun, ScenarioName, Settings
+from slam.console.options import Foxglove, FoxgloveAt, RecordWire, Rerun, Ros, ScenarioName, Settings
 
 Share = Annotated[float, typer.Option(min=0.0, max=1.0, metavar="SHARE", help="Share of the bytes, both directions.")]
 
@@ -35,6 +35,9 @@ def emulate(
     record_wire: RecordWire = None,
     settings: Settings = None,
     rerun: Rerun = None,
+    ros: Ros = False,
+    foxglove: Foxglove = False,
+    foxglove_at: FoxgloveAt = None,
 ) -> None:
     """Emulate a P3-DX and its lidar, a URG-04LX or an LD19, for any software that speaks to such devices.
 
@@ -49,6 +52,8 @@ def emulate(
 
     hopslam emulate office_loop --link-dir /tmp/robot --rerun serve
 
+    hopslam emulate corridor --plant plan --foxglove
+
     hopslam emulate corridor --set lidar.model=ld19
 
     hopslam emulate corridor --tcp --fault lidar:unplug@10+5 --fault robot:e-stop@20+3
@@ -61,9 +66,11 @@ def emulate(
     from hardware.emulator.emulator import emulated_lidar
     from hardware.emulator.serial_line import LineNoise
     from hardware.emulator.serve import EmulatorView, emulator_scene, serve
+    from hardware.emulator.topics import EmulatorTopics
     from hardware.wire.session import WireSession
     from slam.console.terminal import Terminal
     from slam.run.backends import make_plant
+    from slam.run.topics.topic_choice import TopicChoice
     from slam.run.viewer.viewers import Viewers
     from slam.scenario.file import read_scenario
 
@@ -73,10 +80,16 @@ def emulate(
     emulated_plant = make_plant(plant, loaded)
     with ExitStack() as stack:
         wire = stack.enter_context(WireSession(record_wire))
-        show, viewers = None, stack.enter_context(Viewers(rerun or (), Terminal(stderr=True)))
+        shows, console = [], Terminal(stderr=True)
+        viewers = stack.enter_context(Viewers(rerun or (), console))
         if rerun:
             scene = emulator_scene(loaded)
             broadcast = viewers.open(scene)
             assert broadcast is not None  # there are targets
-            show = EmulatorView(stack.enter_context(broadcast), scene).show
-        serve(emulated_plant, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog, show, wire, lidar)
+            shows.append(EmulatorView(stack.enter_context(broadcast), scene).show)
+        choice = TopicChoice(ros, foxglove_at or foxglove)
+        if (topics := stack.enter_context(choice.session(console))) is not None:
+            shows.append(EmulatorTopics(topics, loaded).show)
+        serve(
+            emulated_plant, link_dir, tcp, fault or [], noise, drift, rs232, seed, truth, watchdog, shows, wire, lidar
+        )

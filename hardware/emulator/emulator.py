@@ -46,6 +46,12 @@ class EmulatorState:
     points: FloatArray
     """(N, 2): the ends of the beams of the last turn, sensor frame; none while the laser is off."""
     stalled: bool
+    bearings: FloatArray
+    """(B,): the directions of the lidar, radians, sensor frame ..."""
+    ranges: FloatArray
+    """... and the newest range in each, metres; nan where nothing is measured, or the laser is off."""
+    volts: float
+    """Voltage of the robot's battery."""
 
 
 _T = TypeVar("_T")
@@ -155,7 +161,10 @@ class Emulator(Closing):
         echoes = np.isfinite(ranges) & self.scanner.laser
         near = ranges[echoes, None] * unit_vectors(bearings[echoes])
         plant = self._plant
-        return EmulatorState(self.p3dx.moved_until - self._began, plant.T_map_base, plant.odometry, near, plant.stalled)
+        return EmulatorState(
+            self.p3dx.moved_until - self._began, plant.T_map_base, plant.odometry, near, plant.stalled,
+            bearings, np.where(self.scanner.laser, ranges, np.nan), self.p3dx.reports.battery,
+        )  # fmt: skip
 
     def _serve(self) -> None:
         while not self._stopping:

@@ -43,7 +43,7 @@ def serve(
     seed: int,
     truth: Path | None,
     watchdog: float,
-    show: Callable[[EmulatorState], object] | None = None,
+    shows: Sequence[Callable[[EmulatorState], object]] = (),
     wire: WireSession | None = None,
     lidar: str = "urg04lx",
 ) -> None:
@@ -51,8 +51,9 @@ def serve(
 
     ``lidar`` is the model that is emulated.
 
-    ``truth`` gets the true poses of the base as TUM text, 20 a second, stamped by the host's monotonic clock; ``show``
-    gets the state 10 times a second. InputError for an unknown fault, or a file or folder that cannot be used.
+    ``truth`` gets the true poses of the base as TUM text, 20 a second, stamped by the host's monotonic clock; each
+    of ``shows`` gets the state 10 times a second. InputError for an unknown fault, and for a file or folder that cannot
+    be used.
     """
     planned = [TimedFault.parse(text) for text in faults]
     robot_port, lidar_port = _ports(link_dir, tcp, device_name(lidar))
@@ -77,8 +78,10 @@ def serve(
             sleep(_TRUTH_PERIOD)
             if file is not None:
                 file.write(format_tum(*emulator.truth) + "\n")
-            if show is not None and tick % _SHOWN_EVERY == 0:
-                show(emulator.state)
+            if shows and tick % _SHOWN_EVERY == 0:
+                state = emulator.state
+                for show in shows:
+                    show(state)
 
 
 def _opened(truth: Path | None) -> AbstractContextManager[TextIO | None]:

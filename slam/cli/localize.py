@@ -5,7 +5,20 @@ from typing import Annotated
 
 import typer
 
-from slam.console.options import AllowModules, Lenient, OdomTopic, Out, Rerun, ScanTopic, Settings, complete_scenario
+from slam.console.options import (
+    AllowModules,
+    Foxglove,
+    FoxgloveAt,
+    Lenient,
+    OdomTopic,
+    Out,
+    Pace,
+    Rerun,
+    Ros,
+    ScanTopic,
+    Settings,
+    complete_scenario,
+)
 from slam.console.terminal import Terminal
 
 Source = Annotated[
@@ -34,6 +47,10 @@ def localize(
     settings: Settings = None,
     allow_modules: AllowModules = None,
     rerun: Rerun = None,
+    ros: Ros = False,
+    foxglove: Foxglove = False,
+    foxglove_at: FoxgloveAt = None,
+    pace: Pace = None,
     scan_topic: ScanTopic = None,
     odom_topic: OdomTopic = None,
     lenient: Lenient = False,
@@ -51,6 +68,8 @@ def localize(
     hopslam localize fr079.log.gz --map runs/latest/map.json --set slam.localization.hypotheses=100
 
     hopslam localize runs/latest --map /tmp/office/map.json
+
+    hopslam localize office_loop --map /tmp/office/map.json --foxglove
     """
     from slam.run.launch import localize as launch
     from slam.run.run_and_report import run_and_report
@@ -59,7 +78,8 @@ def localize(
     run_and_report(
         lambda viewers: launch(
             source, saved_map, scenario=scenario, seed=seed, settings=settings or (), out=out, scan_topic=scan_topic,
-            odom_topic=odom_topic, allow_modules=allow_modules or (), check=False, viewers=viewers, console=console,
+            odom_topic=odom_topic, allow_modules=allow_modules or (), ros=ros,
+            foxglove=foxglove_at or foxglove, pace=pace, check=False, viewers=viewers, console=console,
         ),
         rerun,
         console,

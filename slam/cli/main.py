@@ -35,6 +35,7 @@ COMMANDS: Final = {
         "emulate": "hardware.cli.emulate:emulate",
         "wire": "hardware.cli.wire:wire",
         "calibrate": "slam.cli.calibrate:app",
+        "ros": "slam.cli.ros:app",
     },
     "Measure": {"bench": "slam.cli.bench:app"},
     "About": {"licences": "slam.cli.licences:licences"},

@@ -7,10 +7,14 @@ import typer
 
 from slam.console.options import (
     AllowModules,
+    Foxglove,
+    FoxgloveAt,
     Lenient,
     OdomTopic,
     Out,
+    Pace,
     Rerun,
+    Ros,
     SavedMap,
     ScanTopic,
     Settings,
@@ -44,6 +48,10 @@ def replay(
     settings: Settings = None,
     allow_modules: AllowModules = None,
     rerun: Rerun = None,
+    ros: Ros = False,
+    foxglove: Foxglove = False,
+    foxglove_at: FoxgloveAt = None,
+    pace: Pace = None,
     saved_map: SavedMap = None,
     start: Start = "search",
     scan_topic: ScanTopic = None,
@@ -62,6 +70,8 @@ def replay(
 
     hopslam replay runs/latest --set slam.deskew=false
 
+    hopslam replay robot.mcap --ros --foxglove --pace 4
+
     hopslam replay second_half.log --map runs/latest/map.json --start saved
     """
     from slam.run.launch import replay as launch
@@ -71,7 +81,8 @@ def replay(
     run_and_report(
         lambda viewers: launch(
             log, scenario=scenario, settings=settings or (), out=out, saved_map=saved_map, start=start,
-            scan_topic=scan_topic, odom_topic=odom_topic, allow_modules=allow_modules or (), check=False,
+            scan_topic=scan_topic, odom_topic=odom_topic, allow_modules=allow_modules or (), ros=ros,
+            foxglove=foxglove_at or foxglove, pace=pace, check=False,
             viewers=viewers, console=console,
         ),
         rerun,

@@ -4,11 +4,28 @@ from typing import Annotated, Literal
 
 import typer
 
-from slam.console.options import AllowModules, Out, RecordWire, Rerun, SavedMap, ScenarioName, Seed, Settings, Yes
+from slam.console.options import (
+    AllowModules,
+    Foxglove,
+    FoxgloveAt,
+    Out,
+    Pace,
+    RecordWire,
+    Rerun,
+    Ros,
+    SavedMap,
+    ScenarioName,
+    Seed,
+    Settings,
+    Yes,
+)
 from slam.console.terminal import Terminal
 
 Backend = Annotated[
-    str, typer.Option(metavar="NAME", help="sim; hardware, the real robot; or module:Class, one of your own.")
+    str,
+    typer.Option(
+        metavar="NAME", help="sim; hardware, the real robot; ros, one of ROS 2; or module:Class, one of your own."
+    ),
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="The real robot's sensors only: it never moves.")]
 Start = Annotated[
@@ -23,6 +40,10 @@ def run(
     settings: Settings = None,
     allow_modules: AllowModules = None,
     rerun: Rerun = None,
+    ros: Ros = False,
+    foxglove: Foxglove = False,
+    foxglove_at: FoxgloveAt = None,
+    pace: Pace = None,
     backend: Backend = "sim",
     yes: Yes = False,
     dry_run: DryRun = False,
@@ -44,6 +65,10 @@ def run(
 
     hopslam run office_loop --map runs/latest/map.json --start search
 
+    hopslam run office_loop --foxglove
+
+    hopslam run office_loop --ros --set route.waypoints=[] --set duration=3600
+
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
 
     hopslam run corridor --backend hardware --record-wire corridor.wire
@@ -55,7 +80,8 @@ def run(
     run_and_report(
         lambda viewers: launch(
             scenario, seed=seed, settings=settings or (), out=out, saved_map=saved_map, start=start, backend=backend,
-            allow_modules=allow_modules or (), yes=yes, dry_run=dry_run,
+            allow_modules=allow_modules or (), ros=ros,
+            foxglove=foxglove_at or foxglove, pace=pace, yes=yes, dry_run=dry_run,
             record_wire=record_wire, check=False, viewers=viewers, console=console,
         ),
         rerun,

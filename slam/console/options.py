@@ -47,6 +47,18 @@ Rerun = Annotated[
         metavar="WHERE", help="Show it: in FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again."
     ),
 ]
+Ros = Annotated[bool, typer.Option("--ros", help="Publish it on topics of ROS 2, and drive by them: see docs/ros.md.")]
+Foxglove = Annotated[
+    bool, typer.Option("--foxglove", help="Serve the same topics to the Foxglove app: see docs/foxglove.md.")
+]
+FoxgloveAt = Annotated[
+    str | None,
+    typer.Option(metavar="[HOST:]PORT", help="Where to serve Foxglove; default: port 8765 of this machine only."),
+]
+Pace = Annotated[
+    float | None,
+    typer.Option(metavar="X", help="With topics: times real time; inf is as fast as it goes. Default: 1."),
+]
 Yes = Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")]
 RecordWire = Annotated[
     Path | None,

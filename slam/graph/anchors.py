@@ -1,5 +1,6 @@
 """Places of the scans of submaps that are no longer in the graph: a few rows for each, riding on submaps that are."""
 
+from array import array
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -25,7 +26,7 @@ class PlacedScans(NamedTuple):
         return PlacedScans(*(np.concatenate(pair)[order] for pair in zip(self, others, strict=True)))
 
     def of_this_run(self) -> "PlacedScans":
-        """Those that are no scans of an earlier run."""
+        """Drop the scans of an earlier run."""
         own = self.indices >= 0
         return PlacedScans(self.indices[own], self.local[own], self.poses[own])
 
@@ -34,25 +35,26 @@ NO_SCANS = PlacedScans(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3))
 
 
 class Anchors:
-    """Scans, each with its place in a submap of the graph; 64 bytes for each of them."""
+    """Scans, each with its place in a submap of the graph; 56 bytes for each of them."""
 
     def __init__(self) -> None:
-        self._numbers = np.empty((0, 2), np.int32)  # of the scan, of the submap
-        self._poses = np.empty((0, 6))  # T_local_laser, T_submap_laser
+        self._numbers = array("i")  # of the scan, of the submap, and so on
+        self._poses = array("d")  # T_local_laser, T_submap_laser, and so on
 
     @property
     def nbytes(self) -> int:
         """Memory of all of them."""
-        return self._numbers.nbytes + self._poses.nbytes
+        return sum(part.itemsize * len(part) for part in (self._numbers, self._poses))
 
     def add(self, index: int, T_local_laser: FloatArray, submap: int, T_submap_laser: FloatArray) -> None:
         """Add scan ``index`` of the run."""
-        self._numbers = np.concatenate([self._numbers, np.array([[index, submap]], np.int32)])
-        self._poses = np.concatenate([self._poses, np.concatenate([T_local_laser, T_submap_laser])[None]])
+        self._numbers.extend((index, submap))
+        self._poses.extend((*T_local_laser.tolist(), *T_submap_laser.tolist()))
 
     def placed(self, T_map_submap: Mapping[int, FloatArray]) -> PlacedScans:
         """The scans where these poses (3,) of the submaps put them."""
-        origins = np.array([T_map_submap[number] for number in self._numbers[:, 1].tolist()]).reshape(-1, 3)
-        order = np.argsort(self._numbers[:, 0], kind="stable")
-        poses = compose_poses(origins, self._poses[:, 3:])
-        return PlacedScans(self._numbers[order, 0].astype(np.int64), self._poses[order, :3], poses[order])
+        numbers, local_poses = np.array(self._numbers).reshape(-1, 2), np.array(self._poses).reshape(-1, 6)
+        origins = np.array([T_map_submap[number] for number in numbers[:, 1].tolist()]).reshape(-1, 3)
+        order = np.argsort(numbers[:, 0], kind="stable")
+        poses = compose_poses(origins, local_poses[:, 3:])
+        return PlacedScans(numbers[order, 0].astype(np.int64), local_poses[order, :3], poses[order])

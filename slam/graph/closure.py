@@ -37,6 +37,8 @@ class Closure:
     """Those that were found since the closure before."""
     poses: FloatArray
     """(K, 3): T_map_laser of the key scans that are kept."""
+    indices: IntArray
+    """(K,): their numbers in the run, below 0 for those of an earlier one."""
     loop_keys: IntArray
     """(M, 2): numbers of two of them for each loop of the graph, see ``loop_keys``."""
 

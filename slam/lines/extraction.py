@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from slam.config import ChiSquareConfig, HoppingConfig, OwnMethod
+from slam.config import ChiSquareConfig, LineConfig, OwnMethod
 from slam.errors import InputError
 from slam.lines.chi_square import segments_by_chi_square
 from slam.lines.hopping import segments_by_hopping
@@ -23,9 +23,7 @@ _COLUMNS: Final[dict[str, tuple[type[float], tuple[int, ...]]]] = {
 """Kind of the numbers in each array, and the shape of one segment's entry; covariances may be None."""
 
 
-def extract_segments(
-    scan: LaserScan, config: HoppingConfig | ChiSquareConfig | OwnMethod, noise: RangeNoise | None = None
-) -> Segments:
+def extract_segments(scan: LaserScan, config: LineConfig, noise: RangeNoise | None = None) -> Segments:
     """Find the segments of the scan, sensor frame; they count its points as ``scan.points()`` does.
 
     ``noise`` is that of its ranges; without it, it is what this one scan and the settings tell.

@@ -14,12 +14,11 @@ from typing import Final, Self
 import numpy as np
 
 from slam.compiled import compiled
-from slam.config import ChiSquareConfig, HoppingConfig, OwnMethod
+from slam.config import ChiSquareConfig, LineConfig
 from slam.lines.range_noise import ROUGHNESS, RangeNoise, noise_of_sensor
 from slam.pose import FloatArray
 from slam.scan import COS, SIN, LaserScan
 
-AnyLineConfig = HoppingConfig | ChiSquareConfig | OwnMethod
 NEAREST: Final = 2.0**-4
 """Metres, begin of the first band of range."""
 BANDS: Final = 18
@@ -48,7 +47,7 @@ ASSUMED: Final = RangeNoise(0.01, 1.0, 0.01, ROUGHNESS)
 """The noise with which one begins where no sensor is named."""
 
 
-def named_noise(config: AnyLineConfig | None) -> RangeNoise | None:
+def named_noise(config: LineConfig | None) -> RangeNoise | None:
     """The noise of the sensor that the settings name; None where they name none."""
     if not isinstance(config, ChiSquareConfig) or config.sensor is None:
         return None
@@ -98,7 +97,7 @@ class LearntNoise:
         """Differences by range and size, (BANDS, SIZES); they are all that is remembered."""
 
     @classmethod
-    def start(cls, config: AnyLineConfig | None = None) -> Self:
+    def start(cls, config: LineConfig | None = None) -> Self:
         """Begin with what these settings know of the sensor before its first scan."""
         return cls(_expected_counts(named_noise(config) or ASSUMED).copy())
 

@@ -13,6 +13,7 @@ BACKENDS: Final = {
     "sim": "sim.robot:SimRobot",
     "replay": "slam.run.replay_robot:ReplayRobot",
     "hardware": "hardware.robot:HardwareRobot",
+    "ros": "slam.run.ros_robot.robot:TopicRobot",
 }
 """slam knows of sim and hardware by name only."""
 

@@ -28,10 +28,12 @@ from slam.run.results.metrics import measure, noise_metrics
 from slam.run.results.recorder import Recorder
 from slam.run.results.run_folder import make_run_folder
 from slam.run.results.run_log import KnownMap, RunLog
+from slam.run.results.step_messages import StepMessages
 from slam.run.robot_env import RobotEnv
 from slam.run.scoring.seen_walls import SeenWalls
 from slam.run.scoring.wall_score import score_walls, wall_metrics
 from slam.run.step import Watcher
+from slam.run.topics.topic_session import TopicSession
 from slam.run.viewer.live_run import RunViewer
 from slam.run.viewer.scene import Scene, planned_route, plots
 from slam.run.viewer.viewers import Viewers
@@ -75,6 +77,10 @@ class Experiment:
     """Duration of the scenario, seconds, where the robot keeps to it."""
     measures: Callable[[Path], dict[str, Any]] = measure
     """Computes the metrics of a run folder."""
+    topics: TopicSession | None = None
+    """Buses that it is published on."""
+    patience: float | None = None
+    """Seconds for which a robot that fell silent is waited for; None: as the scenario says."""
 
     def run(
         self,
@@ -133,12 +139,15 @@ class Experiment:
         interruption: Interruption,
     ) -> tuple[Ending, HopslamError | None, ClosedLoops | None]:  # fmt: skip
         """The loop, and its loops closed when it is over, shown and written."""
+        messages = StepMessages()
         with ExitStack() as shown:
-            viewer = None
+            viewer = published = None
             if (broadcast := viewers.open(self.scene, folder)) is not None:
                 viewer = RunViewer(shown.enter_context(broadcast), self.scene)
-            watchers: list[Watcher] = [seen, closer, *([viewer] if viewer else [])]
-            ending, error = self._recorded_loop(folder, console, watchers, interruption)
+            if self.topics is not None:
+                published = shown.enter_context(self.topics.watcher(self.slam, self.scenario, messages))
+            watchers: list[Watcher] = [seen, closer, *(shows for shows in (viewer, published) if shows)]
+            ending, error = self._recorded_loop(folder, console, messages, watchers, interruption)
             closed = closer.close_loops(console)
             if viewer is not None:
                 if closed is not None:
@@ -146,27 +155,34 @@ class Experiment:
                 if closer.back_end_lost:
                     viewer.warn(closer.back_end_lost)
                 viewer.end(ending, error)
-        if closed is not None:
-            closed.write(folder)
-        elif closer.steps and (made := map_made_by(self.slam)) is not None:
-            write_map(folder / "map.json", made)
+            if closed is not None:
+                closed.write(folder)
+            elif closer.steps and (made := map_made_by(self.slam)) is not None:
+                write_map(folder / "map.json", made)
+            if published is not None:
+                published.show_end(folder)
         return ending, error, closed
 
     def _recorded_loop(
-        self, folder: Path, console: Terminal, watchers: Sequence[Watcher], interruption: Interruption
+        self,
+        folder: Path,
+        console: Terminal,
+        messages: StepMessages,
+        watchers: Sequence[Watcher],
+        interruption: Interruption,
     ) -> tuple[Ending, HopslamError | None]:
         """The loop with all its watchers, whose files are closed whatever ends it."""
         T_map_odom, T_base_laser = self.T_map_odom or self.slam.T_map_base, self.slam.T_base_laser
         with ExitStack() as stack:
             recorder = stack.enter_context(Recorder(folder, T_map_odom, T_base_laser))
-            log = stack.enter_context(RunLog(folder, T_base_laser, KnownMap.of(self.notes)))
+            log = stack.enter_context(RunLog(folder, T_base_laser, KnownMap.of(self.notes), messages))
             progress = stack.enter_context(RunProgress(console, self.scenario.name))
             return self._loop([recorder, log, *watchers, progress, interruption], interruption)
 
     def _loop(self, watchers: Sequence[Watcher], interruption: Interruption) -> tuple[Ending, HopslamError | None]:
         """Run the loop; whatever ends it, the robot is stopped at once."""
         try:
-            patience = self.scenario.hardware.patience
+            patience = self.scenario.hardware.patience if self.patience is None else self.patience
             ending = run_loop(
                 self.env, self.slam, self.pilot, watchers, self.seed, patience, self.duration, interruption.asked
             )

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import Any, Literal
 
@@ -20,10 +21,14 @@ from slam.odometry import Twist2D
 from slam.run.backends import make_robot
 from slam.run.estimator import make_estimator
 from slam.run.experiment import Experiment
-from slam.run.pilots import LocalizeThenDrive, ReplayPilot, Wanderer, WaypointPilot
+from slam.run.pilots import LocalizeThenDrive, Passenger, ReplayPilot, Wanderer, WaypointPilot
 from slam.run.results.metrics import measure_localization
 from slam.run.results.traces import Traces
 from slam.run.robot_env import RobotEnv
+from slam.run.ros_robot.robot import TopicRobot
+from slam.run.topics.paced_robot import PacedRobot
+from slam.run.topics.topic_session import TopicSession
+from slam.run.topics.velocity_commands import CommandedPilot
 from slam.saved_slam import relocate
 from slam.scenario.file import read_scenario
 from slam.scenario.schema import Scenario
@@ -70,6 +75,26 @@ def replay_experiment(path: Path, scenario: Scenario, topics: BagTopics | None =
         seed=scenario.seed,
         notes={"log": str(path), "log_report": log.report, "log_lost_scans": log.lost},
         loss=log.loss,
+    )
+
+
+def following_experiment(scenario: Scenario, robot: TopicRobot) -> Experiment:
+    """Set up the method as the scenario sets it on a robot that others drive, and that is met; it ends when told to.
+
+    The robot begins where the scenario's does; the scenario's world is not used.
+    """
+    start, slam, ros = scenario.robot.start.pose, scenario.slam, scenario.ros
+    scenario = Scenario(
+        name="ros_slam", description=f"scans of {ros.scan_topic}", slam=slam, ros=ros, seed=scenario.seed
+    )
+    return Experiment(
+        scenario=scenario,
+        env=RobotEnv(lambda seed: robot, robot.lidar.lidar, Twist2D(10.0, 10.0)),
+        slam=make_estimator(slam, robot.T_base_laser, start, scenario.seed, Timing(real_time=True)),
+        pilot=Passenger(),
+        seed=scenario.seed,
+        notes={"backend": "ros"},
+        patience=inf,
     )
 
 
@@ -126,8 +151,24 @@ def localize_in_map(experiment: Experiment, path: Path) -> Experiment:
 
 def _searching(experiment: Experiment, known: Callable[[], bool]) -> Experiment:
     """Let a robot that can be driven wander while its place is not known."""
-    if isinstance(experiment.pilot, ReplayPilot):
+    if isinstance(experiment.pilot, Passenger):
         return experiment
     then = experiment.pilot if experiment.scenario.route.waypoints else Wanderer()
     start = experiment.scenario.robot.start.pose
     return replace(experiment, pilot=LocalizeThenDrive(known, then), T_map_odom=start)
+
+
+def on_topics(experiment: Experiment, topics: TopicSession) -> Experiment:
+    """Let the experiment be published and driven on topics.
+
+    A simulated robot and a recorded log keep to the wall clock then. A robot drives its route until the first command
+    comes, and from then on as it is told.
+    """
+    topics.hear_initial_pose(experiment.slam)
+    if topics.pace < inf and "backend" not in experiment.notes:
+        env = experiment.env.wrapped(lambda robot: PacedRobot(robot, topics.pace, topics.on_time))
+        experiment = replace(experiment, env=env)
+    if not isinstance(experiment.pilot, Passenger):
+        topics.hear_commands()
+        experiment = replace(experiment, pilot=CommandedPilot(topics.commands, experiment.pilot))
+    return replace(experiment, topics=topics)

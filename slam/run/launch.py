@@ -8,9 +8,19 @@ from slam.config import SlamConfig
 from slam.console.terminal import Terminal
 from slam.errors import InputError, ScenarioError
 from slam.files.logs import BagTopics
+from slam.pose import Pose2D
 from slam.run.experiment import Experiment
-from slam.run.experiment_setup import continue_mapping, localize_in_map, replay_experiment, scenario_experiment
+from slam.run.experiment_setup import (
+    continue_mapping,
+    following_experiment,
+    localize_in_map,
+    on_topics,
+    replay_experiment,
+    scenario_experiment,
+)
+from slam.run.ros_robot.robot import TopicRobot
 from slam.run.run import Run
+from slam.run.topics.topic_choice import TopicChoice
 from slam.run.viewer.viewers import Viewers
 from slam.scenario.file import load_scenario, load_template
 from slam.scenario.schema import Scenario
@@ -33,6 +43,9 @@ def run(
     backend: str = "sim",
     allow_modules: Settings = (),
     rerun: Settings = (),
+    ros: bool = False,
+    foxglove: bool | int | str = False,
+    pace: float | None = None,
     pictures: bool = True,
     check: bool = True,
     yes: bool = False,
@@ -51,7 +64,8 @@ def run(
 
     InputError for what is wrong, before anything is done. A run that fails on the way raises its error, and one that is
     interrupted KeyboardInterrupt, when all is written; with ``check=False`` it is returned. ``rerun`` shows it as
-    ``--rerun`` does; a command gives ``viewers`` and ``console`` of its own.
+    ``--rerun`` does; ``ros``, ``foxglove``, which may be a port or ``HOST:PORT``, and ``pace`` are the options of these
+    names. A command gives ``viewers`` and ``console`` of its own.
     """
     console = console or Terminal(quiet=True)
     template = load_template(scenario, with_seed(settings, seed), allow_modules)
@@ -60,7 +74,9 @@ def run(
     experiment = scenario_experiment(drawn, backend, **_robot_options(backend, yes, dry_run, record_wire))
     if saved_map is not None:
         experiment = continue_mapping(experiment, Path(saved_map), start)
-    return _carried_out(experiment, out, rerun, pictures, check, False, viewers, console)
+    return _carried_out(
+        experiment, out, rerun, TopicChoice(ros, foxglove, pace), pictures, check, False, viewers, console
+    )
 
 
 def replay(
@@ -77,6 +93,9 @@ def replay(
     lenient: bool = False,
     allow_modules: Settings = (),
     rerun: Settings = (),
+    ros: bool = False,
+    foxglove: bool | int | str = False,
+    pace: float | None = None,
     pictures: bool = True,
     check: bool = True,
     viewers: Viewers | None = None,
@@ -94,7 +113,9 @@ def replay(
     experiment = _recorded(Path(log), scenario, settings, slam, allow_modules, topics, console)
     if saved_map is not None:
         experiment = continue_mapping(experiment, Path(saved_map), start)
-    return _carried_out(experiment, out, rerun, pictures, check, lenient, viewers, console)
+    return _carried_out(
+        experiment, out, rerun, TopicChoice(ros, foxglove, pace), pictures, check, lenient, viewers, console
+    )
 
 
 def localize(
@@ -111,6 +132,9 @@ def localize(
     lenient: bool = False,
     allow_modules: Settings = (),
     rerun: Settings = (),
+    ros: bool = False,
+    foxglove: bool | int | str = False,
+    pace: float | None = None,
     pictures: bool = True,
     check: bool = True,
     viewers: Viewers | None = None,
@@ -130,19 +154,62 @@ def localize(
         drawn = load_scenario(source, with_seed(settings, seed), allow_modules)
         experiment = scenario_experiment(_with_slam(drawn, slam))
     localizing = localize_in_map(experiment, Path(saved_map))
-    return _carried_out(localizing, out, rerun, pictures, check, lenient, viewers, console)
+    return _carried_out(
+        localizing, out, rerun, TopicChoice(ros, foxglove, pace), pictures, check, lenient, viewers, console
+    )
+
+
+def follow(
+    scenario: str | Path = "replay",
+    *,
+    settings: Settings = (),
+    slam: SlamConfig | None = None,
+    mount: tuple[float, float, float] | None = None,
+    out: str | Path | None = None,
+    saved_map: str | Path | None = None,
+    start: Literal["search", "saved"] = "search",
+    keep_map: bool = False,
+    allow_modules: Settings = (),
+    rerun: Settings = (),
+    foxglove: bool | int | str = False,
+    pictures: bool = True,
+    check: bool = True,
+    viewers: Viewers | None = None,
+    console: Terminal | None = None,
+) -> Run:
+    """Map the surroundings of a robot of ROS 2 that others drive, as ``hopslam ros slam`` does, until Ctrl-C.
+
+    The topics and the settings of the method are those of the scenario. The lidar is at ``mount``, x, y and theta,
+    where the robot's transforms do not tell its place. With ``saved_map`` mapping goes on in it, or,
+    with ``keep_map``, the robot is found and tracked in it and the map stays as it is. All else is as in ``replay``.
+    """
+    console = console or Terminal(quiet=True)
+    drawn = _with_slam(load_scenario(scenario, settings, allow_modules), slam)
+    if saved_map is None and keep_map:
+        raise InputError("--localize needs the map of another run; add --map FILE")
+    with TopicRobot(drawn, follows=True, mount=Pose2D(*(mount or ()))) as robot:
+        with console.waiting(f"waiting for {drawn.ros.scan_topic}"):
+            robot.meet()
+        experiment = following_experiment(drawn, robot)
+        if saved_map is not None:
+            path = Path(saved_map)
+            experiment = localize_in_map(experiment, path) if keep_map else continue_mapping(experiment, path, start)
+        choice = TopicChoice(ros=True, foxglove=foxglove, follows=robot)
+        return _carried_out(experiment, out, rerun, choice, pictures, check, False, viewers, console)
 
 
 def _carried_out(
-    experiment: Experiment, out: str | Path | None, rerun: Settings, pictures: bool, check: bool, lenient: bool,
-    viewers: Viewers | None, console: Terminal,
+    experiment: Experiment, out: str | Path | None, rerun: Settings, choice: TopicChoice, pictures: bool, check: bool,
+    lenient: bool, viewers: Viewers | None, console: Terminal,
 ) -> Run:  # fmt: skip
-    """Run the experiment, shown in the viewers of the command, or in those of ``rerun`` until it is over."""
+    """Run the experiment on its topics, and in the viewers of the command or in those of ``rerun`` until it is over."""
     if viewers is None:
         with Viewers(rerun, console) as own:
-            return _carried_out(experiment, out, (), pictures, check, lenient, own, console)
+            return _carried_out(experiment, out, (), choice, pictures, check, lenient, own, console)
     folder = None if out is None else Path(out)
-    made = Run.of(experiment.run(folder, viewers, console, pictures), experiment.loss)
+    with choice.session(console) as topics:
+        experiment = experiment if topics is None else on_topics(experiment, topics)
+        made = Run.of(experiment.run(folder, viewers, console, pictures), experiment.loss)
     if check:
         console.warn(*made.warnings)
         made.require_success(lenient)

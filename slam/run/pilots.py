@@ -104,8 +104,21 @@ class WaypointPilot:
         return Twist2D(linear, angular)
 
 
-class ReplayPilot:
-    """Commands nothing: for a recorded log, which drives as it once did."""
+class Passenger:
+    """Commands nothing, and is never done: for a robot that others drive."""
+
+    @property
+    def progress(self) -> float:
+        """Nothing, as nobody knows how much there is."""
+        return 0.0
+
+    def command(self, T_map_base: Pose2D, scan: LaserScan | None = None) -> Twist2D | None:
+        """No motion."""
+        return Twist2D()
+
+
+class ReplayPilot(Passenger):
+    """A passenger of a recorded log, which drives as it once did, and whose end ends the run."""
 
     def __init__(self, scans: int) -> None:
         self._scans, self._seen = scans, 0
@@ -116,7 +129,7 @@ class ReplayPilot:
         return self._seen / self._scans
 
     def command(self, T_map_base: Pose2D, scan: LaserScan | None = None) -> Twist2D | None:
-        """No motion, and never done: the log's end ends the run."""
+        """No motion; the scan counts as seen."""
         self._seen += 1
         return Twist2D()
 

@@ -37,7 +37,7 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
 
     def __init__(self, open_robot: Callable[[int], Robot], lidar: Lidar, limits: Twist2D) -> None:
         self._open_robot = open_robot
-        self._lidar = lidar
+        self._lidar, self._limits = lidar, limits
         self._robot: Robot | None = None
         self._prepared: Robot | None = None
         self._last: ObservationDict = {}
@@ -54,6 +54,10 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
         if self._robot is None:
             raise RobotError("the environment has no robot yet: call reset() first")
         return self._robot
+
+    def wrapped(self, wrap: Callable[[Robot], Robot]) -> "RobotEnv":
+        """Make an environment of the same robots, each in this wrapper."""
+        return RobotEnv(lambda seed: wrap(self._open_robot(seed)), self._lidar, self._limits)
 
     def prepare(self, seed: int) -> None:
         """Make the robot of the next reset now, with its devices still closed: InputError where it cannot be."""

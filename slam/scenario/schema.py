@@ -13,6 +13,7 @@ from slam.scenario.generators.office import OfficeGenerator
 from slam.scenario.hardware_config import HardwareConfig
 from slam.scenario.lidar_config import LidarConfig
 from slam.scenario.robot_config import RobotConfig
+from slam.scenario.ros_config import RosConfig
 from slam.scenario.values import Point, Positive, SmallLength, Speed, TurnSpeed
 from slam.scenario.world_plan import Person, World
 
@@ -61,6 +62,7 @@ class Scenario(Section):
     robot: RobotConfig = RobotConfig()
     lidar: LidarConfig = LidarConfig()
     hardware: HardwareConfig = HardwareConfig()
+    ros: RosConfig = RosConfig()
     route: Route = Route()
     physics: Physics = Physics()
     slam: SlamConfig = SlamConfig()

@@ -7,14 +7,13 @@ comes from the transforms. A log of this project says besides where in the map i
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 
 from slam.errors import LogError
 from slam.files.logs.bag_contents import BagContents
 from slam.files.logs.bag_odometry import BagOdometry
-from slam.files.logs.bag_poses import FrameTree, Mount, PoseSeries
+from slam.files.logs.bag_poses import BASES, FrameTree, Mount, PoseSeries, tells_odometry
 from slam.files.logs.bag_scans import BagScan, ranges_of, scans_of_one_lidar
 from slam.files.logs.log import BagTopics, Log, lidar_of, scan_time
 from slam.files.logs.outliers import drop_outliers
@@ -25,9 +24,6 @@ from slam.files.ros.decoder import StampedOdometry, Transform
 from slam.files.ros.messages import LASER_SCAN, MULTI_ECHO, ODOMETRY, POSE, RawMessage
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D, relative_poses
-
-_BASES: Final = ("base_link", "base_footprint")
-
 
 Reader = Callable[[Path], Iterator[RawMessage]]
 
@@ -104,9 +100,9 @@ def _odometry(contents: BagContents, topic: str | None, moving: list[Transform])
     """Motion of the base in the frame of its odometry: its messages, or else its transforms, or none at all."""
     found = contents.messages_of(topic, "--odom-topic", ODOMETRY)
     if messages := _without_outliers(contents.values(found), contents.statistics):
-        return BagOdometry.of(messages, messages[0].child or _BASES[0])
-    links = [t for t in moving if "odom" in t.frame.rpartition("/")[2] and t.child.rpartition("/")[2] in _BASES]
-    base = links[0].child if links else _BASES[0]
+        return BagOdometry.of(messages, messages[0].child or BASES[0])
+    links = [t for t in moving if tells_odometry(t)]
+    base = links[0].child if links else BASES[0]
     poses = (StampedOdometry(Odometry(t.stamp, t.pose), base, t.received) for t in links if t.child == base)
     return BagOdometry.of(_without_outliers(poses, contents.statistics), base)
 
@@ -132,8 +128,7 @@ def _mount(tree: FrameTree, base: str, laser: str, statistics: ReadStatistics, m
     Where nothing tells it, the laser is taken to sit on the centre.
     """
     try:
-        mounts = (tree.mount(known, laser) for known in (base, *_BASES))
-        mount = next((mount for mount in mounts if mount is not None), None)
+        mount = tree.mount(base, laser)
     except LogError as error:
         raise LogError(f"{statistics.path}: {error}") from None
     if mount is None and moves:

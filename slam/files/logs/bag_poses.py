@@ -16,6 +16,8 @@ from slam.files.ros.decoder import Transform
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D
 
+BASES: Final = ("base_link", "base_footprint")
+"""Frames that ROS robots call their base."""
 _LEVEL: Final = 0.98
 """Cosine of the tilt up to which a frame counts as level."""
 
@@ -82,6 +84,11 @@ def _interpolated(at: FloatArray, stamps: FloatArray, rows: FloatArray) -> Float
     return np.column_stack([np.interp(at, stamps, column) for column in rows.T])
 
 
+def tells_odometry(link: Transform) -> bool:
+    """Return True for a transform from a frame of odometry to a base."""
+    return "odom" in link.frame.rpartition("/")[2] and link.child.rpartition("/")[2] in BASES
+
+
 class Mount(NamedTuple):
     """Place of a lidar on its robot, seen from above."""
 
@@ -99,7 +106,14 @@ class FrameTree:
             self._links.setdefault(transform.child, transform)
 
     def mount(self, base: str, sensor: str) -> Mount | None:
-        """Place of the sensor on the base; None where nothing joins them. LogError where the sensor is tilted."""
+        """Place of the sensor on this base, or else on one of a usual name; None where nothing joins them.
+
+        LogError where the sensor is tilted.
+        """
+        mounts = (self._mount(known, sensor) for known in (base, *BASES))
+        return next((mount for mount in mounts if mount is not None), None)
+
+    def _mount(self, base: str, sensor: str) -> Mount | None:
         below_base = self._above(base)
         for frame, sensor_links in self._above(sensor):
             for other, base_links in below_base:

@@ -18,6 +18,7 @@ from slam.files.ros.messages import MULTI_ECHO, RawMessage
 from slam.lidars import Lidar, ordered_bearings
 from slam.limits import BEAMS
 from slam.pose import FloatArray
+from slam.scan import LaserScan
 
 _LARGEST_BEARING: Final = 7.0
 """Radians: a turn and a little more."""
@@ -44,6 +45,7 @@ class BagScan:
     fingerprint: int
     """Hash of its ranges."""
     time_increment: float
+    scan_time: float
     turned: bool = False
     """Its beams are in the other order than in the message."""
 
@@ -89,7 +91,18 @@ def parse_laser_scan(raw: RawMessage, number: int) -> BagScan:
         beams=len(scan.ranges),
         fingerprint=hash(_readings(raw, scan).tobytes()),
         time_increment=decoder.decimal(scan.time_increment),
+        scan_time=decoder.decimal(scan.scan_time),
     )
+
+
+def whole_scan(raw: RawMessage, scan: BagScan, inverted: bool) -> LaserScan:
+    """The scan of a message and its ranges, of a lidar that hangs upside down or not."""
+    upright, fan = scan.upright(inverted)
+    ranges = _ranges(raw)
+    return LaserScan(
+        upright.stamp, fan.angle_min, fan.angle_increment, fan.range_min, fan.range_max,
+        ranges[::-1] if upright.turned else ranges, upright.time_increment, upright.scan_time,
+    )  # fmt: skip
 
 
 def ranges_of(

@@ -8,7 +8,7 @@ import numpy as np
 from rosbags.serde import SerdeError
 
 from slam.files.fields import LARGEST, BadLine, impossible
-from slam.files.ros.messages import RawMessage, ros1_types, ros2_types
+from slam.files.ros.messages import STAMPED_TWIST, RawMessage, ros1_types, ros2_types
 from slam.lidars import whole_steps
 from slam.odometry import Odometry, Twist2D
 from slam.pose import FloatArray, Pose2D, wrap_angle
@@ -113,6 +113,23 @@ def decode_pose(raw: RawMessage) -> StampedPose:
     """A ``geometry_msgs/PoseStamped``."""
     message = decode(raw)
     pose = _planar(message.pose.position, message.pose.orientation)
+    return StampedPose(seconds(message.header), frame_name(message.header.frame_id), pose)
+
+
+def decode_twist(raw: RawMessage) -> Twist2D:
+    """A ``geometry_msgs/Twist`` or ``TwistStamped``: its speeds forward and about z."""
+    message = decode(raw)
+    twist = message.twist if raw.type == STAMPED_TWIST else message
+    for name, value in (("linear.x", twist.linear.x), ("angular.z", twist.angular.z)):
+        if not abs(value) <= LARGEST:
+            raise impossible(name, value)
+    return Twist2D(twist.linear.x, twist.angular.z)
+
+
+def decode_unsure_pose(raw: RawMessage) -> StampedPose:
+    """A ``geometry_msgs/PoseWithCovarianceStamped``, without its covariance."""
+    message = decode(raw)
+    pose = _planar(message.pose.pose.position, message.pose.pose.orientation)
     return StampedPose(seconds(message.header), frame_name(message.header.frame_id), pose)
 
 

@@ -5,8 +5,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE, TRANSFORMS, ros2_types
-from slam.odometry import Odometry
+from slam.files.ros.messages import LASER_SCAN, ODOMETRY, POSE, STAMPED_TWIST, TRANSFORMS, TWIST, ros2_types
+from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.scan import LaserScan
 
@@ -50,13 +50,20 @@ class Encoder:
         """``nav_msgs/Odometry`` of ``base_link`` in ``odom``; its covariances are zero: not known."""
         twist, make = odometry.twist, self._make
         pose = make("geometry_msgs/msg/PoseWithCovariance", self._pose(odometry.T_odom_base), _NO_COVARIANCE)
-        velocity = make("geometry_msgs/msg/Twist", self._vector(twist.linear), self._vector(0.0, 0.0, twist.angular))
-        moving = make("geometry_msgs/msg/TwistWithCovariance", velocity, _NO_COVARIANCE)
+        moving = make("geometry_msgs/msg/TwistWithCovariance", make(TWIST, *self._velocity(twist)), _NO_COVARIANCE)
         return self._cdr(ODOMETRY, self._header(odometry.stamp, "odom"), "base_link", pose, moving)
 
     def pose(self, stamp: float, frame: str, pose: Pose2D) -> bytes:
         """``geometry_msgs/PoseStamped``: where ``base_link`` is in that frame."""
         return self._cdr(POSE, self._header(stamp, frame), self._pose(pose))
+
+    def twist(self, twist: Twist2D) -> bytes:
+        """``geometry_msgs/Twist``."""
+        return self._cdr(TWIST, *self._velocity(twist))
+
+    def stamped_twist(self, stamp: float, twist: Twist2D) -> bytes:
+        """``geometry_msgs/TwistStamped`` of ``base_link``."""
+        return self._cdr(STAMPED_TWIST, self._header(stamp, "base_link"), self._make(TWIST, *self._velocity(twist)))
 
     def transforms(self, stamp: float, *transforms: tuple[str, str, Pose2D]) -> bytes:
         """``tf2_msgs/TFMessage`` of (frame, child frame, pose of the child)."""
@@ -78,12 +85,17 @@ class Encoder:
     def _quaternion(self, theta: float) -> Any:
         return self._make("geometry_msgs/msg/Quaternion", 0.0, 0.0, *_half_turn(theta))
 
+    def _velocity(self, twist: Twist2D) -> tuple[Any, Any]:
+        return self._vector(twist.linear), self._vector(0.0, 0.0, twist.angular)
+
     def _vector(self, x: float, y: float = 0.0, z: float = 0.0) -> Any:
         return self._make("geometry_msgs/msg/Vector3", x, y, z)
 
     def _header(self, stamp: float, frame: str) -> Any:
-        seconds, rest = divmod(nanoseconds(stamp), 10**9)
-        return self._make("std_msgs/msg/Header", self._make("builtin_interfaces/msg/Time", seconds, rest), frame)
+        return self._make("std_msgs/msg/Header", self._time(stamp), frame)
+
+    def _time(self, stamp: float) -> Any:
+        return self._make("builtin_interfaces/msg/Time", *divmod(nanoseconds(stamp), 10**9))
 
     def _make(self, name: str, *fields: Any) -> Any:
         return self._types[name](*fields)

@@ -16,6 +16,7 @@ from slam.files.unpacking import TruncatedFile
 from slam.odometry import Odometry
 from slam.pose import Pose2D
 from slam.robot import Observation
+from slam.run.results.step_messages import StepMessages
 from slam.run.step import Step
 
 _SCANS_A_CHUNK: Final = 8
@@ -44,14 +45,17 @@ class KnownMap(NamedTuple):
 class RunLog(Closing):
     """A watcher that appends every step to ``log.mcap``; of a step, the scan comes last."""
 
-    def __init__(self, folder: Path, T_base_laser: Pose2D, known_map: KnownMap | None = None) -> None:
+    def __init__(
+        self, folder: Path, T_base_laser: Pose2D, known_map: KnownMap | None = None,
+        messages: StepMessages | None = None,
+    ) -> None:  # fmt: skip
         self._path, self._T_base_laser, self._known_map = folder / RUN_LOG, T_base_laser, known_map
-        self._encoder = Encoder()
+        self._encoder, self._messages = Encoder(), messages or StepMessages()
         self._writer: McapWriter | None = None
 
     def on_step(self, step: Step) -> None:
         """Write one step."""
-        messages = dict(self._messages(step))
+        messages = self._messages.of(step)
         writer = self._writer or self._begin(step, sum(len(message) + _BYTES_BESIDE for message in messages.values()))
         for topic, message in messages.items():
             writer.write(topic, nanoseconds(step.observation.scan.stamp), message)
@@ -60,17 +64,6 @@ class RunLog(Closing):
         """Write the index, and put everything on the disk."""
         if self._writer is not None:
             self._writer.close()
-
-    def _messages(self, step: Step) -> Iterator[tuple[str, bytes]]:
-        observation, encoder = step.observation, self._encoder
-        odometry, scan = observation.odometry, observation.scan
-        T_map_odom = step.estimate.T_map_base @ odometry.T_odom_base.inverse()
-        links = ("odom", "base_link", odometry.T_odom_base), ("map", "odom", T_map_odom)
-        yield TF, encoder.transforms(scan.stamp, *links)
-        yield ODOM, encoder.odometry(odometry)
-        if observation.T_map_base is not None:
-            yield GROUND_TRUTH, encoder.pose(scan.stamp, "map", observation.T_map_base)
-        yield SCAN, encoder.scan(scan)
 
     def _begin(self, step: Step, step_size: int) -> McapWriter:
         """The file, with the mount of the lidar in it; ``step_size`` are the bytes of a step."""

@@ -1,0 +1,172 @@
+"""A robot of ROS 2 behind the ``Robot`` protocol."""
+
+import time
+from dataclasses import replace
+from math import inf, isfinite
+from typing import Final, Self
+
+from slam.closing import Closing
+from slam.errors import RobotError, RobotTimeout
+from slam.files.ros.encoder import Encoder
+from slam.files.ros.messages import STAMPED_TWIST, TWIST
+from slam.odometry import Odometry, Twist2D
+from slam.pose import Pose2D
+from slam.robot import Observation, Robot
+from slam.run.ros_robot.heard_lidar import HeardLidar
+from slam.run.ros_robot.heard_topics import HeardTopics
+from slam.scan import LaserScan
+from slam.scenario.schema import Scenario
+from slam.topics.ros_bus import open_ros_bus
+from slam.topics.topic import Bus, Topic
+
+_FIRST: Final = 10.0
+"""Seconds for which the first scan of a robot that is to drive is waited for."""
+_DRIVING, _FOLLOWING = 4, 3000
+"""Scans that may wait for a program that drives by them, and must not lag behind, and for one that only maps."""
+_LATE: Final = 0.25
+"""Seconds for which a scan waits for odometry as late as itself."""
+_STOPS: Final = 3
+"""Commands to stand with which a robot is left, in case one is lost."""
+_HINT: Final = "is the robot in this ROS_DOMAIN_ID, and on this machine or in the ROS_AUTOMATIC_DISCOVERY_RANGE?"
+
+
+class TopicRobot(Closing):
+    """A robot with the topics that the scenario's section ``ros`` names; use it as a context manager.
+
+    It ends after the scenario's duration. Stamps are those of its messages. The odometry is that at the first beam of a
+    scan, between two messages, from 0 at the first scan; its twist is the one that they tell. Commands keep to the
+    scenario's limits. The robot must stop by itself where no command comes, as those of ROS do.
+
+    With ``follows`` it drives as others command, and up to five minutes of scans wait for a program that is slow. Its
+    lidar then is where the robot's transforms have it, or else at ``mount``; one that drives a scenario must have it
+    where the scenario says.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        seed: int | None = None,
+        bus: Bus | None = None,
+        follows: bool = False,
+        mount: Pose2D | None = None,
+    ) -> None:
+        self.T_base_laser = mount or scenario.lidar.mount.pose
+        self.T_odom_start = Pose2D()
+        """``T_odom_base`` at the first scan, in the frame odom of the robot itself."""
+        self._scenario, self._follows = scenario, follows
+        self._bus, self._encoder = bus or open_ros_bus(), Encoder()
+        self._commands = Topic(scenario.ros.command_topic, STAMPED_TWIST if scenario.ros.stamped_commands else TWIST)
+        self._topics: HeardTopics | None = None
+        self._lidar: HeardLidar | None = None
+        self._first: float | None = None  # stamp of the first observation
+        self._last: Observation | None = None
+
+    def __enter__(self) -> Self:
+        """Join the network; a robot that is to drive must be met then, and one that is open stays as it is.
+
+        RobotError says what is missing.
+        """
+        if self._topics is None:
+            self._bus.__enter__()
+            self._topics = HeardTopics(self._bus, self._scenario.ros, _FOLLOWING if self._follows else _DRIVING)
+            self._first = self._last = None
+            try:
+                if not self._follows:
+                    self.meet(_FIRST)
+            except BaseException:
+                self.close()
+                raise
+        return self
+
+    def meet(self, timeout: float = inf) -> None:
+        """Wait for the first scan, and learn which lidar made it, and where that is; RobotError where none comes."""
+        self._lidar = HeardLidar.wait_for(self._opened(), time.monotonic() + timeout)
+        if self._lidar is None:
+            raise RobotError(f"no scan on {self._scenario.ros.scan_topic} for {timeout:g} s: {_HINT}")
+        if self._follows:
+            self.T_base_laser = self._lidar.place(otherwise=self.T_base_laser)
+        else:
+            self._lidar.require_place(self.T_base_laser)
+
+    def close(self) -> None:
+        """Stop the robot, if it was driven, and leave the network; closing twice does no harm."""
+        topics, self._topics = self._topics, None
+        if topics is not None:
+            if not self._follows:
+                for _ in range(_STOPS):
+                    self._send(Twist2D())
+            self._bus.__exit__(None, None, None)
+
+    @property
+    def lidar(self) -> HeardLidar:
+        """The lidar; RobotError before the robot was ever met."""
+        if self._lidar is None:
+            raise RobotError("the lidar is not known before the robot is met")
+        return self._lidar
+
+    def observe(self, timeout: float = 1.0) -> Observation | None:
+        """Wait for the next scan that has odometry; None when the scenario's duration is over.
+
+        RobotTimeout says what did not come.
+        """
+        topics, until, alone = self._opened(), time.monotonic() + timeout, 0
+        while not self._over and (raw := topics.next_scan(until)) is not None:
+            scan = self.lidar.read(raw)
+            if scan is None:
+                continue
+            odometry = topics.odometry.at(scan.stamp, time.monotonic() + _LATE)
+            if odometry is not None:
+                self._last = self._observation(scan, odometry)
+                return None if self._over else self._last
+            alone += 1
+        if self._over:
+            return None
+        raise RobotTimeout(self._silence(topics, timeout, alone))
+
+    def drive(self, command: Twist2D) -> Twist2D:
+        """Command a velocity, and return it as clipped to the limits; where others drive, the one that was measured."""
+        self._opened()
+        if not (isfinite(command.linear) and isfinite(command.angular)):
+            raise RobotError(f"cannot drive at {command}: both speeds must be finite numbers")
+        if self._follows:
+            return self._last.odometry.twist if self._last is not None else Twist2D()
+        limits = self._scenario.robot.limits
+        v, w = limits.linear, limits.angular
+        applied = Twist2D(min(max(command.linear, -v), v), min(max(command.angular, -w), w))
+        self._send(applied)
+        return applied
+
+    @property
+    def _over(self) -> bool:
+        if self._first is None or self._last is None:
+            return False
+        scan = self._last.scan
+        return scan.stamp - self._first > self._scenario.duration - scan.scan_time / 2.0
+
+    def _observation(self, scan: LaserScan, odometry: Odometry) -> Observation:
+        if self._first is None:
+            self._first, self.T_odom_start = scan.stamp, odometry.T_odom_base
+        return Observation(scan, replace(odometry, T_odom_base=self.T_odom_start.between(odometry.T_odom_base)))
+
+    def _send(self, twist: Twist2D) -> None:
+        stamp = self._last.scan.stamp if self._last is not None else 0.0
+        stamped = self._commands.type == STAMPED_TWIST
+        message = self._encoder.stamped_twist(stamp, twist) if stamped else self._encoder.twist(twist)
+        self._bus.publish(self._commands, stamp, message)
+
+    def _silence(self, topics: HeardTopics, timeout: float, alone: int) -> str:
+        """Say what did not come within that time: scans, or odometry for those that came ``alone``."""
+        config, told = self._scenario.ros, topics.odometry.last
+        if not alone:
+            return f"no scan on {config.scan_topic} for {timeout:g} s"
+        if told is None:
+            return f"{alone} scans came, but no odometry on {config.odom_topic} or /tf"
+        return f"{alone} scans came, but the odometry on {config.odom_topic} is of another time, {told.stamp:.3f} s"
+
+    def _opened(self) -> HeardTopics:
+        if self._topics is None:
+            raise RobotError("the robot is closed; use it as a context manager: with TopicRobot(scenario) as robot")
+        return self._topics
+
+
+_: type[Robot] = TopicRobot

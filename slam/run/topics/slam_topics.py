@@ -1,0 +1,102 @@
+"""The knowledge of SLAM on topics: the pose of the robot, the map and its lines."""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from queue import SimpleQueue
+from threading import Thread
+from time import monotonic
+
+from slam.closing import Closing
+from slam.files.ros.live_encoder import LiveEncoder
+from slam.pose import FloatArray
+from slam.run.estimator import DeadReckoning, Estimator
+from slam.run.occupancy import occupancy
+from slam.run.results.run_record import RunRecord
+from slam.run.results.step_messages import StepMessages
+from slam.run.step import Step
+from slam.run.topics.map_topics import PERIOD, MapTopics
+from slam.scenario.schema import Scenario
+from slam.topics import names
+from slam.topics.topic import Bus
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepNews:
+    """A step, as the thread that publishes it needs it."""
+
+    step: Step
+    messages: Mapping[str, bytes]
+    """Messages that the log of the run has, too, by their topics."""
+    ends: FloatArray | None
+    """Lines of the map (N, 2, 2), where it is time to show them."""
+
+
+class SlamTopics(Closing):
+    """A watcher that publishes what is estimated; dead reckoning has no map, and nothing of it is published.
+
+    The loop only notes what is to be published; a thread beside it does it in the same order.
+    """
+
+    def __init__(self, bus: Bus, slam: Estimator, scenario: Scenario, messages: StepMessages) -> None:
+        self._bus, self._slam, self._encoder, self._step_messages = bus, slam, LiveEncoder(), messages
+        self._map_topics = None if isinstance(slam, DeadReckoning) else MapTopics(bus, scenario.slam, slam.T_base_laser)
+        self._stamp, self._lines_due = -inf, 0.0
+        self._news: SimpleQueue[StepNews | float | None] = SimpleQueue()
+        self._thread = Thread(target=self._follow, name="topics", daemon=True)
+        self._thread.start()
+
+    @abstractmethod
+    def publish(self, news: StepNews) -> None:
+        """Publish one step."""
+
+    def on_step(self, step: Step) -> None:
+        """Take note of one step."""
+        self._news.put(StepNews(step, self._step_messages.of(step), self._lines_now()))
+
+    def on_time(self, stamp: float) -> None:
+        """Take note of the time between two steps."""
+        self._news.put(stamp)
+
+    def publish_time(self, stamp: float) -> None:
+        """Publish the time."""
+        self._bus.publish(names.CLOCK, stamp, self._encoder.clock(stamp))
+
+    def publish_estimate(self, news: StepNews) -> None:
+        """Publish the pose of a step, and the map and the lines where they have changed and it is time."""
+        if self._map_topics is not None:
+            estimate, self._stamp = news.step.estimate, news.step.observation.scan.stamp
+            pose = self._encoder.unsure_pose(self._stamp, estimate.T_map_base, estimate.covariance)
+            self._bus.publish(names.SLAM_POSE, self._stamp, pose)
+            self._map_topics.add(news.step, news.ends)
+
+    def show_end(self, folder: Path) -> None:
+        """Publish the map of the run that is in the folder, as it is known in the end and as it is exported."""
+        self.close()
+        if self._map_topics is not None and self._stamp > -inf:
+            record = RunRecord.open(folder)
+            self._map_topics.send_map(self._stamp, occupancy(record))
+            self._map_topics.send_lines(self._stamp, record.walls)
+
+    def close(self) -> None:
+        """Publish what waits, and end the threads; closing twice does no harm."""
+        self._news.put(None)
+        self._thread.join()
+        if self._map_topics is not None:
+            self._map_topics.close()
+
+    def _follow(self) -> None:
+        while (news := self._news.get()) is not None:
+            if isinstance(news, StepNews):
+                self.publish(news)
+            else:
+                self.publish_time(news)
+
+    def _lines_now(self) -> FloatArray | None:
+        """The lines of the map, where it is time to look at them."""
+        if self._map_topics is None or monotonic() < self._lines_due:
+            return None
+        self._lines_due = monotonic() + PERIOD
+        return self._slam.lines.ends

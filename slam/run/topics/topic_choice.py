@@ -1,0 +1,62 @@
+"""``--ros``, ``--foxglove`` and ``--pace``: the buses that a run is published on, and how fast it goes then."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from slam.console.terminal import Terminal
+from slam.errors import InputError
+from slam.run.ros_robot.robot import TopicRobot
+from slam.run.topics.follower_topics import FollowerSession
+from slam.run.topics.topic_session import TopicSession
+from slam.topics.foxglove_bus import PORT, FoxgloveBus
+from slam.topics.ros_bus import open_ros_bus
+from slam.topics.topic import Bus
+
+
+@dataclass(frozen=True, slots=True)
+class TopicChoice:
+    """Buses of a run; none by default."""
+
+    ros: bool = False
+    """ROS 2, as its environment variables say."""
+    foxglove: bool | int | str = False
+    """The Foxglove app: True at the usual port of this machine, or else a port, or ``HOST:PORT``."""
+    pace: float | None = None
+    """Speed of a simulated or recorded run beside the wall clock, inf for as fast as it goes; None: 1."""
+
+    follows: TopicRobot | None = None
+    """A robot that others drive and that publishes itself."""
+
+    def __bool__(self) -> bool:
+        return self.ros or self.foxglove is not False
+
+    @contextmanager
+    def session(self, console: Terminal) -> Iterator[TopicSession | None]:
+        """Open the buses, and say where they are; None without any. InputError where that cannot be."""
+        self._check_pace()
+        foxglove = None if self.foxglove is False else FoxgloveBus(*parse_address(self.foxglove))
+        ros = open_ros_bus() if self.ros else None
+        buses: list[Bus] = [bus for bus in (foxglove, ros) if bus is not None]
+        if not buses:
+            yield None
+            return
+        pace, robot = self.pace or 1.0, self.follows
+        with TopicSession(buses, pace) if robot is None else FollowerSession(buses, robot) as topics:
+            if foxglove is not None:
+                console.print(f"Foxglove: open {foxglove.address} in the app")
+            yield topics
+
+    def _check_pace(self) -> None:
+        if self.pace is not None and not self:
+            raise InputError(f"--pace {self.pace:g} is for a run on topics; add --ros or --foxglove")
+        if self.pace is not None and not self.pace > 0.0:
+            raise InputError(f"--pace {self.pace:g}: no time would pass; give a number above 0, or inf")
+
+
+def parse_address(given: bool | int | str) -> tuple[str, int]:
+    """Return the host and port of ``[HOST:]PORT``, and the usual ones for True; InputError for what is none."""
+    host, _, port = str(PORT if given is True else given).rpartition(":")
+    if not port.isdecimal() or int(port) > 65535:
+        raise InputError(f"--foxglove-at {given}: no address; give PORT or HOST:PORT, such as 0.0.0.0:{PORT}")
+    return host.strip("[]") or "127.0.0.1", int(port)

@@ -1,0 +1,81 @@
+"""Velocities told from outside, and a pilot that drives by them."""
+
+import logging
+from threading import Lock
+from time import monotonic
+from typing import Final
+
+from slam.files.fields import BadLine
+from slam.files.ros.decoder import decode_twist
+from slam.files.ros.messages import RawMessage
+from slam.odometry import Twist2D
+from slam.pose import Pose2D
+from slam.run.pilots import Pilot
+from slam.scan import LaserScan
+from slam.topics.names import CMD_VEL, STAMPED_CMD_VEL
+from slam.topics.topic import Bus, Topic
+
+_LOG: Final = logging.getLogger("hopslam.topics")
+SILENCE: Final = 0.5
+"""Seconds without a command after which the robot stands."""
+_LARGEST: Final = 1024
+"""Bytes: no velocity is larger, whatever its frame is called."""
+
+
+class VelocityCommands:
+    """The last velocity that was heard on ``/cmd_vel``; buses call it in threads of their own."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._twist, self._at = Twist2D(), 0.0
+        self.count = 0
+        """Commands until now ..."""
+        self.garbage = 0
+        """... and messages that were none."""
+
+    def listen(self, bus: Bus) -> None:
+        """Hear the topic with both of its types."""
+        bus.subscribe(CMD_VEL, lambda message: self.hear(CMD_VEL, message))
+        bus.subscribe(STAMPED_CMD_VEL, lambda message: self.hear(STAMPED_CMD_VEL, message))
+
+    def hear(self, topic: Topic, message: bytes) -> None:
+        """Take a message; one that is no velocity changes nothing, and the first such is warned of."""
+        try:
+            twist = _twist(topic, message)
+        except BadLine as fault:
+            with self._lock:
+                self.garbage += 1
+                first = self.garbage == 1
+            if first:
+                _LOG.warning("%s: a message that is no velocity is passed over: %s", topic.name, fault)
+            return
+        with self._lock:
+            self._twist, self._at, self.count = twist, monotonic(), self.count + 1
+
+    @property
+    def twist(self) -> Twist2D:
+        """The last command; zero after half a second of silence."""
+        with self._lock:
+            return self._twist if monotonic() - self._at < SILENCE else Twist2D()
+
+
+def _twist(topic: Topic, message: bytes) -> Twist2D:
+    if len(message) > _LARGEST:
+        raise BadLine("too long")
+    return decode_twist(RawMessage(topic.name, topic.type, "cdr", message, 0))
+
+
+class CommandedPilot:
+    """Drives as it is told, from the first command on; until then as another pilot does."""
+
+    def __init__(self, commands: VelocityCommands, until_told: Pilot) -> None:
+        self._commands, self._until_told = commands, until_told
+
+    @property
+    def progress(self) -> float:
+        """Progress of the other pilot."""
+        return self._until_told.progress
+
+    def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D | None:
+        """The velocity that was told last; that of the other pilot while none was."""
+        return self._commands.twist if self._commands.count else self._until_told.command(T_map_base, scan)

@@ -1,0 +1,36 @@
+"""Angles of the wheels, told from the odometry that was made of them."""
+
+from typing import Final
+
+import numpy as np
+
+from slam.odometry import Odometry, Twist2D
+from slam.pose import FloatArray, Pose2D
+from slam.scenario.robot_config import WheelErrors
+
+WHEEL_JOINTS: Final = "left_wheel", "right_wheel"
+"""Joints of p3dx.urdf."""
+
+
+class WheelJoints:
+    """Turns both wheels as far as the odometry says.
+
+    The firmware makes its odometry of the encoders with the wheels that it assumes; with the same ones this gives the
+    angles of the encoders back, but for what the firmware rounds.
+    """
+
+    def __init__(self, wheels: WheelErrors) -> None:
+        self._radii, self._track = np.array([wheels.left_radius, wheels.right_radius]), wheels.track
+        self._last: Pose2D | None = None
+        self.angles: FloatArray = np.zeros(2)
+        """Left and right, radians; 0 with the first odometry."""
+        self.speeds: FloatArray = np.zeros(2)
+        """rad/s."""
+
+    def add(self, odometry: Odometry) -> None:
+        """Take the next odometry."""
+        if self._last is not None:
+            motion = Twist2D.from_motion(self._last.between(odometry.T_odom_base), 1.0)
+            self.angles = self.angles + np.array(motion.to_wheels(self._track)) / self._radii
+        self._last = odometry.T_odom_base
+        self.speeds = np.array(odometry.twist.to_wheels(self._track)) / self._radii

@@ -1,0 +1,81 @@
+"""Topics of DDS whose messages are bytes: CDR goes through as it is."""
+
+import ctypes
+from functools import cache
+from typing import Any, Final
+
+from slam.files.ros.messages import ros2_types
+from slam.named_code import import_optional
+
+EXTRA: Final = "ros"
+"""The extra of this project that brings Cyclone DDS."""
+_OPERATIONS: Final = 14
+"""Functions in the table of what Cyclone DDS can do with a type, ``struct ddsi_sertype_ops`` ..."""
+_DESCRIPTIONS: Final = slice(8, 11)
+"""... and those of them that return its identifier, its map and its information."""
+
+_Operations = ctypes.c_void_p * _OPERATIONS
+_OperationsPointer = ctypes.POINTER(_Operations)
+
+
+def open_dds_topic(participant: Any, name: str, message_type: str) -> Any:
+    """Return a topic of DDS for messages of a type such as ``sensor_msgs/msg/LaserScan``.
+
+    A sample of it is made of the bytes of a message, and has them as ``data``. Other programs are told the name of the
+    type, and no more. Names: https://design.ros2.org/articles/topic_and_service_names.html.
+    """
+    topic = import_optional("cyclonedds.topic", EXTRA).Topic(participant, f"rt{name}", _struct(message_type))
+    _hide_description(topic)
+    return topic
+
+
+@cache
+def _struct(message_type: str) -> Any:
+    """Return the type of DDS with the fields of this message, whose values are written and read as bytes in CDR."""
+    package, _, short = message_type.split("/")
+    fields = {name: _field(kind) for name, kind in ros2_types().fielddefs[message_type][1]}
+    declare = import_optional("cyclonedds.idl", EXTRA).make_idl_struct
+    struct = declare(short, f"{package}::msg::dds_::{short}_", fields, dataclassify=False)
+    struct.__init__ = lambda self, data: setattr(self, "data", data)
+    struct.serialize = lambda self, *_, **__: self.data
+    struct.deserialize = struct.deserialize_key = classmethod(lambda cls, data, *_, **__: cls(data))
+    return struct
+
+
+def _field(kind: Any) -> Any:
+    """Return the type of a field that rosbags describes as a pair (kind, details)."""
+    from rosbags.interfaces import Nodetype  # late, as all of rosbags
+
+    types = import_optional("cyclonedds.idl.types", EXTRA)
+    match kind:
+        case (Nodetype.BASE, (base, _)):
+            named = {"string": str, "bool": bool, "octet": types.byte, "char": types.uint8}
+            return named[base] if base in named else getattr(types, base)
+        case (Nodetype.NAME, name):
+            return _struct(name)
+        case (Nodetype.ARRAY, (element, length)):
+            return types.array[_field(element), length]
+        case (_, (element, most)):
+            return types.sequence[_field(element), most] if most else types.sequence[_field(element)]
+
+
+def _hide_description(topic: Any) -> None:
+    """Keep the description of the topic's type from other programs, which then go by its name.
+
+    With it, Fast DDS 3 takes two topics for ones of different types unless both descriptions are the same, bit by bit,
+    and those of Cyclone DDS and Fast DDS are not where there is a sequence or an array: one of them sets
+    TRY_CONSTRUCT1 for elements (DDS-XTypes 1.3, section 7.3.4), and the other does not. Cyclone DDS has no setting for
+    it, so that the type gets a table of functions of its own, without those that describe it.
+    """
+    library = import_optional("cyclonedds.internal", EXTRA).DDS._dll_handle
+    sertype = ctypes.POINTER(_OperationsPointer)()
+    library.dds_get_entity_sertype(topic._ref, ctypes.byref(sertype))
+    sertype[0] = _without_description(ctypes.addressof(sertype[0].contents))
+
+
+@cache
+def _without_description(table: int) -> Any:
+    """Return a pointer to a copy of the table at this address; kept, for topics go on using it."""
+    operations = _Operations(*_Operations.from_address(table))
+    operations[_DESCRIPTIONS] = [None] * 3
+    return ctypes.pointer(operations)

@@ -1,0 +1,125 @@
+"""The bus that the nodes of ROS 2 are on: DDS, by Cyclone DDS."""
+
+import logging
+import threading
+from collections.abc import Callable
+from functools import cache
+from typing import Any, Final, Self
+
+from slam.errors import InputError
+from slam.files.ros.messages import ros2_types
+from slam.named_code import import_optional
+from slam.topics.dds_types import EXTRA, open_dds_topic
+from slam.topics.ros_network import RosNetwork
+from slam.topics.topic import Bus, Topic
+
+_LOG: Final = logging.getLogger("hopslam.ros")
+_DEPTH: Final = 10
+"""Messages of a topic that wait for a slow reader, as many as by default in ROS; of a latched one it is the last."""
+_AT_ONCE: Final = 64
+"""Messages that are taken at once."""
+_FOREVER: Final = 2**63 - 1
+"""Nanoseconds that mean no end to DDS."""
+
+
+def open_ros_bus(network: RosNetwork | None = None) -> "RosBus":
+    """Return a bus to the nodes of this network, by default that of the environment; enter it to use it.
+
+    InputError where Cyclone DDS is not installed, or the environment says what cannot be.
+    """
+    return RosBus(network or RosNetwork.from_environment())
+
+
+class RosBus:
+    """Topics of ROS 2, by DDS. What this process publishes does not come back to it.
+
+    Where nobody takes messages, the oldest are dropped.
+    """
+
+    def __init__(self, network: RosNetwork) -> None:
+        self._network = network
+        self._dds = import_optional("cyclonedds.core", EXTRA)
+        self._participant: Any = None
+        self._over: Any = None
+        """Condition that ends all listeners."""
+        self._writers: dict[Topic, Any] = {}
+        self._listeners: list[threading.Thread] = []
+
+    def __enter__(self) -> Self:
+        """Join the domain; InputError where that cannot be."""
+        domain = import_optional("cyclonedds.domain", EXTRA)
+        try:
+            _open_domain(self._network)
+            self._participant = domain.DomainParticipant(self._network.domain)
+        except self._dds.DDSException as error:
+            raise InputError(f"ROS domain {self._network.domain} cannot be joined: {error}; see docs/ros.md") from error
+        self._over = self._dds.GuardCondition(self._participant)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Leave the domain. Listeners hear no more once it is left."""
+        self._over.set(True)
+        for listener in self._listeners:
+            listener.join()
+        self._listeners.clear()
+        self._writers.clear()
+        self._over = self._participant = None
+
+    def publish(self, topic: Topic, stamp: float, message: bytes) -> None:
+        """Send a message to all who listen, and keep that of a latched topic for all who will.
+
+        It is dropped where it would have to wait for a reader.
+        """
+        if topic not in self._writers:
+            self._writers[topic] = self._open("pub", "DataWriter", topic)
+        writer = self._writers[topic]
+        try:
+            writer.write(writer.data_type(message))
+        except self._dds.DDSException as error:
+            _LOG.debug("%s: a message of %d bytes is dropped: %s", topic.name, len(message), error)
+
+    def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
+        """Call ``heard``, in a thread of its own, with each message that another program sends."""
+        reader = self._open("sub", "DataReader", topic)
+        listener = threading.Thread(target=self._listen, args=(reader, heard), name=f"ROS {topic.name}", daemon=True)
+        self._listeners.append(listener)
+        listener.start()
+
+    def _open(self, module: str, kind: str, topic: Topic) -> Any:
+        """Return the reader or writer of a topic."""
+        dds_topic = open_dds_topic(self._participant, topic.name, topic.type)
+        make = getattr(import_optional(f"cyclonedds.{module}", EXTRA), kind)
+        return make(self._participant, dds_topic, self._quality(topic))
+
+    def _quality(self, topic: Topic) -> Any:
+        """Return the quality of service of the topic. Who writes never waits: see ``max_blocking_time``."""
+        policy = self._dds.Policy
+        return self._dds.Qos(
+            policy.Reliability.Reliable(max_blocking_time=0) if topic.reliable else policy.Reliability.BestEffort,
+            policy.Durability.TransientLocal if topic.latched else policy.Durability.Volatile,
+            policy.History.KeepLast(1 if topic.latched else _DEPTH),
+            policy.DataRepresentation(use_cdrv0_representation=True),
+            policy.IgnoreLocal.Process,
+            policy.Userdata(f"typehash={ros2_types().hash_rihs01(topic.type)};".encode()),  # as of Iron: REP 2016
+        )
+
+    def _listen(self, reader: Any, heard: Callable[[bytes], None]) -> None:
+        dds, over = self._dds, self._over
+        waiting = dds.WaitSet(self._participant)
+        news = dds.ReadCondition(reader, dds.ViewState.Any | dds.InstanceState.Any | dds.SampleState.NotRead)
+        waiting.attach(news)
+        waiting.attach(over)
+        while not over.read():
+            waiting.wait(_FOREVER)
+            for sample in reader.take(_AT_ONCE):
+                if sample.sample_info.valid_data:
+                    heard(sample.data)
+
+
+@cache
+def _open_domain(network: RosNetwork) -> Any:
+    """Return the domain of DDS, which is there until the process ends: all its buses are in the same."""
+    return import_optional("cyclonedds.domain", EXTRA).Domain(network.domain, network.cyclone_config)
+
+
+_: type[Bus] = RosBus

@@ -225,8 +225,6 @@ def test_a_plain_make_vec_keeps_pybullet() -> None:
 
 
 def test_what_cannot_be_is_refused_in_a_line() -> None:
-    with pytest.raises(InputError, match="a batch runs no SLAM"):
-        batch(2, observe=("scan", "slam_pose"))
     with pytest.raises(ScenarioError, match="environment argument rewrd"):
         batch(2, rewrd="none")
     with pytest.raises(InputError, match="autoreset_mode='SameStp'; did you mean SameStep"):

@@ -38,6 +38,10 @@ def take_scan(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen
     _cast(w, worlds, timing, turn, ranges, scratch)
     time = robots.turns[i] * timing.scan_time + timing.controls_before * timing.period
     disturb(ranges, worlds.sensors[w], timing, time, base, scratch.numbers[: 3 * count].reshape((3, count)))
+    if len(seen.ranges):
+        for j in range(count):
+            seen.ranges[i, j] = ranges[j]
+        seen.turns[i, 0], seen.turns[i, 1] = count, turn.begin
     if timing.beams_vary:
         step = turn.bearings[1] - turn.bearings[0]
         for j in range(seen.scan.shape[1]):

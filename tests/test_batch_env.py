@@ -205,6 +205,19 @@ def test_varying_beams_are_read_within_half_a_step() -> None:
     assert not (turns[0] == turns[1]).all(axis=1).any()
 
 
+def test_a_lidar_sees_people_up_to_the_height_of_their_legs() -> None:
+    """The single one and that of the batch."""
+    for height, seen in ((0.84, True), (0.86, False)):
+        scans = []
+        for people in ((), ("people=[{waypoints: [[1.5, 0.0]]}]",)):
+            settings = [*QUIET, *people, f"lidar.height={height}", PLAN, "robot.start={x: 0.0, y: 0.0, theta: 0.0}"]
+            envs, single = batch(1, settings=settings), gymnasium.make(ID, settings=settings)
+            scans.append([envs.reset(seed=0)[0]["scan"][0], single.reset(seed=0)[0]["scan"]])
+            envs.close()
+            single.close()
+        assert [bool((with_people < without).any()) for without, with_people in zip(*scans, strict=True)] == [seen] * 2
+
+
 def test_a_plain_make_vec_keeps_pybullet() -> None:
     envs = gymnasium.make_vec(ID, num_envs=2)
     assert isinstance(envs, SyncVectorEnv)
@@ -213,8 +226,6 @@ def test_a_plain_make_vec_keeps_pybullet() -> None:
 
 
 def test_what_cannot_be_is_refused_in_a_line() -> None:
-    with pytest.raises(InputError, match="a batch runs no SLAM"):
-        batch(2, observe=("scan", "slam_pose"))
     with pytest.raises(ScenarioError, match="environment argument rewrd"):
         batch(2, rewrd="none")
     with pytest.raises(InputError, match="autoreset_mode='SameStp'; did you mean SameStep"):

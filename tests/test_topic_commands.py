@@ -1,4 +1,4 @@
-"""What is heard on topics: velocities, a first pose, and garbage."""
+"""Messages heard on topics: velocities, a first pose, and garbage."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -231,3 +232,18 @@ def test_the_back_end_drives_another_program(tmp_path: Path, monkeypatch: pytest
         robot.output()
     _, poses = read_tum(tmp_path / "robot" / "groundtruth.tum")
     assert np.hypot(*(poses[-1, :2] - poses[0, :2])) > 1.2
+
+
+def test_an_environment_drives_another_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(20 + os.getpid() % 80))
+    with run_robot(tmp_path / "robot", 60.0, *BLIND) as robot:
+        wait_for(tmp_path / "robot" / "trajectory.tum", 5)
+        env = gymnasium.make("sim:hopslam/Corridor-v0", backend="ros", disable_env_checker=True)
+        _, first = env.reset(seed=0)
+        for _ in range(30):
+            *_, last = env.step(np.array([0.3, 0.0], np.float32))
+        env.close()
+        robot.process.send_signal(signal.SIGINT)
+        robot.output()
+    assert (first["pose_from"], last["pose_from"]) == ("estimate", "estimate")
+    assert last["pose"][0] - first["pose"][0] > 0.3

@@ -36,11 +36,11 @@ class TopicRobot(Closing):
 
     It ends after the scenario's duration. Stamps are those of its messages. The odometry is that at the first beam of a
     scan, between two messages, from 0 at the first scan; its twist is the one that they tell. Commands keep to the
-    scenario's limits. The robot must stop by itself where no command comes, as those of ROS do.
+    scenario's limits. The robot must stop by itself where no command comes, as those of ROS do. Up to four scans wait
+    for a caller that observes less often than they come; it gets the oldest of them, or with ``newest`` the last.
 
-    With ``follows`` it drives as others command, and up to five minutes of scans wait for a program that is slow. Its
-    lidar then is where the robot's transforms have it, or else at ``mount``; one that drives a scenario must have it
-    where the scenario says.
+    With ``follows`` it drives as others command, and five minutes of scans wait. Its lidar then is where the robot's
+    transforms have it, or else at ``mount``; one that drives a scenario must have it where the scenario says.
     """
 
     def __init__(
@@ -50,11 +50,12 @@ class TopicRobot(Closing):
         bus: Bus | None = None,
         follows: bool = False,
         mount: Pose2D | None = None,
+        newest: bool = False,
     ) -> None:
         self.T_base_laser = mount or scenario.lidar.mount.pose
         self.T_odom_start = Pose2D()
         """``T_odom_base`` at the first scan, in the frame odom of the robot itself."""
-        self._scenario, self._follows = scenario, follows
+        self._scenario, self._follows, self._newest = scenario, follows, newest
         self._bus, self._encoder = bus or open_ros_bus(), Encoder()
         self._commands = Topic(scenario.ros.command_topic, STAMPED_TWIST if scenario.ros.stamped_commands else TWIST)
         self._open = ExitStack()
@@ -106,7 +107,7 @@ class TopicRobot(Closing):
         RobotTimeout says what did not come.
         """
         topics, until, alone = self._opened(), time.monotonic() + timeout, 0
-        while not self._over and (raw := topics.next_scan(until)) is not None:
+        while not self._over and (raw := topics.next_scan(until, self._newest)) is not None:
             scan = self.lidar.read(raw)
             if scan is None:
                 continue

@@ -4,13 +4,13 @@ import logging
 import threading
 from collections.abc import Callable
 from functools import cache
-from queue import SimpleQueue
 from typing import Any, Final, Self
 
 from slam.errors import InputError
 from slam.files.ros.messages import ros2_types
 from slam.named_code import import_optional
 from slam.topics.dds_types import EXTRA, open_dds_topic
+from slam.topics.rclpy_bus import RclpyBus, has_ros
 from slam.topics.ros_network import RosNetwork
 from slam.topics.topic import Bus, Topic
 
@@ -25,12 +25,13 @@ _FOREVER: Final = 2**63 - 1
 """Nanoseconds that mean no end to DDS."""
 
 
-def open_ros_bus(network: RosNetwork | None = None) -> "RosBus":
-    """Return a bus to the nodes of this network, by default that of the environment; enter it to use it.
+def open_ros_bus() -> Bus:
+    """Return a bus to the nodes of ROS 2 that the environment names; enter it to use it.
 
-    InputError where Cyclone DDS is not installed, or the environment says what cannot be.
+    It is rclpy's where a ROS is sourced that this Python can import, and else one of this module. InputError where
+    Cyclone DDS is not installed, or the environment says what cannot be.
     """
-    return RosBus(network or RosNetwork.from_environment())
+    return RclpyBus() if has_ros() else RosBus(RosNetwork.from_environment())
 
 
 class RosBus:
@@ -45,9 +46,8 @@ class RosBus:
         self._participant: Any = None
         self._over: Any = None
         """Condition that ends all listeners."""
+        self._writers: dict[Topic, Any] = {}
         self._listeners: list[threading.Thread] = []
-        self._outbox: SimpleQueue[tuple[Topic, bytes] | None] = SimpleQueue()
-        self._sender: threading.Thread | None = None
 
     def __enter__(self) -> Self:
         """Join the domain; InputError where that cannot be."""
@@ -58,26 +58,29 @@ class RosBus:
         except self._dds.DDSException as error:
             raise InputError(f"ROS domain {self._network.domain} cannot be joined: {error}; see docs/ros.md") from error
         self._over = self._dds.GuardCondition(self._participant)
-        self._sender = threading.Thread(target=self._send, name="ROS sender", daemon=True)
-        self._sender.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Send what waits, and leave the domain. Listeners hear no more once it is left."""
-        self._outbox.put(None)
+        """Leave the domain. Listeners hear no more once it is left."""
         self._over.set(True)
-        for thread in (self._sender, *self._listeners):
-            if thread is not None:
-                thread.join()
+        for listener in self._listeners:
+            listener.join()
         self._listeners.clear()
-        self._sender = self._over = self._participant = None
+        self._writers.clear()
+        self._over = self._participant = None
 
     def publish(self, topic: Topic, stamp: float, message: bytes) -> None:
-        """Let a thread of the bus send a message to all who listen, and that of a latched topic to all who will.
+        """Send a message to all who listen, and keep that of a latched topic for all who will.
 
         It is dropped where it would have to wait for a reader.
         """
-        self._outbox.put((topic, message))
+        if topic not in self._writers:
+            self._writers[topic] = self._open("pub", "DataWriter", topic, 1 if topic.latched else _SENT)
+        writer = self._writers[topic]
+        try:
+            writer.write(writer.data_type(message))
+        except self._dds.DDSException as error:
+            _LOG.debug("%s: a message of %d bytes is dropped: %s", topic.name, len(message), error)
 
     def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
         """Call ``heard``, in a thread of its own, with each message that another program sends."""
@@ -85,18 +88,6 @@ class RosBus:
         listener = threading.Thread(target=self._listen, args=(reader, heard), name=f"ROS {topic.name}", daemon=True)
         self._listeners.append(listener)
         listener.start()
-
-    def _send(self) -> None:
-        writers: dict[Topic, Any] = {}
-        while (sent := self._outbox.get()) is not None:
-            topic, message = sent
-            if topic not in writers:
-                writers[topic] = self._open("pub", "DataWriter", topic, 1 if topic.latched else _SENT)
-            writer = writers[topic]
-            try:
-                writer.write(writer.data_type(message))
-            except self._dds.DDSException as error:
-                _LOG.debug("%s: a message of %d bytes is dropped: %s", topic.name, len(message), error)
 
     def _open(self, module: str, kind: str, topic: Topic, depth: int) -> Any:
         """Return the reader or writer of a topic, for which so many messages wait."""

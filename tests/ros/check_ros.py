@@ -6,6 +6,7 @@ A file of checks and not of tests, so that the plain run leaves it out: it needs
 import json
 import os
 import signal
+import site
 import subprocess
 import sys
 import time
@@ -139,9 +140,10 @@ def stamp_of(message: Any) -> tuple[int, int]:
     return message.header.stamp.sec, message.header.stamp.nanosec
 
 
-def test_a_script_drives_by_cmd_vel_and_the_robot_stands_without_it(client: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", [[], ["stamped"]], ids=["Twist", "TwistStamped"])
+def test_a_script_drives_and_the_robot_stands_without_it(client: Path, kind: list[str], tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    with RosNode(client, "drive", 90) as node, run_robot(folder, 20.0) as robot:
+    with RosNode(client, "drive", 90, *kind) as node, run_robot(folder, 20.0) as robot:
         wait_for(folder / "trajectory.tum", 120)
         node.process.kill()
         killed = len((folder / "trajectory.tum").read_text().splitlines())
@@ -151,6 +153,36 @@ def test_a_script_drives_by_cmd_vel_and_the_robot_stands_without_it(client: Path
     standing = poses[killed + 15 :]  # half a second of silence, and what its brakes need
     assert len(standing) > 30
     assert_allclose(standing[:, :2], np.broadcast_to(standing[-1, :2], standing[:, :2].shape), atol=2e-3)
+
+
+SOURCED = """
+import time
+import numpy as np
+from slam.files.ros.encoder import Encoder
+from slam.scan import LaserScan
+from slam.topics import names
+from slam.topics.rclpy_bus import RclpyBus
+
+commands, encoder = [], Encoder()
+with RclpyBus() as bus:
+    bus.subscribe(names.CMD_VEL, commands.append)
+    bus.subscribe(names.STAMPED_CMD_VEL, commands.append)
+    for k in range(80):
+        scan = LaserScan(0.1 * k, -2.0, 0.01, 0.02, 5.6, np.full(400, 2.0))
+        bus.publish(names.SCAN, scan.stamp, encoder.scan(scan))
+        time.sleep(0.1)
+print(len(commands))
+"""
+"""A program for a Python that has rclpy, which says how many commands it has heard."""
+
+
+@pytest.mark.parametrize("kind", [[], ["stamped"]], ids=["Twist", "TwistStamped"])
+def test_the_bus_of_a_sourced_ros(client: Path, kind: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    with RosNode(client, "drive", 30, *kind) as node:
+        monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), *site.getsitepackages()]))
+        with Program(client, "-c", SOURCED) as program:
+            assert int(program.output()) > 40
+        assert node.result()["commands"] > 40
 
 
 def test_garbage_and_sleepers_stop_nothing(client: Path, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """A robot of ROS 2 behind the ``Robot`` protocol."""
 
 import time
+from contextlib import ExitStack
 from dataclasses import replace
 from math import inf, isfinite
 from typing import Final, Self
@@ -56,6 +57,7 @@ class TopicRobot(Closing):
         self._scenario, self._follows = scenario, follows
         self._bus, self._encoder = bus or open_ros_bus(), Encoder()
         self._commands = Topic(scenario.ros.command_topic, STAMPED_TWIST if scenario.ros.stamped_commands else TWIST)
+        self._open = ExitStack()
         self._topics: HeardTopics | None = None
         self._lidar: HeardLidar | None = None
         self._first: float | None = None  # stamp of the first observation
@@ -67,15 +69,14 @@ class TopicRobot(Closing):
         RobotError says what is missing.
         """
         if self._topics is None:
-            self._bus.__enter__()
-            self._topics = HeardTopics(self._bus, self._scenario.ros, _FOLLOWING if self._follows else _DRIVING)
-            self._first = self._last = None
-            try:
+            with ExitStack() as opening:
+                opening.enter_context(self._bus)
+                self._topics = HeardTopics(self._bus, self._scenario.ros, _FOLLOWING if self._follows else _DRIVING)
+                opening.callback(self._leave)
+                self._first = self._last = None
                 if not self._follows:
                     self.meet(_FIRST)
-            except BaseException:
-                self.close()
-                raise
+                self._open = opening.pop_all()
         return self
 
     def meet(self, timeout: float = inf) -> None:
@@ -90,12 +91,7 @@ class TopicRobot(Closing):
 
     def close(self) -> None:
         """Stop the robot, if it was driven, and leave the network; closing twice does no harm."""
-        topics, self._topics = self._topics, None
-        if topics is not None:
-            if not self._follows:
-                for _ in range(_STOPS):
-                    self._send(Twist2D())
-            self._bus.__exit__(None, None, None)
+        self._open.close()
 
     @property
     def lidar(self) -> HeardLidar:
@@ -135,6 +131,12 @@ class TopicRobot(Closing):
         applied = Twist2D(min(max(command.linear, -v), v), min(max(command.angular, -w), w))
         self._send(applied)
         return applied
+
+    def _leave(self) -> None:
+        self._topics = None
+        if not self._follows:
+            for _ in range(_STOPS):
+                self._send(Twist2D())
 
     @property
     def _over(self) -> bool:

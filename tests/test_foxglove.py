@@ -6,8 +6,6 @@ https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md, and the subproto
 from __future__ import annotations
 
 import json
-import os
-import signal
 import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -62,7 +60,7 @@ class App:
 
     def receive(self, again: Callable[[], object] = lambda: None) -> tuple[int, bytes]:
         """The time and the data of the next message on a topic; ``again`` sends it until it comes."""
-        until = monotonic() + 30.0
+        until = monotonic() + 300.0  # all is compiled first where it was not
         while monotonic() < until:
             again()
             with suppress(TimeoutError):
@@ -182,35 +180,31 @@ def test_an_app_that_does_not_read_holds_nobody_up(bus: FoxgloveBus) -> None:
         app.receive(lambda: bus.publish(names.SCAN, 1e3, data))
 
 
-def test_a_simulated_robot_is_driven_and_stands_when_nobody_speaks(tmp_path: Path) -> None:
+def test_a_robot_is_driven_and_stands_in_silence(tmp_path: Path) -> None:
     bus, stood = FoxgloveBus(port=0), Event()
 
     def speed(app: App) -> float:
         return float(JAZZY.deserialize_cdr(app.receive()[1], names.ODOM.type).twist.twist.linear.x)
 
     def drive() -> None:
-        try:
-            with app_at(bus, close_timeout=1.0) as app:
-                app.subscribe("/odom")
-                app.advertise(1, "/cmd_vel", "json", "geometry_msgs/Twist")
-                while speed(app) < 0.1:
-                    app.say(1, json.dumps(TWIST).encode())
-                while speed(app) > 0.0:
-                    pass
-                stood.set()
-        finally:
-            os.kill(os.getpid(), signal.SIGINT)
+        with app_at(bus, close_timeout=1.0) as app:
+            app.subscribe("/odom")
+            app.advertise(1, "/cmd_vel", "json", "geometry_msgs/Twist")
+            while speed(app) < 0.1:
+                app.say(1, json.dumps(TWIST).encode())
+            while speed(app) > 0.0:
+                pass
+            stood.set()
 
     driver = Thread(target=drive)
-    with TopicSession([bus]) as topics:
-        scenario = load_scenario("corridor", ["duration=60", "physics.engine=plan", "route.waypoints=[]"])
+    with TopicSession([bus], pace=4.0) as topics:
+        scenario = load_scenario("corridor", ["duration=20", "physics.engine=plan", "route.waypoints=[]"])
         experiment = on_topics(scenario_experiment(scenario), topics)
         driver.start()
         outcome = experiment.run(tmp_path / "run", pictures=False)
         driver.join()
     steps = RunRecord.open(outcome.folder).traces.steps
     assert stood.is_set()
-    assert outcome.ending == "interrupted"
     assert {(0.25, -0.5), (0.0, 0.0)} == set(zip(steps["v"].tolist(), steps["omega"].tolist(), strict=True))
 
 

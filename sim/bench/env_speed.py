@@ -20,6 +20,8 @@ ROUNDS: Final = 7
 SECONDS: Final = 0.5
 """Length of a round."""
 THREAD_ROUNDS: Final = 5
+WITH_SLAM: Final = (1, 16)
+SLAM_STEPS: Final = 50
 ACTION: Final = np.array([0.3, 0.1], np.float32)
 SIZES: Final = (1, 64, 1024, 4096)
 VIEWS: Final = (("scan", "odometry"), ("scan", "odometry", "goal"), ("scan", "odometry", "goal", "map"))
@@ -27,16 +29,21 @@ _FREE: Final[dict[str, Any]] = {"reward": "none", "end_on": ()}
 
 
 def env_tables(
-    console: Terminal, sizes: Sequence[int] = SIZES, seconds: float = SECONDS, peer: bool = False
+    console: Terminal,
+    sizes: Sequence[int] = SIZES,
+    seconds: float = SECONDS,
+    peer: bool = False,
+    with_slam: Sequence[int] = WITH_SLAM,
 ) -> list[ResultTable]:
-    """Steps a second on one core of every path, on several threads, and the memory of a robot.
+    """Steps a second on one core of every path, on several threads, with SLAM, and the memory of a robot.
 
-    With ``peer`` ir-sim runs beside them.
+    With ``peer`` ir-sim runs beside them; ``with_slam`` are numbers of robots.
     """
     parts: list[Callable[[], ResultTable]] = [
         lambda: _paths(sizes, seconds, peer),
         lambda: _views(sizes[-1], seconds),
         lambda: _threads(sizes[-1], seconds),
+        lambda: _slam(with_slam),
     ]
     with console.progress(still=True) as bar:
         return [part() for part in bar.track(parts, description="environments")]
@@ -78,6 +85,22 @@ def _threads(size: int, seconds: float) -> ResultTable:
     notes = f"By the clock on the wall, the best of {THREAD_ROUNDS} rounds; needs an idle core for each."
     columns = ("threads", "steps/s", "x one", "CPU us\na step")
     return ResultTable(f"Threads of a batch of {size}", columns, rows, notes)
+
+
+def _slam(sizes: Sequence[int]) -> ResultTable:
+    rows = []
+    for size in sizes:
+        envs = _batch(size, threads=None, slam=True, observe=("scan", "odometry", "slam_pose", "map"))
+        actions = np.tile(ACTION, (size, 1))
+        envs.reset(seed=0)
+        began = perf_counter()
+        for _ in range(SLAM_STEPS):
+            envs.step(actions)
+        taken = (perf_counter() - began) / SLAM_STEPS / size
+        envs.close()
+        rows.append((str(size), f"{1.0 / taken:.0f}", f"{1e3 * taken:.2f}"))
+    notes = f"By the clock on the wall, on {len(sched_getaffinity(0))} cores, each with a process of its own."
+    return ResultTable("A batch with SLAM", ("robots", "steps/s", "ms\na step"), rows, notes)
 
 
 def _wall_and_cpu(envs: Any, size: int, seconds: float) -> tuple[float, float]:
@@ -122,7 +145,7 @@ def _single(engine: str) -> P3DXEnv:
     return P3DXEnv(scenario.model_copy(update={"physics": physics}), **_FREE)
 
 
-def _batch(size: int, threads: int = 1, **arguments: Any) -> BatchEnv:
+def _batch(size: int, threads: int | None = 1, **arguments: Any) -> BatchEnv:
     scenario = corridor("exact")
     route = scenario.route.model_copy(update={"waypoints": ((30.0, 0.0),)})
     given = _FREE | arguments

@@ -176,7 +176,7 @@ def test_robots_whose_seed_is_none_differ() -> None:
 
 
 @pytest.mark.parametrize("model", [name for name, model in LIDARS.items() if not model.beams_vary])
-def test_a_lidar_of_steady_turns_reads_what_the_single_one_reads(model: str) -> None:
+def test_a_steady_lidar_reads_as_the_single_one(model: str) -> None:
     settings = [*QUIET, f"lidar.model={model}", PLAN]
     envs, single = batch(2, settings=settings), gymnasium.make(ID, settings=settings)
     seen, alone = envs.reset(seed=0)[0]["scan"][0], single.reset(seed=0)[0]["scan"]
@@ -186,7 +186,7 @@ def test_a_lidar_of_steady_turns_reads_what_the_single_one_reads(model: str) -> 
     single.close()
 
 
-def test_a_lidar_whose_beams_vary_reads_within_half_a_step_of_each_beam() -> None:
+def test_varying_beams_are_read_within_half_a_step() -> None:
     """Of 40 turns in a bare room, no two alike: between the least and the largest range nearby, in closed form."""
     room, lidar = room_scenario((-2.0, 3.5), (-2.0, 2.0), model="ld19"), LIDARS["ld19"].lidar
     given = {"vectorization_mode": "vector_entry_point", "reward": "none"}

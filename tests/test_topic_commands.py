@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from slam.line_localizer import LineLocalizer
 from slam.mapping.surfel_map import SurfelMap
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
+from slam.run import launch
 from slam.run.experiment_setup import on_topics, replay_experiment, scenario_experiment
 from slam.run.pilots import Wanderer
 from slam.run.results.run_record import RunRecord
@@ -202,6 +204,20 @@ def test_an_address_that_is_none_is_said(given: str) -> None:
 def test_a_pace_that_cannot_be_is_said(choice: TopicChoice, words: str) -> None:
     with pytest.raises(InputError, match=words), choice.session(Terminal(quiet=True)):
         pass
+
+
+def test_a_real_robot_goes_at_its_own_pace() -> None:
+    experiment = scenario_experiment(load_scenario("corridor", ["physics.engine=plan"]))
+    real = replace(experiment, notes={"backend": "hardware"})
+    with TopicSession([ListBus()], pace=2.0) as topics, pytest.raises(InputError, match="at its own pace"):
+        on_topics(real, topics)
+    with TopicSession([ListBus()]) as topics:
+        assert on_topics(real, topics).env is real.env
+
+
+def test_a_robot_that_publishes_itself_is_not_published_again() -> None:
+    with pytest.raises(InputError, match="leave out --ros"):
+        launch.run("corridor", backend="ros", ros=True)
 
 
 def test_the_emulated_robot_is_published() -> None:

@@ -47,9 +47,11 @@ Rerun = Annotated[
         metavar="WHERE", help="Show it: in FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again."
     ),
 ]
-Ros = Annotated[bool, typer.Option("--ros", help="Publish it on topics of ROS 2, and drive by them: see docs/ros.md.")]
+Ros = Annotated[
+    bool, typer.Option("--ros", help="Publish it on topics of ROS 2, and drive by them: see docs/topics.md.")
+]
 Foxglove = Annotated[
-    bool, typer.Option("--foxglove", help="Serve the same topics to the Foxglove app: see docs/foxglove.md.")
+    bool, typer.Option("--foxglove", help="Serve the same topics to the Foxglove app: see docs/topics.md.")
 ]
 FoxgloveAt = Annotated[
     str | None,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from slam.config import SlamConfig
-from slam.errors import ScenarioError
+from slam.errors import InputError, ScenarioError
 from slam.files.graphs.file import read_graph
 from slam.files.graphs.key_scans import read_known_graph
 from slam.files.logs import BagTopics, read_log
@@ -162,11 +162,14 @@ def on_topics(experiment: Experiment, topics: TopicSession) -> Experiment:
     """Let the experiment be published and driven on topics.
 
     A simulated robot and a recorded log keep to the wall clock then. A robot drives its route until the first command
-    comes, and from then on as it is told.
+    comes, and from then on as it is told. InputError for a pace where the robot has its own.
     """
+    own_time, pace = "backend" in experiment.notes, topics.pace
+    if own_time and pace is not None:
+        raise InputError(f"--pace {pace:g}: a robot that is not simulated goes at its own pace; leave it out")
     topics.hear_initial_pose(experiment.slam)
-    if topics.pace < inf and "backend" not in experiment.notes:
-        env = experiment.env.wrapped(lambda robot: PacedRobot(robot, topics.pace, topics.on_time))
+    if not own_time and pace != inf:
+        env = experiment.env.wrapped(lambda robot: PacedRobot(robot, pace or 1.0, topics.on_time))
         experiment = replace(experiment, env=env)
     if not isinstance(experiment.pilot, Passenger):
         topics.hear_commands()

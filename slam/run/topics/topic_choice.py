@@ -41,11 +41,13 @@ class TopicChoice:
         if not buses:
             yield None
             return
-        pace, robot = self.pace or 1.0, self.follows
+        pace, robot = self.pace, self.follows
         with TopicSession(buses, pace) if robot is None else FollowerSession(buses, robot) as topics:
             if foxglove is not None:
                 console.print(f"Foxglove: open {foxglove.address} in the app")
             yield topics
+            if topics.commands.garbage:
+                console.warn(f"/cmd_vel: {topics.commands.garbage} messages were no velocity, and were passed over")
 
     def _check_pace(self) -> None:
         if self.pace is not None and not self:

@@ -1,7 +1,7 @@
 """A node of rclpy, run by the Python of a ROS 2 and not by that of hopslam: the other end of benchmark and tests.
 
-``ros_client.py listen SECONDS``, ``drive SECONDS``, ``flood SECONDS``, ``sleep SECONDS`` or ``play FILE [RATE]``. Each
-prints one line of JSON when it is done.
+``ros_client.py listen SECONDS``, ``drive SECONDS [stamped]``, ``flood SECONDS``, ``sleep SECONDS`` or ``play FILE
+[RATE]``. Each prints one line of JSON when it is done.
 """
 
 import json
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import rclpy
-from geometry_msgs.msg import Twist
+from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import LaserScan
@@ -47,20 +47,21 @@ def listen(node: Any, seconds: str) -> dict[str, Any]:
     return {"stamps": stamps, "ages": ages, "map": grid}
 
 
-def drive(node: Any, seconds: str) -> dict[str, Any]:
+def drive(node: Any, seconds: str, stamped: str = "") -> dict[str, Any]:
     """Drive where there is room by /cmd_vel, a command for each scan, and say how many there were."""
     commands = [0]
-    publisher = node.create_publisher(Twist, "/cmd_vel", 10)
+    publisher = node.create_publisher(TwistStamped if stamped else Twist, "/cmd_vel", 10)
 
     def hear(scan: Any) -> None:
         middle = len(scan.ranges) // 2
         ahead = [reading for reading in scan.ranges[middle - 60 : middle + 60] if reading > scan.range_min]
-        twist = Twist()
+        command = TwistStamped() if stamped else Twist()
+        twist = command.twist if stamped else command
         if min(ahead, default=0.0) > 0.8:
             twist.linear.x = 0.3
         else:
             twist.angular.z = 0.6
-        publisher.publish(twist)
+        publisher.publish(command)
         commands[0] += 1
 
     node.create_subscription(LaserScan, "/scan", hear, 10)

@@ -59,7 +59,10 @@ FoxgloveAt = Annotated[
 ]
 Pace = Annotated[
     float | None,
-    typer.Option(metavar="X", help="With topics: times real time; inf is as fast as it goes. Default: 1."),
+    typer.Option(
+        metavar="X",
+        help="With topics: times real time; inf: as fast as it goes; 0: a scan with each command. Default: 1.",
+    ),
 ]
 Yes = Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")]
 RecordWire = Annotated[

@@ -10,6 +10,7 @@ from slam.errors import InputError
 from slam.files.ros.messages import ros2_types
 from slam.named_code import import_optional
 from slam.topics.dds_types import EXTRA, open_dds_topic
+from slam.topics.rclpy_bus import RclpyBus, has_ros
 from slam.topics.ros_network import RosNetwork
 from slam.topics.topic import Bus, Topic
 
@@ -24,12 +25,13 @@ _FOREVER: Final = 2**63 - 1
 """Nanoseconds that mean no end to DDS."""
 
 
-def open_ros_bus(network: RosNetwork | None = None) -> "RosBus":
-    """Return a bus to the nodes of this network, by default that of the environment; enter it to use it.
+def open_ros_bus() -> Bus:
+    """Return a bus to the nodes of ROS 2 that the environment names; enter it to use it.
 
-    InputError where Cyclone DDS is not installed, or the environment says what cannot be.
+    It is rclpy's where a ROS is sourced that this Python can import, and else one of this module. InputError where
+    Cyclone DDS is not installed, or the environment says what cannot be.
     """
-    return RosBus(network or RosNetwork.from_environment())
+    return RclpyBus() if has_ros() else RosBus(RosNetwork.from_environment())
 
 
 class RosBus:

@@ -6,6 +6,7 @@ A file of checks and not of tests, so that the plain run leaves it out: it needs
 import json
 import os
 import signal
+import site
 import subprocess
 import sys
 import time
@@ -13,6 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -140,9 +142,10 @@ def stamp_of(message: Any) -> tuple[int, int]:
     return message.header.stamp.sec, message.header.stamp.nanosec
 
 
-def test_a_script_drives_by_cmd_vel_and_the_robot_stands_without_it(client: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("kind", [[], ["stamped"]], ids=["Twist", "TwistStamped"])
+def test_a_script_drives_and_the_robot_stands_without_it(client: Path, kind: list[str], tmp_path: Path) -> None:
     folder = tmp_path / "run"
-    with RosNode(client, "drive", 90) as node, run_robot(folder, 20.0) as robot:
+    with RosNode(client, "drive", 90, *kind) as node, run_robot(folder, 20.0) as robot:
         wait_for(folder / "trajectory.tum", 120)
         node.process.kill()
         killed = len((folder / "trajectory.tum").read_text().splitlines())
@@ -152,6 +155,36 @@ def test_a_script_drives_by_cmd_vel_and_the_robot_stands_without_it(client: Path
     standing = poses[killed + 15 :]  # half a second of silence, and what its brakes need
     assert len(standing) > 30
     assert_allclose(standing[:, :2], np.broadcast_to(standing[-1, :2], standing[:, :2].shape), atol=2e-3)
+
+
+SOURCED = """
+import time
+import numpy as np
+from slam.files.ros.encoder import Encoder
+from slam.scan import LaserScan
+from slam.topics import names
+from slam.topics.rclpy_bus import RclpyBus
+
+commands, encoder = [], Encoder()
+with RclpyBus() as bus:
+    bus.subscribe(names.CMD_VEL, commands.append)
+    bus.subscribe(names.STAMPED_CMD_VEL, commands.append)
+    for k in range(80):
+        scan = LaserScan(0.1 * k, -2.0, 0.01, 0.02, 5.6, np.full(400, 2.0))
+        bus.publish(names.SCAN, scan.stamp, encoder.scan(scan))
+        time.sleep(0.1)
+print(len(commands))
+"""
+"""A program for a Python that has rclpy, which says how many commands it has heard."""
+
+
+@pytest.mark.parametrize("kind", [[], ["stamped"]], ids=["Twist", "TwistStamped"])
+def test_the_bus_of_a_sourced_ros(client: Path, kind: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    with RosNode(client, "drive", 30, *kind) as node:
+        monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), *site.getsitepackages()]))
+        with Program(client, "-c", SOURCED) as program:
+            assert int(program.output()) > 40
+        assert node.result()["commands"] > 40
 
 
 def test_garbage_and_sleepers_stop_nothing(client: Path, tmp_path: Path) -> None:
@@ -200,3 +233,18 @@ def test_the_back_end_drives_another_program(tmp_path: Path, monkeypatch: pytest
         robot.output()
     _, poses = read_tum(tmp_path / "robot" / "groundtruth.tum")
     assert np.hypot(*(poses[-1, :2] - poses[0, :2])) > 1.2
+
+
+def test_an_environment_drives_another_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(20 + os.getpid() % 80))
+    with run_robot(tmp_path / "robot", 60.0, *BLIND) as robot:
+        wait_for(tmp_path / "robot" / "trajectory.tum", 5)
+        env = gymnasium.make("sim:hopslam/Corridor-v0", backend="ros", disable_env_checker=True)
+        _, first = env.reset(seed=0)
+        for _ in range(30):
+            *_, last = env.step(np.array([0.3, 0.0], np.float32))
+        env.close()
+        robot.process.send_signal(signal.SIGINT)
+        robot.output()
+    assert (first["pose_from"], last["pose_from"]) == ("estimate", "estimate")
+    assert last["pose"][0] - first["pose"][0] > 0.3

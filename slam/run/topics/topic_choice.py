@@ -23,8 +23,8 @@ class TopicChoice:
     foxglove: bool | int | str = False
     """The Foxglove app: True at the usual port of this machine, or else a port, or ``HOST:PORT``."""
     pace: float | None = None
-    """Speed of a simulated or recorded run beside the wall clock, inf for as fast as it goes; None: 1."""
-
+    """Speed of a simulated or recorded run beside the wall clock; inf for as fast as it goes, 0 for a scan with each
+    command, None for 1."""
     follows: TopicRobot | None = None
     """A robot that others drive and that publishes itself."""
 
@@ -52,8 +52,8 @@ class TopicChoice:
     def _check_pace(self) -> None:
         if self.pace is not None and not self:
             raise InputError(f"--pace {self.pace:g} is for a run on topics; add --ros or --foxglove")
-        if self.pace is not None and not self.pace > 0.0:
-            raise InputError(f"--pace {self.pace:g}: no time would pass; give a number above 0, or inf")
+        if self.pace is not None and not self.pace >= 0.0:
+            raise InputError(f"--pace {self.pace:g}: time does not run back; give a number from 0 on, or inf")
 
 
 def parse_address(given: bool | int | str) -> tuple[str, int]:

@@ -24,7 +24,7 @@ class TopicSession:
     def __init__(self, buses: Sequence[Bus], pace: float | None = None) -> None:
         self.bus = SeveralBuses(buses)
         self.pace = pace
-        """Times real time, for a run that could be faster; None: as fast as real time."""
+        """Times real time, for a run that could be faster, or 0 for a scan with each command; None: real time."""
         self.commands = VelocityCommands()
         """Velocities from outside."""
         self._watcher: SlamTopics | None = None

@@ -19,7 +19,7 @@ from numba.core.dispatcher import Dispatcher
 
 _FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
 _STAMP = Path(__file__).stat().st_mtime_ns
-"""Time stamp of this file, which says how code is compiled."""
+"""Time stamp of this file, which decides how code is compiled."""
 F = TypeVar("F", bound=Callable[..., Any])
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from os import sched_getaffinity
-from time import perf_counter, process_time
+from time import perf_counter, process_time, thread_time
 from typing import Any, Final
 
 import numpy as np
@@ -76,14 +76,17 @@ def _views(size: int, seconds: float) -> ResultTable:
 def _threads(size: int, seconds: float) -> ResultTable:
     """Measure numbers of threads in turn, so that what else runs meanwhile meets all of them."""
     counts = [n for n in (1, 2, 4, 8) if n <= min(len(sched_getaffinity(0)), size)]
-    rounds = [[_wall_and_cpu(_batch(size, threads=n), size, seconds) for n in counts] for _ in range(THREAD_ROUNDS)]
+    rounds = [[_thread_times(_batch(size, threads=n), size, seconds) for n in counts] for _ in range(THREAD_ROUNDS)]
     best = [min(of_count) for of_count in zip(*rounds, strict=True)]
     rows = [
-        (str(n), f"{size / wall:.0f}", f"{best[0][0] / wall:.2f}", f"{1e6 * cpu / size:.1f}")
-        for n, (wall, cpu) in zip(counts, best, strict=True)
+        (str(n), f"{size / wall:.0f}", f"{best[0][0] / wall:.2f}", f"{1e6 * cpu / size:.1f}", f"{100 * main / cpu:.1f}")
+        for n, (wall, cpu, main) in zip(counts, best, strict=True)
     ]
-    notes = f"By the clock on the wall, the best of {THREAD_ROUNDS} rounds; needs an idle core for each."
-    columns = ("threads", "steps/s", "x one", "CPU us\na step")
+    notes = (
+        f"By the clock on the wall, the best of {THREAD_ROUNDS} rounds; needs an idle core for each. The last column "
+        "is what threads cannot share."
+    )
+    columns = ("threads", "steps/s", "x one", "CPU us\na step", "in the main\nthread, %")
     return ResultTable(f"Threads of a batch of {size}", columns, rows, notes)
 
 
@@ -103,18 +106,18 @@ def _slam(sizes: Sequence[int]) -> ResultTable:
     return ResultTable("A batch with SLAM", ("robots", "steps/s", "ms\na step"), rows, notes)
 
 
-def _wall_and_cpu(envs: Any, size: int, seconds: float) -> tuple[float, float]:
-    """Seconds of both clocks in one step of all robots; the environment is closed."""
+def _thread_times(envs: Any, size: int, seconds: float) -> tuple[float, float, float]:
+    """Seconds on the wall, of all threads and of this one in one step of all robots; the environment is closed."""
     actions = np.tile(ACTION, (size, 1))
     envs.reset(seed=0)
     envs.step(actions)
-    steps, began, busy = 0, perf_counter(), process_time()
+    steps, began, busy, own = 0, perf_counter(), process_time(), thread_time()
     while steps == 0 or perf_counter() - began < seconds:
         envs.step(actions)
         steps += 1
-    taken = (perf_counter() - began) / steps, (process_time() - busy) / steps
+    times = perf_counter() - began, process_time() - busy, thread_time() - own
     envs.close()
-    return taken
+    return times[0] / steps, times[1] / steps, times[2] / steps
 
 
 def _speed(envs: Any, size: int, seconds: float) -> tuple[str, str]:

@@ -3,12 +3,15 @@
 import os
 import subprocess
 import sys
+from typing import ClassVar, Self
 
 import pytest
 
 from slam.errors import InputError
+from slam.topics import names, rclpy_bus
 from slam.topics.ros_bus import open_ros_bus
 from slam.topics.ros_network import RosNetwork
+from slam.topics.topic import Topic
 
 ECHO = """
 import sys, threading
@@ -67,3 +70,42 @@ def test_two_programs_hear_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
         for words in (("/here", "/there", hello), ("/there", "/here", world))
     ]
     assert [program.communicate(timeout=60)[0].strip() for program in programs] == [world, hello]
+
+
+class FakeNode:
+    """A node of rclpy that notes what it is asked to hear."""
+
+    made: ClassVar[list[Self]] = []
+
+    def __init__(self) -> None:
+        self.types: dict[str, str] = {}
+        self.heard: list[Topic] = []
+        self.made.append(self)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.heard.clear()
+
+    def subscribe(self, topic: Topic, heard: object) -> None:
+        self.heard.append(topic)
+
+
+def test_one_name_of_two_types_takes_two_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rclpy_bus, "_Node", FakeNode)
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
+    with rclpy_bus.RclpyBus() as bus:
+        for topic in (names.CMD_VEL, names.TF, names.STAMPED_CMD_VEL, names.SCAN):
+            bus.subscribe(topic, print)
+        assert [node.heard for node in FakeNode.made] == [
+            [names.CMD_VEL, names.TF, names.SCAN],
+            [names.STAMPED_CMD_VEL],
+        ]
+    assert not any(node.heard for node in FakeNode.made)
+
+
+def test_a_sourced_ros_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not rclpy_bus.has_ros()
+    monkeypatch.setattr(rclpy_bus, "find_spec", lambda package: package)
+    assert isinstance(open_ros_bus(), rclpy_bus.RclpyBus)

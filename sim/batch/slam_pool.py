@@ -28,12 +28,12 @@ Arrays = dict[str, NDArray[Any]]
 
 
 class ScanOfRobot(NamedTuple):
-    """What one robot told in one step."""
+    """The scan and odometry that one robot gave in one step."""
 
     robot: int
     world: int
     seed: int | None
-    """Of the episode that begins; None in one that goes on."""
+    """Seed of the episode that begins; None in one that goes on."""
     scan: LaserScan
     odometry: Odometry
     T_map_base: Pose2D
@@ -41,7 +41,7 @@ class ScanOfRobot(NamedTuple):
 
 
 class Estimated(NamedTuple):
-    """What SLAM says to one scan."""
+    """The estimate of SLAM after one scan."""
 
     robot: int
     views: Arrays

@@ -3,7 +3,7 @@
 WHY := hopslam needs CPython 3.11, 3.12 or 3.13 with venv (3.11 is best: PyBullet has wheels for no newer one), or uv
 INSTALL := .venv/bin/pip install --quiet
 
-.PHONY: run test test-all smoke lint format schema docs pictures pins licences release clean
+.PHONY: run test test-all test-ros bench-ros smoke lint format schema docs pictures pins licences release clean
 
 run: .venv/.run
 	.venv/bin/hopslam run corridor
@@ -16,6 +16,15 @@ test: .venv/.dev
 # With what takes hours too: every point at which a write can fail, commands killed at random moments, long runs.
 test-all: .venv/.dev
 	.venv/bin/python -m pytest -q -n auto --dist loadfile --all-faults
+
+# Runs on topics of ROS 2, with the rclpy of two distributions as the other end; 600 MB of wheels, and ten minutes.
+ROS_PYTHONS := $(CURDIR)/.venv-ros/jazzy/bin/python:$(CURDIR)/.venv-ros/kilted/bin/python
+
+test-ros: .venv/.ros .venv-ros/jazzy/.done .venv-ros/kilted/.done
+	ROS_PYTHONS=$(ROS_PYTHONS) .venv/bin/python -m pytest -q tests/ros/check_ros.py
+
+bench-ros: .venv/.ros .venv-ros/jazzy/.done .venv-ros/kilted/.done
+	.venv/bin/hopslam bench ros $(subst :, ,$(ROS_PYTHONS))
 
 # That hopslam installs and runs on a newer Python, too, where PyBullet has no wheel: the wheel, away from the checkout.
 NEWER := $(shell for python in python3.13 python3.12 $(HOME)/.pyenv/versions/3.1[23].*/bin/python; do \
@@ -50,9 +59,10 @@ docs: .venv/.docs
 	NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --quiet
 	@echo 'open site/index.html; or, to search in it too: .venv/bin/python -m http.server --bind 127.0.0.1 --directory site'
 
-# The pictures of the README, of docs/method.md and of docs/architecture.md, and the map as it grows.
+# The pictures of the README and of some pages of docs/, and the map as it grows.
 pictures: .venv/.run
 	.venv/bin/python docs/draw_architecture.py
+	.venv/bin/python docs/draw_topics.py
 	rm -rf runs/pictures
 	.venv/bin/hopslam run corridor --out runs/pictures/corridor
 	cp runs/pictures/corridor/map.png docs/corridor.png
@@ -85,7 +95,7 @@ release: .venv/.run
 	.venv/bin/twine check --strict dist/*
 
 clean:
-	rm -rf .venv
+	rm -rf .venv .venv-ros
 
 .venv/.run: pyproject.toml pins/run.txt .venv/bin/pip
 	$(INSTALL) --require-hashes --requirement pins/run.txt
@@ -103,6 +113,17 @@ clean:
 	.venv/bin/python -c 'from slam.config import SlamConfig; from slam.console.terminal import Terminal; \
 	    from slam.run.warm_up import warm_up; warm_up(Terminal(), SlamConfig(), search=True)' && wait $$robots
 	touch $@ .venv/.run
+
+.venv/.ros: .venv/.dev
+	$(INSTALL) --no-build-isolation --editable '.[ros]'
+	touch $@
+
+ROS_WHEELS = ros-$*-rclpy ros-$*-sensor-msgs ros-$*-nav-msgs
+
+.venv-ros/%/.done: .venv/bin/pip
+	.venv/bin/python -m venv .venv-ros/$*
+	.venv-ros/$*/bin/pip install --quiet $(ROS_WHEELS) $(if $(filter jazzy,$*),ros-jazzy-rmw-fastrtps-cpp,ros-rmw-fastrtps-cpp ros-fastdds)
+	touch $@
 
 .venv/.docs: pyproject.toml .venv/.run
 	.venv/bin/pip install --quiet --group docs

@@ -1,12 +1,16 @@
 """The gait of people on their way-points: one foot stands while the other swings. Metres, seconds, map frame."""
 
 from math import floor, hypot
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from slam.compiled import compiled
 from slam.pose import FloatArray
+
+LEG_HEIGHT: Final = 0.85
+"""Metres: above, a person is nothing that a lidar sees or a robot meets."""
 
 
 @compiled

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from sim.gait import LEG_HEIGHT
 from sim.lidar_noise import measure
 from sim.moving_outlines import MovingOutlines
 from sim.ray_casters import RayCaster, Surroundings
@@ -37,7 +38,7 @@ class SimulatedLidar:
         self._mount = config.mount.pose.translation
         self._bearings = config.mount.theta + lidar.angles
         self._beams = _beams_at(self._bearings)
-        self._leg_radii = np.empty(0) if leg_radii is None else leg_radii
+        self._leg_radii = np.empty(0) if leg_radii is None or config.height > LEG_HEIGHT else leg_radii
         self._outlines = MovingOutlines(movables, config.height)
         reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may bring it nearer
         self._reach = reach

@@ -6,13 +6,11 @@ from typing import Final
 import numpy as np
 
 from sim.crowd import crowd_of
-from sim.gait import walk_all
+from sim.gait import LEG_HEIGHT, walk_all
 from sim.world import OUT_OF_REACH, World
 from slam.pose import FloatArray
 from slam.scenario.world_plan import Person
 
-LEG_HEIGHT: Final = 0.85
-"""Metres; the lidar takes a person's legs to be this high, and sees nothing of a person above."""
 NEAR: Final = 1.5
 """Within this distance of the robot, metres, the legs of a person are in the physics, where they can be run into."""
 

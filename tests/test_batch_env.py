@@ -176,7 +176,7 @@ def test_robots_whose_seed_is_none_differ() -> None:
 
 
 @pytest.mark.parametrize("model", [name for name, model in LIDARS.items() if not model.beams_vary])
-def test_a_lidar_of_steady_turns_reads_what_the_single_one_reads(model: str) -> None:
+def test_a_steady_lidar_reads_as_the_single_one(model: str) -> None:
     settings = [*QUIET, f"lidar.model={model}", PLAN]
     envs, single = batch(2, settings=settings), gymnasium.make(ID, settings=settings)
     seen, alone = envs.reset(seed=0)[0]["scan"][0], single.reset(seed=0)[0]["scan"]
@@ -186,7 +186,7 @@ def test_a_lidar_of_steady_turns_reads_what_the_single_one_reads(model: str) -> 
     single.close()
 
 
-def test_a_lidar_whose_beams_vary_reads_within_half_a_step_of_each_beam() -> None:
+def test_varying_beams_are_read_within_half_a_step() -> None:
     """Of 40 turns in a bare room, no two alike: between the least and the largest range nearby, in closed form."""
     room, lidar = room_scenario((-2.0, 3.5), (-2.0, 2.0), model="ld19"), LIDARS["ld19"].lidar
     given = {"vectorization_mode": "vector_entry_point", "reward": "none"}
@@ -204,6 +204,19 @@ def test_a_lidar_whose_beams_vary_reads_within_half_a_step_of_each_beam() -> Non
     assert not (turns[0] == turns[1]).all(axis=1).any()
 
 
+def test_a_lidar_sees_people_up_to_the_height_of_their_legs() -> None:
+    """The single one and that of the batch."""
+    for height, seen in ((0.84, True), (0.86, False)):
+        scans = []
+        for people in ((), ("people=[{waypoints: [[1.5, 0.0]]}]",)):
+            settings = [*QUIET, *people, f"lidar.height={height}", PLAN, "robot.start={x: 0.0, y: 0.0, theta: 0.0}"]
+            envs, single = batch(1, settings=settings), gymnasium.make(ID, settings=settings)
+            scans.append([envs.reset(seed=0)[0]["scan"][0], single.reset(seed=0)[0]["scan"]])
+            envs.close()
+            single.close()
+        assert [bool((with_people < without).any()) for without, with_people in zip(*scans, strict=True)] == [seen] * 2
+
+
 def test_a_plain_make_vec_keeps_pybullet() -> None:
     envs = gymnasium.make_vec(ID, num_envs=2)
     assert isinstance(envs, SyncVectorEnv)
@@ -212,8 +225,6 @@ def test_a_plain_make_vec_keeps_pybullet() -> None:
 
 
 def test_what_cannot_be_is_refused_in_a_line() -> None:
-    with pytest.raises(InputError, match="a batch runs no SLAM"):
-        batch(2, observe=("scan", "slam_pose"))
     with pytest.raises(ScenarioError, match="environment argument rewrd"):
         batch(2, rewrd="none")
     with pytest.raises(InputError, match="autoreset_mode='SameStp'; did you mean SameStep"):

@@ -20,7 +20,7 @@ def out_and_back(offset: float, late: int) -> np.ndarray:
     return np.concatenate([np.repeat(out[:1], late, axis=0), out, turn, np.add(out[::-1], [0.0, 0.0, np.pi])])
 
 
-def test_paths_are_compared_at_the_same_place_whatever_the_clock() -> None:
+def test_paths_are_compared_by_place_not_by_time() -> None:
     apart = PathDifference.between(out_and_back(0.0, 3), out_and_back(0.04, 17))
     assert apart.largest == pytest.approx(0.04, abs=1e-6)
     assert apart.rms == pytest.approx(0.04, abs=1e-6)
@@ -37,7 +37,7 @@ def test_a_robot_that_had_to_wait_is_still_on_the_same_leg() -> None:
     assert apart.length == pytest.approx(20.0, abs=0.3)
 
 
-def test_a_policy_drives_emulated_devices_as_it_drives_the_simulated_robot() -> None:
+def test_a_policy_drives_devices_as_it_does_the_simulation() -> None:
     goal = (0.5, 0.0)
     load = partial(load_scenario, "corridor")
     simulated, emulated = drive_env_simulated(load, [], goal), drive_env_emulated(load, [], goal, "plan")

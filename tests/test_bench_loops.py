@@ -88,7 +88,7 @@ def test_where_the_reference_lies_does_not_matter(both: BothWays, moved: tuple[f
     np.testing.assert_allclose(loop_errors(closed, truth), loop_errors(closed, elsewhere), atol=1e-9)
 
 
-def test_loops_far_off_or_turned_are_wrong_and_those_without_reference_are_not_judged(both: BothWays) -> None:
+def test_loops_far_off_are_wrong_unjudged_without_reference(both: BothWays) -> None:
     assert is_wrong(PoseErrors(np.array([0.49, 0.51, 0.0, NAN]), np.array([0.1, 0.0, 0.11, NAN]))).tolist() == [
         False, True, True, False,
     ]  # fmt: skip
@@ -109,7 +109,7 @@ def result(**changed: object) -> LogResult:
     )._replace(**changed)  # fmt: skip
 
 
-def test_the_ratio_of_the_costs_has_all_threads_and_the_end_in_it() -> None:
+def test_the_cost_ratio_counts_all_threads_and_the_end() -> None:
     (row,) = cost_table([result()]).rows
     assert row == ("aces", "3", "1.000", "1.98", "2.000", "3.96", "0.00", "3.00")
 
@@ -122,7 +122,7 @@ def test_the_noisy_runs_show_their_median_and_their_worst() -> None:
     assert worst[-1] == "0.9000"
 
 
-def test_a_row_a_measure_that_there_is_and_the_published_beside_the_first() -> None:
+def test_each_measure_has_a_row_beside_the_published() -> None:
     open_loop = result().final._replace(ate=NAN, gap=LoopGap(0.3, 0.4, np.radians(-2.0), 0.9, 0.5))
     (ate, crisp, *duke) = error_table([result(), result(name="duke", final=open_loop, causal_off_axes=0.1)]).rows
     assert ate == ("aces", "ATE", "0.5000", "0.3000", "0.1000", "0.0", "0.1730", "0.0600", "0.0440", "0.0375")
@@ -162,7 +162,7 @@ def test_short_walls_do_not_tell_the_axes() -> None:
     assert np.isnan(rms_off_axes(walls[3:]))
 
 
-def test_both_ways_see_the_same_scans_and_no_loop_is_closed_in_one(both: BothWays) -> None:
+def test_both_ways_see_the_same_scans_one_closes_no_loop(both: BothWays) -> None:
     alone = LineSlam(SlamConfig(loops="never"), SMALL.T_base_laser)
     poses = stack_poses(alone.update(SMALL.scan(k), SMALL.odometry(k)).T_map_base for k in range(len(SMALL)))
     assert np.array_equal(both.causal, poses)
@@ -202,7 +202,7 @@ def test_the_command_drives_both_ways(tmp_path: Path) -> None:
     assert "| 0, 0 |" in text
 
 
-def test_what_is_not_there_is_skipped_and_an_unknown_part_is_named(tmp_path: Path) -> None:
+def test_missing_logs_are_skipped_unknown_parts_named(tmp_path: Path) -> None:
     shown = CliRunner().invoke(app, ["bench", "loops", "logs", "--stress", "--log", "fr079", "--data", str(tmp_path)])
     assert shown.exit_code == 0
     assert shown.output.count("skipped") == 2

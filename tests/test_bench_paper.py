@@ -42,13 +42,13 @@ def test_the_predicted_speed_up_by_hand() -> None:
     assert predicted_speed_up(2280, 0) == 1.0
 
 
-def test_the_wall_is_one_segment_with_as_many_tests_as_the_prediction_counts() -> None:
+def test_a_wall_is_one_segment_of_the_predicted_tests() -> None:
     for psi in table_2.PSI:
         tests = len(table_2.tested_lengths(table_2.wall(table_2.POINTS // 10), table_2.SIGMA_TH, psi))
         assert tests == pytest.approx(hops(table_2.POINTS // 10, psi)[1], abs=psi + 1)
 
 
-def test_hopping_changes_no_segment_and_too_much_of_it_costs_tests() -> None:
+def test_hopping_changes_no_segment_but_the_tests() -> None:
     rows = {row.psi: row for row in fig_7.measure(trials=30)}
     assert all(row.different == 0 for row in rows.values())
     assert rows[0].tests > 2 * rows[5].tests

@@ -40,7 +40,7 @@ def test_a_policy_has_a_score_in_every_simulator() -> None:
 def test_the_table_has_the_devices_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(POLICIES, "ahead", Ahead)
     table = policy_report.policy_table("ahead", SEEDS, 1, Terminal())
-    assert [row[1] for row in table.rows] == ["2", "2", "2", "1", "1"]
+    assert [row[1] for row in table.rows] == ["2", "2", "2", "1", "1", "1"]
     assert all(float(row[2]) > 0.5 for row in table.rows)
 
 

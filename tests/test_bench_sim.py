@@ -36,7 +36,8 @@ def test_the_tables_can_be_made(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_environments_can_be_measured(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(env_speed, "ROUNDS", 1)
-    paths, views, threads = env_speed.env_tables(Terminal(quiet=True), (1, 3), 0.0)
+    paths, views, threads, slam = env_speed.env_tables(Terminal(quiet=True), (1, 3), 0.0, with_slam=())
+    assert slam.rows == []
     assert [row[:2] for row in paths.rows] == [
         ("PyBullet, one robot", "1"), ("plan, one robot", "1"), ("batch", "1"), ("batch", "3"),
     ]  # fmt: skip

@@ -145,7 +145,7 @@ def test_a_loop_is_as_open_as_it_was_made() -> None:
     assert gap.agreement > 0.95 > 0.7 > gap.before
 
 
-def test_where_the_scans_leave_a_direction_open_the_way_is_the_odometer_s() -> None:
+def test_along_an_open_direction_the_odometer_decides() -> None:
     """An odometer with the heading of the truth tells the error along the walls that is not the method's own."""
     run = run_scenario("featureless_corridor", 1, ("duration=12",))
     assert run.unconstrained[1:].mean() >= 0.95
@@ -172,7 +172,7 @@ def fan_of_echoes(lines: FloatArray, origin: tuple[float, float]) -> tuple[Float
 WALL, ALONG_A_BEAM = np.array([[[1.0, -0.5], [1.0, 0.5]]]), np.array([[[2.0, 0.02], [3.0, 0.0]]])
 
 
-def test_a_line_along_its_own_beams_is_radial_and_a_wall_across_them_is_not() -> None:
+def test_a_line_along_its_own_beams_is_radial() -> None:
     lines = np.concatenate([WALL, ALONG_A_BEAM, 0.1 * ALONG_A_BEAM])
     found = wall_faults(lines, *fan_of_echoes(lines, (0.0, 0.0)))
     assert found.radial == pytest.approx(1.0, abs=1e-3)  # the short one has no sure direction
@@ -180,7 +180,7 @@ def test_a_line_along_its_own_beams_is_radial_and_a_wall_across_them_is_not() ->
     assert wall_faults(lines, *NO_ECHOES).unseen == pytest.approx(2.1, abs=1e-3)
 
 
-def test_lines_beside_a_longer_one_that_face_its_way_are_parallel() -> None:
+def test_lines_beside_a_longer_one_are_parallel() -> None:
     beside = WALL * [1.0, 0.5] + np.array([0.2, 0.4])  # half as long, reaches 0.15 m beyond its end
     assert wall_faults(np.concatenate([WALL, beside]), *NO_ECHOES).parallel == pytest.approx(0.35, abs=0.05)
     assert (

@@ -58,7 +58,7 @@ def test_a_segment_between_two_lines_makes_one_of_them() -> None:
 
 
 @pytest.mark.parametrize("other", [[1, 0, 0, 0], [0, 0.2, 1, 0.2], [1.3, 0, 2, 0], [0.5, 0, 0.5, 1]])
-def test_other_faces_other_walls_and_walls_behind_a_gap_stay_apart(other: list[float]) -> None:
+def test_other_faces_walls_and_gaps_stay_apart(other: list[float]) -> None:
     assert len(merged(segments([0, 0, 1, 0]), segments(other))) == 2
 
 
@@ -67,7 +67,7 @@ def test_a_map_is_in_the_frame_of_the_map() -> None:
     assert merged(segments([1, 0, 2, 0]), T_map_laser=T)[0] == pytest.approx(np.array([[1.0, 3.0], [1.0, 4.0]]))
 
 
-def test_runs_are_scored_in_every_way_and_a_row_has_the_command_that_repeats_it(tmp_path: Path) -> None:
+def test_rows_have_all_scores_and_the_command(tmp_path: Path) -> None:
     path = tmp_path / "my room.yaml"
     path.write_text(ROOM)
     run = run_wall_map(str(path), 3, ["lidar.noise=none"])

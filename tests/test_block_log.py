@@ -11,7 +11,7 @@ from slam.pose import Pose2D, compose_poses, path_lengths, relative_poses, wrap_
 PLAN = make_block_plan(np.random.default_rng(5))
 
 
-def test_walls_drawn_onto_the_beams_are_as_far_as_beams_cast_at_the_walls() -> None:
+def test_drawn_walls_are_as_far_as_cast_beams() -> None:
     walls = np.concatenate([room(np.random.default_rng(1)), PLAN.walls[::40]])
     poses = np.array([[0.1, -0.2, 0.3], [0.0, 0.0, 3.0], [5.0, 4.0, -2.0], [-0.5, 0.1, 1.6]])
     found = cast_walls(walls, poses, -3.1, 0.02, 311)
@@ -42,7 +42,7 @@ def test_a_walk_goes_everywhere_and_never_straight_back() -> None:
     assert len(np.unique(path, axis=0)) > 0.8 * PLAN.crossings[..., 0].size
 
 
-def test_a_smoothed_path_is_walked_in_even_steps_along_its_heading() -> None:
+def test_a_smoothed_path_has_even_steps_along_its_heading() -> None:
     poses = smooth_poses(np.array([[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 20.0]]), STEP)
     steps = relative_poses(poses[:-1], poses[1:])
     assert np.hypot(steps[:, 0], steps[:, 1]) == pytest.approx(STEP, abs=0.02)

@@ -61,7 +61,7 @@ def keys(scenario: Scenario) -> list[str]:
         ("people=[{waypoints: [[0, 0]], keep: 800}]", "800 mm are 0.8 m"),
     ],
 )
-def test_a_number_in_another_unit_is_refused_and_the_schema_knows(tmp_path: Path, setting: str, meant: str) -> None:
+def test_a_number_in_another_unit_is_refused(tmp_path: Path, setting: str, meant: str) -> None:
     file = tmp_path / "room.yaml"
     file.write_text(ROOM)
     with pytest.raises(ScenarioError, match=meant):
@@ -89,7 +89,7 @@ def test_every_angle_within_a_turn_is_meant(theta: float) -> None:
     assert room(robot={"start": {"theta": theta}}).robot.start.theta == theta
 
 
-def test_a_way_through_a_wall_is_strange_and_one_through_a_door_is_not() -> None:
+def test_a_way_through_a_wall_is_strange_but_not_a_door() -> None:
     assert keys(room(route={"waypoints": [[3, -1], [3, 2]]})) == []
     assert keys(room(route={"waypoints": [[3, -1], [9, -1], [9, 2], [3, 2]]})) == [
         "route.waypoints.1",
@@ -108,7 +108,7 @@ def test_a_gap_that_is_narrower_than_the_robot_is_strange() -> None:
         assert bool(keys(room(world={"boxes": posts}, route={"waypoints": [[4, 0]]}))) == strange
 
 
-def test_furniture_that_can_be_pushed_and_sills_are_in_nobody_s_way() -> None:
+def test_pushable_furniture_and_sills_obstruct_no_way() -> None:
     box = {"center": [2, 0], "size": [0.4, 0.4, 0.5]}
     ahead = {"waypoints": [[4, 0]]}
     assert keys(room(world={"boxes": [box]}, route=ahead)) == ["route.waypoints.0"]

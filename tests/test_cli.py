@@ -56,7 +56,7 @@ def test_group_without_a_command_prints_its_help(group: str) -> None:
     assert "Traceback" not in done.stderr
 
 
-def test_the_command_line_loads_no_numbers_before_a_command_needs_them() -> None:
+def test_the_command_line_imports_no_numpy_early() -> None:
     code = "import slam.cli.main, sys; assert not {'numpy', 'numba', 'gymnasium', 'pydantic'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
 

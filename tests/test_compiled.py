@@ -129,7 +129,7 @@ def edit(file: Path, old: str, new: str) -> None:
     file.write_text(text.replace(old, new))
 
 
-def test_kept_code_is_used_while_nothing_it_was_compiled_from_changes(package: Path, run: Run) -> None:
+def test_kept_code_is_used_while_its_sources_are_the_same(package: Path, run: Run) -> None:
     assert run() == (FIRST, False)
     assert run() == (FIRST, True)
     edit(package / "unrelated.py", "return x", "return 2.0 * x")
@@ -137,7 +137,7 @@ def test_kept_code_is_used_while_nothing_it_was_compiled_from_changes(package: P
     assert run() == (FIRST, True)
 
 
-def test_an_edit_of_what_it_was_compiled_from_gives_the_new_result(package: Path, run: Run) -> None:
+def test_an_edited_source_is_compiled_anew(package: Path, run: Run) -> None:
     result = FIRST
     assert run() == (result, False)
     for file, old, new, more in [
@@ -153,7 +153,7 @@ def test_an_edit_of_what_it_was_compiled_from_gives_the_new_result(package: Path
         assert run() == (result, False), f"{file}: {old} -> {new}"
 
 
-def test_without_a_place_to_keep_code_it_is_compiled_in_every_process(package: Path) -> None:
+def test_code_compiles_without_a_place_to_keep_it(package: Path) -> None:
     nowhere = package / "__pycache__"
     nowhere.write_text("a file, so that no folder can be made here")
     nobody = {"NUMBA_CACHE_DIR": "", "HOME": str(nowhere), "XDG_CACHE_HOME": str(nowhere)}

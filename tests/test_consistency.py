@@ -52,7 +52,7 @@ RIGHT = (0.0, 0.0, 0.0)
 
 @settings(max_examples=30)
 @given(JUMPS)
-def test_two_that_are_right_agree_whatever_the_front_end_did_in_between(jump: FloatArray) -> None:
+def test_two_right_loops_agree_whatever_lies_between(jump: FloatArray) -> None:
     graph = way_twice(jump)
     first, second = (loop(graph, jump, SUBMAPS + k, k, RIGHT) for k in (1, 2))
     assert Consistency(graph, hops(graph), first).chi_squared(second) < 1e-6
@@ -67,7 +67,7 @@ def test_one_that_is_off_is_not_borne_out_by_one_that_is_right(off: tuple[float,
     assert waiting.borne_out(loop(graph, JUMP, 6, 2, off), hops(graph), []) == []
 
 
-def test_the_second_that_agrees_brings_the_first_along_and_the_wrong_one_waits() -> None:
+def test_a_second_loop_frees_the_first_a_wrong_one_waits() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     right = [loop(graph, JUMP, SUBMAPS + k, k, RIGHT) for k in (1, 2, 3)]

@@ -23,7 +23,8 @@ from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.saved_slam import SavedSlam, relocate, save
 from slam.scan import LaserScan
-from tests.test_loop_closing import BEARINGS, around, ranges_from
+from tests.ring import around, ranges_from
+from tests.test_loop_closing import BEARINGS
 
 PATH = around(2.0)
 LAP, BEGIN = len(around(1.0)), len(around(0.75)) - 1
@@ -63,7 +64,7 @@ def drive(slam: LineSlam, begin: int, end: int, blind: Collection[int] = ()) -> 
             motion = PATH[k - 1].between(PATH[k])
             turn = motion.theta + np.radians(2.0) * motion.distance(Pose2D())
             wheels = wheels @ Pose2D(1.02 * motion.x, motion.y, turn)
-        ranges = ranges_from(PATH[k]) + random.normal(0.0, 0.01, len(BEARINGS))
+        ranges = ranges_from(PATH[k], BEARINGS) + random.normal(0.0, 0.01, len(BEARINGS))
         ranges[(ranges > 4.0) | (k in blind)] = np.inf
         scan = LaserScan(0.1 * k, float(BEARINGS[0]), 0.02, 0.05, 4.0, ranges)
         yield slam.update(scan, Odometry(0.1 * k, wheels))

@@ -47,9 +47,7 @@ def off_the_walls(observation: Observation, room: Scenario, straighten: bool) ->
     return float(np.sqrt(np.mean(off**2)))
 
 
-def test_the_points_of_a_turning_lidar_lie_on_the_walls_once_the_skew_is_undone(
-    room: Scenario, turning: list[Observation]
-) -> None:
+def test_deskewed_points_of_a_turning_lidar_lie_on_walls(room: Scenario, turning: list[Observation]) -> None:
     raw = np.mean([off_the_walls(observation, room, straighten=False) for observation in turning])
     straight = np.mean([off_the_walls(observation, room, straighten=True) for observation in turning])
     assert raw > 0.02  # metres: the fan is bent by up to 6 degrees

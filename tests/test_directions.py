@@ -62,7 +62,7 @@ def test_the_heading_turns_with_the_scan(turn: float) -> None:
     assert same == pytest.approx(variance)
 
 
-def test_a_right_angled_building_has_one_direction_and_its_spread() -> None:
+def test_a_right_angled_building_has_one_direction() -> None:
     random = np.random.default_rng(1)
     walls = random.integers(0, 4, 400) * QUARTER + 0.3 + random.normal(0.0, radians(0.6), 400)
     ((direction, variance),) = learnt(walls).main
@@ -70,7 +70,7 @@ def test_a_right_angled_building_has_one_direction_and_its_spread() -> None:
     assert np.sqrt(variance) == pytest.approx(radians(0.6), rel=0.15)
 
 
-def test_what_the_measurement_explains_is_no_spread_of_the_building() -> None:
+def test_measurement_noise_is_no_spread_of_the_building() -> None:
     walls = np.random.default_rng(2).normal(0.0, radians(0.5), 400)
     ((_, variance),) = learnt(walls, variance=radians(0.5) ** 2).main
     assert variance == pytest.approx(EXACT)
@@ -81,7 +81,7 @@ def test_two_wings_have_two_directions() -> None:
     assert sorted(np.degrees(wings[:, 0])) == pytest.approx([0.0, 30.0])
 
 
-def test_walls_two_degrees_apart_make_a_direction_as_unsure_as_they_differ() -> None:
+def test_walls_two_degrees_apart_make_an_unsure_direction() -> None:
     random = np.random.default_rng(3)
     walls = random.choice([0.0, radians(1.9)], 200)
     ((direction, variance),) = learnt(walls).main
@@ -98,7 +98,7 @@ def test_a_few_walls_are_no_evidence() -> None:
     assert len(learnt(np.zeros(5)).main) == 0
 
 
-def test_a_mean_stands_still_once_much_was_seen_while_the_heading_drifts() -> None:
+def test_a_well_known_mean_ignores_a_drifting_heading() -> None:
     directions = learnt(np.zeros(250))
     drifting = np.linspace(0.0, radians(1.5), 2000)
     for one in drifting:
@@ -125,7 +125,7 @@ def test_walls_that_do_not_tell(walls: FloatArray, main: FloatArray) -> None:
     assert turn_to_main(walls, main, 0.0, radians(8.0)) == (0.0, np.inf)
 
 
-def test_without_directions_the_walls_leave_the_prior_to_the_last_bit() -> None:
+def test_without_directions_the_prior_keeps_every_bit() -> None:
     prior, information = np.array([1.0, 2.0, 0.3]), np.diag([1e4, 1e4, 1e3])
     better, surer = WallHeading(Directions()).refine_prior(prior, information, 0.3, 0.1)
     assert better is prior
@@ -154,9 +154,7 @@ def headings(scan_of: Scanner, corners: FloatArray, directions: str, path: list[
 
 
 @pytest.mark.parametrize("tilt", [0.0, 2.0])
-def test_in_a_hall_the_heading_drifts_less_and_no_more_where_its_ends_are_two_degrees_off(
-    scan_of: Scanner, tilt: float
-) -> None:
+def test_directions_reduce_the_drift_in_a_hall(scan_of: Scanner, tilt: float) -> None:
     path = [Pose2D(0.4 * k, 0.3 * sin(0.2 * k), 0.1 * cos(0.2 * k)) for k in range(40)]
     truth, corners = np.array([pose.theta for pose in path]), hall(radians(tilt))
     error = {

@@ -34,6 +34,7 @@ PARSED_ONLY = {
     r"--rerun (spawn|serve|connect)|hopslam view( runs/latest)?$": "opens a window, or serves until Ctrl-C",
     r"hopslam (doctor|emulate)": "looks for devices, or is one until Ctrl-C; tests/test_hardware_cli.py",
     r"hopslam ros|--backend ros": "needs a robot of ROS 2; make test-ros",
+    r"--(foxglove|ros)\b": "serves topics; tests/test_foxglove.py, tests/test_ros_bus.py",
     r"hopslam wire": "needs a recording; tests/test_wire.py",
     r"hopslam calibrate": "drives for minutes; tests/test_calibration.py",
     r"hopslam bench": "measures for minutes; tests/test_bench_*.py",

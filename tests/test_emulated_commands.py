@@ -112,7 +112,7 @@ def test_inputs_and_outputs() -> None:
     assert (behind_sonar[1], behind_sonar[4]) == (4, 0x04)
 
 
-def test_an_auxiliary_port_waits_for_as_many_bytes_as_were_asked_for() -> None:
+def test_an_auxiliary_port_waits_for_all_bytes_asked_for() -> None:
     robot = opened()
     robot.receive(packet(bytes([TTY2]) + b"\x2b\x02hi\x00"), robot.due)
     assert robot.reports.aux[0].sent == b"hi"
@@ -133,7 +133,7 @@ def test_a_battery_can_be_tested_and_the_robot_reset() -> None:
 
 
 @pytest.mark.parametrize("form", [None, 0, 1, 0x0305])
-def test_every_command_is_taken_and_only_config_is_answered_at_once(form: int | None) -> None:
+def test_every_command_is_taken_and_config_is_answered(form: int | None) -> None:
     for number in range(256):
         robot = opened()
         answer = robot.receive(command(number, form), robot.due)

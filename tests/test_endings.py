@@ -55,7 +55,7 @@ def test_the_robot_of_a_run_stands_when_it_ends(name: str, exit_code: int, recor
     assert (result.exit_code, result.recorded) == (exit_code, recorded)
 
 
-def test_a_robot_whose_reader_ended_while_it_was_opened_never_moves() -> None:
+def test_a_robot_never_moves_after_its_reader_ended() -> None:
     with (
         emulated_devices(load_scenario("corridor"), plant="plan") as emulator,
         emulator,
@@ -74,7 +74,7 @@ def wait_for_motion(emulator: Emulator, moving: bool) -> None:
         time.sleep(0.01)
 
 
-def test_a_closed_terminal_does_not_end_a_program_started_with_nohup() -> None:
+def test_a_closed_terminal_does_not_end_a_nohup_program() -> None:
     ignoring = "import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"
     with emulated_devices(load_scenario("corridor"), plant="plan") as emulator, emulator:
         with DrivingProgram(emulator.port_settings, ignoring + OWN_PROGRAM) as program:
@@ -99,7 +99,7 @@ class Notes:
         self.told.set()
 
 
-def test_signals_reach_the_watch_whoever_handles_them_and_are_as_before_when_it_closes() -> None:
+def test_the_watch_gets_signals_and_restores_their_handlers() -> None:
     seen: list[int] = []
     before = {number: signal.getsignal(number) for number in signal.valid_signals()}
     signal.signal(signal.SIGTERM, lambda number, _: seen.append(number))
@@ -118,7 +118,7 @@ def test_signals_reach_the_watch_whoever_handles_them_and_are_as_before_when_it_
     assert {number: signal.getsignal(number) for number in signal.valid_signals()} == before
 
 
-def test_every_robot_of_a_process_is_stopped_and_the_last_one_gives_the_signals_back() -> None:
+def test_all_robots_stop_and_the_last_restores_the_signals() -> None:
     before = signal.getsignal(signal.SIGHUP)
     first, second = Notes(), Notes()
     with process_watch(second.stop):
@@ -132,7 +132,7 @@ def test_every_robot_of_a_process_is_stopped_and_the_last_one_gives_the_signals_
     assert signal.getsignal(signal.SIGHUP) == before
 
 
-def test_a_robot_closed_by_another_thread_leaves_the_signals_to_the_next_one() -> None:
+def test_a_robot_closed_in_a_thread_leaves_the_signals() -> None:
     before = signal.getsignal(signal.SIGHUP)
     watch, notes = process_watch(Notes().stop), Notes()
     watch.__enter__()
@@ -184,7 +184,7 @@ def test_an_event_loop_still_hears_of_signals() -> None:
         os.close(writer)
 
 
-def test_an_event_loop_that_asks_for_signals_later_does_not_keep_them() -> None:
+def test_a_later_event_loop_does_not_keep_the_signals() -> None:
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
     handler = signal.signal(signal.SIGINT, lambda *_: None)

@@ -136,7 +136,7 @@ def test_slam_runs_only_where_something_needs_it() -> None:
             assert (env.unwrapped.episode.slam is not None) == runs == ("slam_pose" in info)
 
 
-def test_wheel_speeds_and_a_twist_that_mean_the_same_do_the_same() -> None:
+def test_equal_wheel_speeds_and_twists_do_the_same() -> None:
     with make() as twists, make(action="wheels") as wheels:
         twists.reset(seed=3)
         wheels.reset(seed=3)
@@ -196,7 +196,7 @@ def test_options_change_one_episode(options: dict[str, object] | None, place: tu
         ([0, 0], "give a dict"),
     ],
 )
-def test_options_that_are_none_are_refused_and_the_episode_goes_on(options: object, complaint: str) -> None:
+def test_unknown_options_are_refused_the_episode_goes_on(options: object, complaint: str) -> None:
     with P3DXEnv("paper_simulation") as env:
         env.reset(seed=0)
         with pytest.raises(InputError, match=complaint):
@@ -219,7 +219,7 @@ def test_a_bare_string_is_a_list_of_one() -> None:
     assert env.config.end_on == ("goal",)
 
 
-def test_an_env_that_does_not_run_is_copied_with_its_random_numbers() -> None:
+def test_an_idle_env_is_copied_with_its_random_numbers() -> None:
     env = make(observe=("scan",), settings="duration=3")
     env.action_space.seed(4)
     copies = [env, copy.copy(env.unwrapped), copy.deepcopy(env), pickle.loads(pickle.dumps(env))]

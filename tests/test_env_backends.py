@@ -93,7 +93,7 @@ def test_on_devices_it_keeps_the_rules_of_gymnasium() -> None:
 
 
 @pytest.mark.parametrize("arguments", [{}, {"observe": ALL_VIEWS, "end_on": "lost", "reward": "coverage"}])
-def test_spaces_and_info_are_those_of_the_simulated_robot_but_for_the_truth(arguments: dict[str, object]) -> None:
+def test_spaces_and_info_are_simulated_ones_without_truth(arguments: dict[str, object]) -> None:
     kinds = []
     for opened in (simulated, on_devices):
         with opened(**arguments) as (env, _):
@@ -115,7 +115,7 @@ def test_spaces_and_info_are_those_of_the_simulated_robot_but_for_the_truth(argu
     assert kinds[0] == kinds[1]
 
 
-def test_episodes_on_devices_follow_one_another_where_the_robot_stands() -> None:
+def test_device_episodes_begin_where_the_robot_stands() -> None:
     with on_devices("route.waypoints=[[1.0, 0.0]]", max_seconds=1.0, render_mode="rgb_array") as (env, emulator):
         _, info = env.reset(seed=1)
         left, rewards, truncated = info["route_left"], [], False
@@ -200,7 +200,7 @@ def test_a_robot_that_nobody_holds_any_more_stops(thread: str) -> None:
         wait_until(lambda: still(emulator) and not emulator.p3dx.open)
 
 
-def test_an_interruption_stops_the_robot_and_a_wrong_action_only_for_now(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interruptions_and_wrong_actions_stop_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(timeout: float = 1.0) -> None:
         raise KeyboardInterrupt
 

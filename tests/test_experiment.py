@@ -50,7 +50,7 @@ def replayed(log: Path, *settings: str, scenario: str = "replay") -> Experiment:
     return replay_experiment(log, load_scenario(scenario, settings))
 
 
-def test_a_robot_that_turns_on_the_spot_stays_there_wherever_its_laser_sits(turning_log: Path, tmp_path: Path) -> None:
+def test_turning_on_the_spot_keeps_the_base_in_place(turning_log: Path, tmp_path: Path) -> None:
     """Taken for one on the robot's centre, the laser would move by 28 cm."""
     run = replayed(turning_log, "slam.update_distance=0")
     assert run.slam.T_base_laser.distance(Pose2D(MOUNT)) < 1e-3

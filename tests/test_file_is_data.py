@@ -176,7 +176,7 @@ def test_a_run_folder_that_is_allowed_is_replayed(run_folder: Path, gadget: Path
     assert gadget.read_text().startswith("imported\ncalled ['cmd']\n")
 
 
-def test_a_sweep_folder_does_not_allow_itself_what_it_was_allowed_once(tmp_path: Path, gadget: Path) -> None:
+def test_a_sweep_folder_keeps_no_permission(tmp_path: Path, gadget: Path) -> None:
     """The permission reaches the worker; to go on, or to repeat, needs it again."""
     file = write(tmp_path / "mine.yaml", {"extends": "umbmark_room", "duration": 0.5, "slam": {"lines": OWN}})
     code, said = hopslam("sweep", file, "--allow-module", "gadget", "--out", "swept", "--jobs", "1")
@@ -204,7 +204,7 @@ def test_a_sweep_folder_does_not_allow_itself_what_it_was_allowed_once(tmp_path:
         ({"settings": {"slam.lines.options.method": "gadget:find", "description": "gadget:find"}}, []),
     ],
 )
-def test_what_is_named_on_the_command_line_is_allowed_as_it_stands(changes: dict[str, Any], allowed: list[str]) -> None:
+def test_code_named_on_the_command_line_is_allowed(changes: dict[str, Any], allowed: list[str]) -> None:
     assert list(make_plan(["corridor"], changes).allowed) == allowed
     assert list(make_plan(["corridor"], changes, ["other"]).allowed) == ["other", *allowed]
 

@@ -120,7 +120,7 @@ def test_a_small_displacement_is_found(dx: float, dy: float, dphi: float) -> Non
 
 @settings(max_examples=20)
 @given(st.floats(-np.pi, np.pi))
-def test_the_match_does_not_depend_on_the_direction_of_the_sensor_axes(angle: float) -> None:
+def test_the_match_is_invariant_under_turned_sensor_axes(angle: float) -> None:
     segments = segments_by_hopping(room(Pose2D(0.03, 0.02, 0.01)), HoppingConfig())
     points, turn = room(Pose2D()), Pose2D(theta=angle)
     plain = match_points_to_segments(points, segments, CONFIG).T_prior_laser

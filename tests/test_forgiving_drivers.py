@@ -45,7 +45,7 @@ def test_a_robot_that_does_not_say_its_settings(caplog: pytest.LogCaptureFixture
         open_robot(b"", FlashSettings(watchdog=3.0))
 
 
-def test_settings_with_a_wrong_checksum_are_believed_when_they_come_again(caplog: pytest.LogCaptureFixture) -> None:
+def test_settings_with_a_wrong_checksum_are_asked_twice(caplog: pytest.LogCaptureFixture) -> None:
     open_robot(packet(config(800), wrong=1))
     assert "wrong checksum, but comes twice alike" in caplog.text
     assert "stops it after 0.8 s" in caplog.text

@@ -91,7 +91,7 @@ def go(robot: SimRobot, scans: int) -> list:
 
 
 @pytest.mark.parametrize(("mass", "moves"), [(1.0, True), (6.0, True), (12.0, False), (50.0, False)])
-def test_the_robot_pushes_what_its_25_newtons_can_move_and_stalls_at_the_rest(mass, moves):
+def test_the_robot_pushes_with_25_newtons_or_stalls(mass, moves):
     """Up to 8 kg, with a friction of 0.3 on the floor."""
     with pushed(mass) as robot:
         seen = go(robot, 60)
@@ -117,7 +117,7 @@ def test_a_run_goes_on_when_it_touches_what_can_be_pushed(mass, duration, ending
 
 
 @pytest.mark.parametrize(("mass", "goes_on"), [(3.0, True), (50.0, False)])
-def test_an_environment_that_ends_on_collisions_pushes_the_light_and_ends_at_a_stall(mass, goes_on):
+def test_pushing_ends_no_episode_but_a_stall_does(mass, goes_on):
     env = P3DXEnv(in_the_way(mass, 30.0), reward="none", end_on="collision")
     env.reset(seed=0)
     for _ in range(45):
@@ -130,7 +130,7 @@ def test_an_environment_that_ends_on_collisions_pushes_the_light_and_ends_at_a_s
     assert not info["observation"].collided
 
 
-def test_beside_a_thing_that_it_pushes_the_robot_still_collides_with_a_wall():
+def test_a_pushing_robot_still_collides_with_a_wall():
     things = {"boxes": [{"center": [0.6, 0.2], "size": [0.2, 0.2, 0.5], "mass": 1.0}]}
     with SimRobot(scene(wall(0.0, at=1.5) | things)) as robot:
         seen = go(robot, 60)
@@ -156,7 +156,7 @@ def test_what_needs_twice_the_push_stands_wherever_it_is_pushed(things):
 
 
 @pytest.mark.parametrize(("mass", "turns"), [(8.0, True), (40.0, False)])
-def test_a_thing_pushed_beside_its_middle_turns_where_the_friction_of_its_footprint_lets_it(mass, turns):
+def test_furniture_pushed_off_centre_turns_by_its_friction(mass, turns):
     """25 N at 0.4 m turn a rod of 1 m about its middle, against 0.3 m g / 4, up to 13 kg."""
     rod = {"center": [0.6, 0.4], "size": [0.1, 1.0, 0.5], "mass": mass}
     with SimRobot(scene(wall(0.0, at=4.0) | {"boxes": [rod]})) as robot:

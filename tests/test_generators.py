@@ -63,14 +63,14 @@ def way(generated: GeneratedWorld) -> np.ndarray:
 
 @given(generator=CAMPUSES)
 @settings(max_examples=8)
-def test_a_disc_of_the_robots_size_can_be_swept_along_the_route_of_a_campus(generator: CampusGenerator) -> None:
+def test_the_route_of_a_campus_is_wide_enough(generator: CampusGenerator) -> None:
     generated = generator.build()
     assert clearance(way(generated), obstacle_footprints(generated.world.prisms())).min() > 0.3015
 
 
 @given(generator=st.one_of(CORRIDORS, LOOPS, OFFICES))
 @settings(max_examples=100)
-def test_a_disc_of_the_robots_size_can_be_swept_along_the_route_and_people_walk_beside_it(generator: Generator) -> None:
+def test_routes_are_wide_enough_with_people_beside_them(generator: Generator) -> None:
     generated = generator.build()
     route, solids = way(generated), obstacle_footprints(generated.world.prisms())
     assert clearance(route, solids).min() > 0.3015  # 6 cm apart, samples miss at most sqrt(0.3^2 + 0.03^2) - 0.3 m
@@ -105,7 +105,7 @@ def test_a_loop_comes_back_by_another_way() -> None:
     assert len(set(generated.waypoints)) == len(generated.waypoints)
 
 
-def test_a_campus_is_driven_once_around_and_on_over_its_beginning() -> None:
+def test_a_campus_route_goes_around_and_over_its_beginning() -> None:
     """The ring of 150 m, at least 10 m of it again, the court, and the second half of the ring again."""
     for seed in range(5):
         generated = CampusGenerator(seed=seed).build()
@@ -117,7 +117,7 @@ def test_a_campus_is_driven_once_around_and_on_over_its_beginning() -> None:
         assert again[-3:] == [once[-3], once[-2], home]
 
 
-def test_nothing_is_seen_through_the_walls_of_a_campus_from_its_corridors() -> None:
+def test_nothing_is_seen_through_the_walls_of_a_campus() -> None:
     """Every ray from the robot's way ends at a wall, even in a campus that is all bays."""
     generated = CampusGenerator(seed=3, bays=1.0, skew=3.0).build()
     edges = np.concatenate([np.stack([o, np.roll(o, -1, axis=0)], axis=1) for o in generated.world.outlines(0.3)])

@@ -133,7 +133,7 @@ def test_faults_one_after_another(tmp_path: Path, caplog: pytest.LogCaptureFixtu
     assert any("no command" in record.getMessage() for record in caplog.records)
 
 
-def test_a_killed_program_leaves_the_robot_to_its_watchdog_and_the_next_one_finds_both_devices() -> None:
+def test_the_watchdog_stops_a_killed_programs_robot() -> None:
     script = """
 import sys
 from hardware.robot import HardwareRobot
@@ -252,7 +252,7 @@ def test_an_emulator_that_is_not_a_robot_is_named(tmp_path: Path) -> None:
 
 
 @given(st.floats(-300e-6, 300e-6), st.integers(0, 2**32))
-def test_the_clock_of_a_sensor_is_followed_through_drift_delay_and_wrap(drift: float, seed: int) -> None:
+def test_a_sensor_clock_is_followed_through_drift_and_wrap(drift: float, seed: int) -> None:
     wrap, start, delay = 100.0, 97.0, 0.07
     rng = np.random.default_rng(seed)
     clock = SensorClock(wrap, delay)

@@ -161,7 +161,7 @@ def test_a_building_bent_by_odometry_comes_back(seed: int) -> None:
     assert np.abs(after[:, 2]).max() < 0.003
 
 
-def test_walls_are_as_far_off_as_they_say_where_the_poses_are_known() -> None:
+def test_walls_at_known_poses_err_as_their_sigmas_say() -> None:
     squares = []
     for seed in range(20):
         run = drive(seed, step=1.0)

@@ -106,7 +106,7 @@ def test_a_gzip_bomb_of_text_ends_at_the_limit(tmp_path: Path, monkeypatch: pyte
         read_log(tmp_path / "a.log.gz")
 
 
-def test_aliases_that_stand_for_billions_are_counted_and_not_made(tmp_path: Path) -> None:
+def test_aliases_for_billions_are_counted_not_expanded(tmp_path: Path) -> None:
     lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
     lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]" for k in range(1, 12)]
     (tmp_path / "a.yaml").write_text("\n".join(lines))
@@ -196,7 +196,7 @@ def test_a_jump_that_stays_is_no_outlier() -> None:
     assert not outliers(0.1 * np.arange(20), positions).any()
 
 
-def test_what_lies_beyond_every_way_is_an_outlier_though_it_stays() -> None:
+def test_a_pose_beyond_every_way_is_an_outlier() -> None:
     positions = np.where(np.arange(20) < 12, 0.0, 2.0 * FROM_START.most)[:, None] * [1.0, 0.0]
     assert np.flatnonzero(outliers(0.1 * np.arange(20), positions)).tolist() == list(range(12, 20))
 

@@ -13,7 +13,10 @@ from slam.robot import Observation
 from slam.run.occupancy import Occupancy
 from slam.run.step import Step
 from slam.run.topics.live_map import LiveMap
+from slam.run.topics.map_topics import MapTopics
 from slam.scan import LaserScan
+from slam.topics import names
+from tests.topic_bus import ListBus
 
 ORIGIN, MOUNT = Pose2D(), Pose2D(0.1, 0.0, 0.0)
 CONFIG = SlamConfig()
@@ -71,3 +74,14 @@ def test_a_robot_that_stands_adds_nothing() -> None:
     live = LiveMap(CONFIG, MOUNT)
     assert live.add(step(0, Pose2D()))
     assert not any(live.add(step(k, Pose2D(0.001 * k, 0.0, 0.0))) for k in range(1, 20))
+
+
+def test_too_many_lines_are_sent_in_part() -> None:
+    bus, ends = ListBus(), np.random.default_rng(0).uniform(size=(10_001, 2, 2))
+    with MapTopics(bus, CONFIG, MOUNT) as topics:
+        topics.add(step(0, ORIGIN), ends)
+        topics.add(step(1, ORIGIN), ends)
+    (heard,) = bus.of(names.LINES)
+    (marker,) = heard.message.markers
+    assert_allclose([(p.x, p.y) for p in marker.points[-2:]], ends[9999], atol=1e-12)
+    assert len(marker.points) == 2 * 3334

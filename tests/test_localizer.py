@@ -97,7 +97,7 @@ def test_a_map_pulls_back_a_robot_that_is_20_cm_off(saved: SavedSlam, look: Look
         assert tracking.T_map_base.distance(path[-1]) < 0.03
 
 
-def test_moved_without_being_told_it_is_lost_and_finds_itself_again(saved: SavedSlam, look: Look) -> None:
+def test_a_kidnapped_robot_is_lost_and_found_again(saved: SavedSlam, look: Look) -> None:
     localizer = LineLocalizer(SlamConfig(), MOUNT, saved.mapper.map, Pose2D())
     wheels = drive(look, localizer, loop(Pose2D(), 10), Pose2D())
     assert localizer.sure
@@ -149,7 +149,7 @@ def test_bounds_are_never_below_any_score_of_their_block() -> None:
                 assert score <= bounds[a, i // 4, j // 4]
 
 
-def test_a_wanderer_turns_before_a_wall_and_drives_where_it_is_free() -> None:
+def test_a_wanderer_turns_before_a_wall() -> None:
     angles = np.linspace(-2.0, 2.0, 401)
 
     def seen(ahead: float) -> LaserScan:

@@ -102,7 +102,7 @@ def test_it_arrives_where_it_believes_to_be(truth: Pose2D, belief: Pose2D, endin
 
 
 @pytest.mark.parametrize(("duration", "ending"), [(0.45, "duration over"), (9.0, "no more scans")])
-def test_the_end_of_the_duration_is_told_from_the_end_of_the_scans(duration: float, ending: str) -> None:
+def test_the_end_of_the_duration_is_no_end_of_the_scans(duration: float, ending: str) -> None:
     robot = Scripted([TRUTH] * 4)
     assert run_loop(env_of(robot), Oracle([WRONG] * 4), ReplayPilot(4), [], 0, duration=duration) == ending
 
@@ -154,7 +154,7 @@ def test_every_watcher_sees_every_step() -> None:
         assert {step.observation.T_map_base for step in notes.steps} == {TRUTH}
 
 
-def test_ctrl_c_ends_the_run_after_the_step_in_which_it_was_pressed() -> None:
+def test_ctrl_c_ends_the_run_after_its_step() -> None:
     class Pressed(Scripted):
         def observe(self, timeout: float = 1.0) -> Observation | None:
             if self._index == 2:
@@ -183,7 +183,7 @@ class Silent(Scripted):
         return super().observe(timeout)
 
 
-def test_a_robot_that_falls_silent_is_waited_for_and_stands_meanwhile() -> None:
+def test_a_silent_robot_is_waited_for_standing() -> None:
     robot, pilot = Silent(2), Notes()
     assert run_loop(env_of(robot), Oracle([WRONG] * 4), pilot, [], 0, patience=600.0) == "no more scans"
     forward = Twist2D(0.5, -0.25)

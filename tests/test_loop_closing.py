@@ -14,46 +14,10 @@ from slam.line_slam import Estimate, LineSlam
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.scan import LaserScan
+from tests.ring import around, ranges_from
 
 Scanner = Callable[..., LaserScan]
-OUTER = np.array([
-    [-2.0, -2.0], [3.0, -2.0], [3.0, -2.6], [4.0, -2.6], [4.0, -2.0], [9.0, -2.0], [9.0, -1.6], [10.5, -1.6],
-    [10.5, -2.0], [14.0, -2.0], [14.0, 2.0], [14.7, 2.0], [14.7, 3.2], [14.0, 3.2], [14.0, 10.0], [8.0, 10.0],
-    [8.0, 9.5], [6.5, 9.5], [6.5, 10.0], [-2.0, 10.0], [-2.0, 6.0], [-2.6, 6.0], [-2.6, 4.5], [-2.0, 4.5], [-2.0, -2.0],
-])  # fmt: skip
-INNER = np.array([
-    [1.0, 1.0], [1.0, 4.0], [1.8, 4.0], [1.8, 5.0], [1.0, 5.0], [1.0, 7.0], [3.0, 7.0], [3.0, 6.4], [4.2, 6.4],
-    [4.2, 7.0], [11.0, 7.0], [11.0, 5.5], [10.3, 5.5], [10.3, 4.0], [11.0, 4.0], [11.0, 1.0], [7.0, 1.0], [7.0, 1.8],
-    [5.5, 1.8], [5.5, 1.0], [1.0, 1.0],
-])  # fmt: skip
 BEARINGS = np.arange(-2.0, 2.0, 0.02)
-
-
-def around(laps: float) -> list[Pose2D]:
-    """Poses every 0.2 m along the corridor between the two walls."""
-    corners = np.array([[-0.5, -0.5], [12.5, -0.5], [12.5, 8.5], [-0.5, 8.5]])
-    path, heading = [], 0.0
-    for corner in range(int(4 * laps)):
-        begin, end = corners[corner % 4], corners[(corner + 1) % 4]
-        steps = int(np.hypot(*(end - begin)) / 0.2)
-        path += [Pose2D(*(begin + k / steps * (end - begin)), heading) for k in range(steps)]
-        path += [Pose2D(*end, heading + 0.25 * np.pi * turn) for turn in (0.5, 1.0, 1.5)]
-        heading += 0.5 * np.pi
-    return path
-
-
-def ranges_from(pose: Pose2D) -> FloatArray:
-    """Ranges of the beams to the nearest wall."""
-    walls = [np.stack([corners[:-1], corners[1:]], axis=1) for corners in (OUTER, INNER)]
-    a, b = np.concatenate(walls).swapaxes(0, 1)
-    angles = pose.theta + BEARINGS
-    d = np.column_stack([np.cos(angles), np.sin(angles)])[:, None]
-    along, offset = b - a, a - pose.translation
-    cross = d[..., 0] * along[:, 1] - d[..., 1] * along[:, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t = (offset[:, 0] * along[:, 1] - offset[:, 1] * along[:, 0]) / cross
-        u = (offset[:, 0] * d[..., 1] - offset[:, 1] * d[..., 0]) / cross
-    return np.asarray(np.where((t > 0.0) & (u >= 0.0) & (u <= 1.0), t, np.inf).min(axis=1))
 
 
 @cache
@@ -68,7 +32,7 @@ def drive(laps: float, loops: str, timing: Timing = STEPPED) -> tuple[list[Estim
             wheels = wheels @ Pose2D(
                 1.02 * motion.x, motion.y, motion.theta + np.radians(2.0) * motion.distance(Pose2D())
             )
-        ranges = ranges_from(pose) + random.normal(0.0, 0.01, len(BEARINGS))
+        ranges = ranges_from(pose, BEARINGS) + random.normal(0.0, 0.01, len(BEARINGS))
         ranges[ranges > 4.0] = np.inf
         scan = LaserScan(0.1 * k, float(BEARINGS[0]), 0.02, 0.05, 4.0, ranges)
         estimates.append(slam.update(scan, Odometry(0.1 * k, wheels)))
@@ -92,7 +56,7 @@ def test_a_ring_is_closed() -> None:
     assert len(closed.map) > 0
 
 
-def test_the_trajectory_covers_every_scan_and_begins_at_the_truth() -> None:
+def test_the_trajectory_has_every_scan_from_the_true_start() -> None:
     estimates, closed, _ = drive(2.0, "auto")
     assert closed is not None
     trajectory = closed.trajectory(local_poses(estimates))

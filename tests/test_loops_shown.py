@@ -44,7 +44,7 @@ def live(lap_log: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
         return replay_experiment(lap_log, load_scenario("replay")).run(folder / "run", viewers, pictures=False).folder
 
 
-def test_way_and_loops_are_drawn_anew_at_every_closure_and_at_the_end(live: Path) -> None:
+def test_way_and_loops_are_drawn_anew_at_closures(live: Path) -> None:
     closures = int((RunRecord.open(live).traces.steps["closure"] >= 0).sum())
     assert closures > 1
     for entity in ("/map/trajectory/closed", "/map/loops", "/map/loops/doubted"):

@@ -52,9 +52,7 @@ def test_a_scan_frees_the_cells_whose_middle_its_beams_span(
 
 
 @given(st.floats(-np.pi, np.pi), st.lists(st.floats(0.0, 6.0), min_size=2, max_size=9))
-def test_newly_seen_area_is_that_of_the_marked_cells_and_none_at_a_second_look(
-    theta: float, ranges: list[float]
-) -> None:
+def test_newly_seen_area_is_that_of_the_marked_cells(theta: float, ranges: list[float]) -> None:
     grid = OccupancyGrid(Extent((-4.0, -4.0), (8.0, 8.0)), 0.25)
     scan = LaserScan(0.0, -1.0, 2.0 / len(ranges), 0.1, 5.0, np.array(ranges))
     first = grid.add_scan(scan, Pose2D(0.1, 0.2, theta))
@@ -62,7 +60,7 @@ def test_newly_seen_area_is_that_of_the_marked_cells_and_none_at_a_second_look(
     assert grid.add_scan(scan, Pose2D(0.1, 0.2, theta)) == 0.0
 
 
-def test_a_beam_sees_up_to_its_echo_and_silence_is_open_space_only_among_silence() -> None:
+def test_only_silence_among_silence_is_open_space() -> None:
     ranges = np.array([2.0, np.inf, 2.0, np.nan, -np.inf, 2.0, np.inf, np.inf, np.inf])
     scan = LaserScan(0.0, 0.0, 0.1, 0.1, 3.0, ranges)
     assert seen_ranges(scan).tolist() == [2.0, 0.0, 2.0, 0.0, 0.0, 2.0, 0.0, 3.0, 3.0]
@@ -75,7 +73,7 @@ def test_beams_free_what_lies_before_their_echo_and_no_more() -> None:
     np.testing.assert_array_equal(grid.at(ahead), [FREE, WALL, UNKNOWN])
 
 
-def test_a_whole_turn_leaves_no_gap_between_its_last_and_first_beam() -> None:
+def test_a_whole_turn_leaves_no_gap_at_its_seam() -> None:
     grid = OccupancyGrid(Extent((-5.0, -5.0), (10.0, 10.0)), 0.1)
     step = 2.0 * np.pi / 12
     scan = LaserScan(0.0, -np.pi + 0.1, step, 0.1, 5.0, np.full(12, 4.0))
@@ -84,7 +82,7 @@ def test_a_whole_turn_leaves_no_gap_between_its_last_and_first_beam() -> None:
     assert (grid.at(around) == FREE).all()
 
 
-def test_outside_of_the_grid_nothing_is_seen_and_nothing_is_known() -> None:
+def test_outside_of_the_grid_nothing_is_known() -> None:
     grid = OccupancyGrid(Extent((0.0, 0.0), (2.0, 1.0)), 0.5)
     scan = LaserScan(0.0, 0.0, 0.1, 0.1, 9.0, np.full(3, 8.0))
     assert grid.cells.shape == (2, 4)

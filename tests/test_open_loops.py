@@ -34,7 +34,7 @@ def graph_with(off: float) -> tuple[SubmapGraph, Loop]:
 
 
 @pytest.mark.parametrize("off", [0.0, 0.7, -3.0])
-def test_along_the_open_direction_it_lies_where_the_graph_has_it(off: float) -> None:
+def test_an_open_direction_follows_the_graph(off: float) -> None:
     graph, loop = graph_with(off)
     found = settled(loop, graph)
     known = between(graph.submaps[0].T_local_submap, graph.submaps[1].T_local_submap)
@@ -50,7 +50,7 @@ def test_a_loop_that_leaves_nothing_open_is_the_same() -> None:
     assert settled(sure, graph) is sure
 
 
-def test_edges_over_breaks_are_ordinary_ones_afterwards_as_sure_as_they_were_left() -> None:
+def test_edges_over_breaks_become_ordinary_ones() -> None:
     information = np.diag([4.0, 4.0, 4.0])
     edges = Edges.of([Edge(0, 1, np.zeros(3), information, loop) for loop in (NO_LOOP, BREAK, 3)])
     found, weights = edges.settled(np.array([1.0, 0.25, 0.5]))

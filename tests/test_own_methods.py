@@ -250,9 +250,7 @@ def test_a_map_of_own_code_that_cannot_be_shown_is_named() -> None:
 
 
 @pytest.mark.usefixtures("faulty")
-def test_an_extractor_may_find_nothing_share_corners_and_use_other_types_of_numbers(
-    scan_of: Scanner, room: FloatArray
-) -> None:
+def test_an_extractor_may_find_nothing_or_share_corners(scan_of: Scanner, room: FloatArray) -> None:
     scan = scan_of(room, Pose2D(), 1)
     ours = segments_by_chi_square(scan, ChiSquareConfig())
     nothing, same, papers = (
@@ -284,7 +282,7 @@ def test_what_a_back_end_of_ones_own_does_wrong_is_told(backend: str, error: typ
 
 
 @pytest.mark.usefixtures("faulty")
-def test_own_code_that_fails_on_the_way_leaves_a_complete_folder(tmp_path: Path) -> None:
+def test_failing_own_code_leaves_a_complete_folder(tmp_path: Path) -> None:
     scenario = load_scenario("corridor", ["duration=9", "slam.lines.method=faulty:tires"])
     outcome = scenario_experiment(scenario).run(tmp_path / "run", pictures=False)
     assert (outcome.ending, type(outcome.error)) == ("failed", InputError)
@@ -293,5 +291,5 @@ def test_own_code_that_fails_on_the_way_leaves_a_complete_folder(tmp_path: Path)
     assert "faulty:tires: ZeroDivisionError" in metrics["error"]
 
 
-def test_a_plant_of_ones_own_is_asked_for_all_that_the_emulator_uses() -> None:
+def test_an_own_plant_is_asked_for_all_that_is_used() -> None:
     assert set(PLANT_PARTS) == {name for name in vars(Plant) if not name.startswith("_")}

@@ -97,7 +97,7 @@ def test_odometry_without_errors_is_true_on_a_winding_way():
 
 
 @pytest.mark.parametrize("errors", [{"left_radius": 0.0985}, {"right_radius": 0.0965}, {"track": 0.357}])
-def test_a_wrong_calibration_bends_the_odometry_as_the_closed_form_says(errors):
+def test_a_wrong_calibration_bends_odometry_in_closed_form(errors):
     rig = Rig(**errors)
     rig.go(0.8, 0.4, 6.0)
     believed = WheelErrors(**errors)
@@ -108,7 +108,7 @@ def test_a_wrong_calibration_bends_the_odometry_as_the_closed_form_says(errors):
     assert rig.base.pose.distance(odometry) > 0.02
 
 
-def test_a_wheel_believed_larger_than_it_is_drives_a_circle_that_the_odometry_takes_for_a_line():
+def test_a_wrong_wheel_radius_drives_an_unnoticed_circle():
     rig = Rig(left_radius=WHEEL_RADIUS * 1.01)
     rig.go(1.0, 0.0, 6.0)
     odometry = rig.odometry.pose
@@ -156,7 +156,7 @@ def test_a_square_both_ways_drifts_as_borenstein_and_feng_say(sense, errors):
 @pytest.mark.parametrize(
     "traction", [Traction(slip=0.05), Traction(effective_track=0.357), Traction(slip=0.02, effective_track=0.4)]
 )
-def test_slip_and_scrub_lose_the_motion_that_the_encoders_report(traction):
+def test_slip_and_scrub_lose_motion_that_encoders_report(traction):
     rig = Rig(traction=traction)
     rig.go(0.8, 0.0, 4.0)
     rig.go(0.0, 0.0, 1.0)
@@ -265,7 +265,7 @@ def test_a_reversal_falls_through_zero_and_rises_again():
     assert speeds == pytest.approx([0.1, 0.0, -0.1, -0.2, -0.3])
 
 
-def test_the_watchdog_stops_it_two_seconds_after_the_last_command():
+def test_the_watchdog_stops_it_after_two_seconds():
     rig = Rig()
     rig.base.command(Twist2D(0.5, 0.0))
     for _ in range(2 * RATE):
@@ -291,7 +291,7 @@ def test_encoders_count_whole_ticks_of_the_real_wheels():
     assert isinstance(ticks.left, int)
 
 
-def test_the_twist_of_the_odometry_is_the_mean_since_the_last_reading():
+def test_the_odometry_twist_is_the_mean_since_last_read():
     odometry = WheelOdometry(WheelErrors(firmware_units=False), Ticks(100, 100), np.random.default_rng(0))
     odometry.add(Ticks(100 + round(0.1 * TICKS_PER_METRE), 100 + round(0.2 * TICKS_PER_METRE)))
     twist = odometry.mean_twist(0.5)

@@ -31,7 +31,7 @@ def test_one_leg_stands_while_the_other_swings(walked, stride):
 
 
 @given(st.floats(0.0, 2.0))
-def test_on_a_straight_way_the_legs_keep_their_sides_and_the_person_between_them(walked):
+def test_legs_keep_their_sides_on_a_straight_way(walked):
     nodes, distances = way((0.0, 0.0), (50.0, 0.0), (0.0, 0.0))
     legs = legs_at(nodes, distances, 10.0 + walked, 0.2, 0.7)
     assert legs[:, 1] == pytest.approx([0.1, -0.1])

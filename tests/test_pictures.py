@@ -197,7 +197,7 @@ def alike(colours: dict[str, str]) -> list[str]:
     ]
 
 
-def test_the_measure_of_colours_knows_black_white_and_the_former_pair() -> None:
+def test_the_colour_distance_knows_black_and_white() -> None:
     assert np.linalg.norm(lab("#ffffff", np.eye(3)) - lab("#000000", np.eye(3))) == pytest.approx(100.0, abs=0.01)
     assert len(alike({"slam": "#0a7d5a", "odometry": "#d1495b"})) == 2
 
@@ -209,7 +209,7 @@ def test_the_lines_of_pictures_are_told_apart() -> None:
     assert len({PAPER.curve(k) for k in range(12)}) == 12
 
 
-def test_the_lines_of_the_report_are_told_apart_by_day_and_by_night() -> None:
+def test_report_lines_are_told_apart_light_and_dark() -> None:
     themes = re.findall(r":root \{(.*?)\}", PAGE.read_text(), re.DOTALL)
     assert len(themes) == 2
     for theme in themes:

@@ -85,7 +85,7 @@ def test_the_stream_is_splitmix64():
     assert found == [6457827717110365317, 3203168211198807973, 9817491932198370423]
 
 
-def test_normal_and_uniform_numbers_are_distributed_as_they_should():
+def test_normal_and_uniform_numbers_are_so_distributed():
     numbers, even = np.empty(200_000), np.empty(100_000)
     stream = fill_normal(np.uint64(3), numbers)
     fill_uniform(np.uint64(stream), even)

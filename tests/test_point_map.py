@@ -48,7 +48,7 @@ def test_what_is_drawn_is_in_the_frame_of_the_sensor() -> None:
     np.testing.assert_allclose(made.draw_visible(T_map_laser, TABLE1.lidar, ALL, np.random.default_rng(0)), scan)
 
 
-def test_a_sensor_that_looks_all_around_sees_behind_itself_wherever_its_fan_begins() -> None:
+def test_a_whole_turn_sees_behind_itself_from_any_start() -> None:
     made = a_map([[1, 0], [0, 1], [-1, 0.01], [0, -1]])
     for angle_min in (0.0, -pi, 1.0):
         around = Lidar(angle_min, 2 * pi / 360, 361, 0.1, 10.0, 0.1)

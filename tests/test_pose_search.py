@@ -111,7 +111,7 @@ def test_a_map_that_predicts_nothing_speaks_against_nothing(scan_of: Scanner, ro
 
 
 @given(st.floats(-2.0, 2.0), st.floats(-2.0, 2.0), st.floats(-2.0, 2.0))
-def test_the_excess_is_what_the_model_does_not_expect_and_is_bounded(x: float, y: float, turn: float) -> None:
+def test_the_excess_is_bounded_and_beyond_the_model(x: float, y: float, turn: float) -> None:
     config, correction = LeastSquaresConfig(), np.array([x, y, turn])
     small = motion_covariance(Pose2D(), 0.0, config.motion)
     excess = np.zeros(2)

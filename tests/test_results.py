@@ -29,7 +29,7 @@ from slam.run.watchers import RunProgress
 from slam.scan import LaserScan
 
 
-def test_an_atomic_file_replaces_the_old_one_and_leaves_no_draft(tmp_path: Path) -> None:
+def test_an_atomic_file_replaces_the_old_without_draft(tmp_path: Path) -> None:
     path = tmp_path / "metrics.json"
     for text in ("old", "new"):
         write_atomic(path, text)

@@ -42,7 +42,7 @@ def test_a_reader_that_has_ended_does_not_end_the_run(tmp_path: Path) -> None:
     assert_complete(tmp_path / "run")
 
 
-def test_closed_output_does_not_end_the_run_nor_take_the_place_of_a_file(tmp_path: Path) -> None:
+def test_closed_output_does_not_end_the_run(tmp_path: Path) -> None:
     words = [sys.executable, "-c", CLOSE, *MAIN[1:], *SHORT, "--out", str(tmp_path / "run")]
     ended = subprocess.run(words, stderr=subprocess.PIPE, text=True, check=False)
     assert ended.returncode == 1

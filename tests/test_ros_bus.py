@@ -6,6 +6,7 @@ import sys
 import pytest
 
 from slam.errors import InputError
+from slam.topics.ros_bus import open_ros_bus
 from slam.topics.ros_network import RosNetwork
 
 ECHO = """
@@ -50,11 +51,9 @@ def test_what_cannot_be_used_is_named(name: str, value: str) -> None:
 
 
 def test_a_missing_package_names_its_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    from slam.topics.ros_bus import open_ros_bus
-
     monkeypatch.setitem(sys.modules, "cyclonedds.core", None)
     with pytest.raises(InputError, match=r"pip install 'hopslam\[ros\]'"):
-        open_ros_bus(RosNetwork())
+        open_ros_bus()
 
 
 @pytest.mark.parametrize("latched", ["latched", "volatile"])

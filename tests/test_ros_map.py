@@ -78,7 +78,7 @@ def test_deep_and_coloured_images_are_read(tmp_path: Path) -> None:
         assert len(RosMap(file=str(path)).prisms()) == expected
 
 
-def test_a_path_starts_at_the_scenario_file_and_is_whole_in_the_dump(tmp_path: Path) -> None:
+def test_a_path_starts_at_the_scenario_file(tmp_path: Path) -> None:
     write_map(tmp_path)
     path = tmp_path / "here.yaml"
     path.write_text("world: {map: {file: map.yaml}}")

@@ -61,7 +61,7 @@ def test_the_robot_can_drive_the_route_of_a_shipped_scenario(name: str) -> None:
     assert clearance(way, obstacle_footprints(scenario.world.prisms())).min() > 0.3
 
 
-def test_a_loop_leads_back_by_another_way_and_a_bare_corridor_shows_no_end() -> None:
+def test_loop_and_bare_corridor_are_what_they_say() -> None:
     loop = load_scenario("office_loop")
     assert loop.route.waypoints[-1] == (loop.robot.start.x, loop.robot.start.y)
     assert len(set(loop.route.waypoints)) == len(loop.route.waypoints)
@@ -266,7 +266,7 @@ def test_the_mode_names_the_methods_of_the_parts_that_name_none(tmp_path: Path) 
         assert load_scenario(write(tmp_path, dump_scenario(scenario))) == scenario
 
 
-def test_a_mistake_in_the_settings_of_a_method_is_placed_in_the_file(tmp_path: Path) -> None:
+def test_a_mistake_in_method_settings_has_its_line(tmp_path: Path) -> None:
     text = GOOD + "slam:\n  lines:\n    method: chi_square\n    min_pints: 9\n"
     complaint = f"small.yaml:{text.count(chr(10))}: slam.lines.min_pints: unknown key; did you mean min_points?"
     with pytest.raises(ScenarioError, match=re.escape(complaint)):

@@ -134,7 +134,7 @@ def accepted(stream: bytes) -> list[ScanData]:
     return scans
 
 
-def test_every_single_damaged_byte_of_a_scan_is_noticed_or_harmless() -> None:
+def test_every_damaged_byte_is_noticed_or_harmless() -> None:
     stream = scan_bytes(3, ScanRequest("MD", 300, 330))
     (sent,) = accepted(stream)
     for at in range(len(stream)):

@@ -91,7 +91,7 @@ def test_a_pause_inside_an_answer_loses_nothing_on_a_network() -> None:
         robot.port.close()
 
 
-def test_a_program_told_to_end_does_not_wait_for_a_silent_device() -> None:
+def test_an_ending_program_does_not_wait_for_a_device() -> None:
     ports = PtyPort(), PtyPort()
     settings = [f"hardware.lidar_port={ports[0].address}", f"hardware.robot_port={ports[1].address}"]
     before = signal.signal(signal.SIGTERM, lambda *_: None)  # as in a run, which ends after the step

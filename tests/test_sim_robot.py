@@ -197,7 +197,7 @@ def test_a_restarted_robot_is_a_new_one_bit_by_bit(lidar):
         assert digest(observations(robot, 40)) == digest(first)
 
 
-def test_a_wall_ahead_presses_the_front_bumper_and_stalls_the_motors():
+def test_a_wall_ahead_presses_the_bumper_and_stalls():
     with SimRobot(scenario(world={"walls": [{"points": [[1.0, -2.0], [1.0, 2.0]]}]})) as robot:
         seen = list(observations_straight(robot, 60))
     assert not seen[0].collided
@@ -274,7 +274,7 @@ def test_nobody_walks_into_a_robot_that_stands(way):
         assert not any(robot.observe().collided for _ in range(30))
 
 
-def test_who_does_not_look_pushes_the_robot_aside_and_flings_it_nowhere():
+def test_a_heedless_person_pushes_the_robot_gently():
     careless = {"waypoints": [[0.0, 1.1], [0.0, -1.1]], "keep": 0.0}
     with SimRobot(scenario(world={"walls": [CORRIDOR]}, people=[careless])) as robot:
         seen = [robot.observe() for _ in range(30)]

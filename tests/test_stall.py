@@ -27,7 +27,7 @@ def push(guard: StallGuard, steps: int, speeds: tuple[float, float], torques: tu
 
 
 @pytest.mark.parametrize("rate", [10, 60, 240])
-def test_motors_are_cut_after_the_stall_time_and_tried_again_after_the_recovery(rate):
+def test_motors_are_cut_after_the_stall_time_and_recover(rate):
     guard = StallGuard(rate)
     push(guard, round(STALL_TIME * rate) - 1, (0.0, 0.0), (1.0, 1.0))
     assert guard.engaged
@@ -51,13 +51,13 @@ def test_motors_are_cut_after_the_stall_time_and_tried_again_after_the_recovery(
         ((0.3, 0.3), (1.0, 1.0), False),  # it gathers speed
     ],
 )
-def test_motors_push_in_vain_when_a_wheel_stands_and_none_turns_with_ease(speeds, torques, stalls):
+def test_motors_stall_when_a_wheel_stands_under_load(speeds, torques, stalls):
     guard = StallGuard(60)
     push(guard, 60, speeds, torques)
     assert guard.stalled == stalls
 
 
-def test_a_stall_is_over_when_the_motors_have_worked_for_a_while():
+def test_a_stall_is_over_once_the_motors_have_worked():
     guard = StallGuard(60)
     push(guard, round((STALL_TIME + RECOVERY_TIME) * 60), (0.0, 0.0), (1.0, 1.0))
     push(guard, 3, (0.0, 0.0), (0.3, 0.3))
@@ -96,7 +96,7 @@ def test_a_base_that_turns_on_the_spot_between_walls_stalls(turn):
     assert driven.odometry_after_stall[1] < 0.01
 
 
-def test_along_a_wall_that_it_grazes_the_base_goes_on_and_its_odometry_is_true():
+def test_a_grazed_wall_leaves_the_odometry_true():
     driven = drive(scene(wall(radians(80.0), at=3.0, length=6.0)), seconds=12.0)
     assert not driven.stalled.any()
     ways = [np.hypot(*np.diff(poses[:, :2], axis=0).T).sum() for poses in (driven.truth, driven.odometry)]
@@ -117,7 +117,7 @@ def test_commanded_back_a_stalled_base_comes_free():
     assert free.T_map_base.x < stalled.T_map_base.x - 0.3
 
 
-def test_when_a_person_who_blocked_the_way_has_gone_the_base_goes_on():
+def test_the_base_goes_on_when_a_person_leaves():
     passer_by = {"waypoints": [[1.2, 2.5], [1.2, 0.0]], "pause": 4.0, "keep": 0.0, "stride": 0.2}
     driven = drive(scene(wall(0.0, at=9.0), people=[passer_by]), seconds=11.0)
     assert driven.stalled[60]
@@ -126,14 +126,14 @@ def test_when_a_person_who_blocked_the_way_has_gone_the_base_goes_on():
 
 
 @pytest.mark.parametrize("height", range(5, 41))
-def test_a_sill_is_driven_over_up_to_25_millimetres_and_stops_the_base_from_there_on(height):
+def test_a_sill_up_to_25_mm_is_driven_over(height):
     outcome = sill_outcome(scene(sill(height / 1000.0)))
     assert outcome == ("over" if height <= 25 else "stopped")
 
 
 @pytest.mark.parametrize("height", [0.024, 0.0249, 0.0251, 0.026])
 @pytest.mark.parametrize("box", [{"yaw": 0.5}, {"center": [0.6, 1.05], "size": [0.1, 2.0]}, {"size": [0.005, 4.0]}])
-def test_nor_hangs_it_at_a_slanting_sill_at_one_wheel_or_at_a_thin_one(height, box):
+def test_the_base_does_not_hang_at_slanting_or_thin_sills(height, box):
     changed = box | {"size": [*box.get("size", [0.1, 4.0]), height]}
     assert sill_outcome(scene(sill(height, **changed))) == ("over" if height <= 0.025 else "stopped")
 
@@ -149,7 +149,7 @@ def grip_needed(height: float) -> float:
 
 
 @pytest.mark.parametrize(("share", "stalls"), [(0.95, False), (1.07, True)])
-def test_wheels_spin_where_the_floor_holds_less_than_the_motors_push_and_else_they_stall(share, stalls):
+def test_wheels_spin_on_a_slippery_floor_else_stall(share, stalls):
     """At a low sill, whose push is between 10 and 30 mm up."""
     slippery = {"traction": {"friction": share * grip_needed(0.01 if share < 1.0 else 0.03)}}
     driven = drive(scene(sill(0.03), robot=slippery), seconds=6.0)
@@ -158,7 +158,7 @@ def test_wheels_spin_where_the_floor_holds_less_than_the_motors_push_and_else_th
     assert spun < 0.05 if stalls else spun > 0.5
 
 
-def test_the_plant_of_the_emulator_stalls_too_and_its_scan_is_taken_from_where_it_stands():
+def test_the_emulators_plant_stalls_and_scans_in_place():
     plant = SimPlant(scene(wall(0.0)))
     for _ in range(600):
         plant.advance(0.01, Twist2D(0.3))
@@ -174,7 +174,7 @@ def test_the_plant_of_the_emulator_stalls_too_and_its_scan_is_taken_from_where_i
     assert not plant.stalled
 
 
-def test_an_environment_that_ends_at_no_collision_tells_of_the_stall():
+def test_info_tells_of_a_stall_where_no_collision_ends():
     env = P3DXEnv(scene(wall(0.0, at=0.6)), reward="none", end_on=())
     env.reset(seed=0)
     for _ in range(30):

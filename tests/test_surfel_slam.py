@@ -219,7 +219,7 @@ def test_surfels_keep_both_sides_of_a_thin_wall_apart() -> None:
     np.testing.assert_allclose(np.sort(surfels.points[:, 1]), [1.00, 1.08], atol=1e-9)
 
 
-def test_what_is_small_and_new_counts_as_if_it_had_moved_by_an_unknown_shift() -> None:
+def test_new_facets_count_with_an_unknown_shift() -> None:
     random = np.random.default_rng(0)
     J, w, r = random.normal(size=(6, 3)), random.uniform(1e2, 1e4, 6), random.normal(size=6)
     full = np.column_stack([J, J[:, :2]])  # of the pose, and of the shift
@@ -245,7 +245,7 @@ def test_somebody_who_walks_along_does_not_carry_the_robot_away() -> None:
     assert slam.T_map_base.distance(Pose2D(1.01 * pose.x)) < 0.03
 
 
-def test_a_doubtful_match_on_the_way_is_inherited_by_the_map_beyond() -> None:
+def test_the_map_inherits_the_doubt_of_its_way() -> None:
     uncertainty, sure, doubtful = MapUncertainty(), np.diag([1e-4, 1e-4, 1e-6]), np.diag([25e-4, 1e-4, 1e-6])
     for x in np.arange(0.0, 12.0, 0.1):
         found = uncertainty.pose_covariance(Pose2D(float(x)), doubtful if 4.5 < x < 5.0 else sure)

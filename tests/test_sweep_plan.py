@@ -32,7 +32,7 @@ def test_a_setting_is_read_back_as_the_value_that_it_was(value: object) -> None:
     assert parse_setting(format_setting("route.speed", value)) == (("route", "speed"), value)
 
 
-def test_every_run_of_a_sweep_is_another_and_the_same_in_the_next_sweep() -> None:
+def test_runs_of_a_sweep_differ_and_are_repeatable() -> None:
     made = ids(modes=["hopslam", "paper"], grid={"route.speed": [0.3, 0.4]})
     assert len(set(made)) == len(made) == 12 == len(plan(modes=["hopslam", "paper"], grid={"route.speed": [0.3, 0.4]}))
     assert made == ids(modes=["hopslam", "paper"], grid={"route.speed": [0.3, 0.4]})

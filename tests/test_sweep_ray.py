@@ -12,7 +12,7 @@ from slam.sweep.make_plan import make_plan
 from slam.sweep.ray_cluster import LOCAL, RayCluster, run_on_cluster
 
 
-def test_a_machine_with_other_versions_runs_nothing_and_says_what_it_has(tmp_path: Path) -> None:
+def test_a_machine_of_other_versions_runs_nothing(tmp_path: Path) -> None:
     job = next(make_plan(["paper_simulation"], {}).jobs())
     expected = versions() | {"numba": "0.1"}
     answer = json.loads(run_on_cluster(job.model_dump_json(), str(tmp_path / "runs"), False, expected))
@@ -27,7 +27,7 @@ def test_without_ray_the_command_that_installs_it_is_named(monkeypatch: pytest.M
         RayCluster(LOCAL, 1, str(tmp_path), True)
 
 
-def test_a_code_bundle_has_code_scenarios_and_the_files_of_the_jobs(tmp_path: Path) -> None:
+def test_a_code_bundle_has_code_scenarios_and_job_files(tmp_path: Path) -> None:
     (tmp_path / "base.yaml").write_text("extends: paper_simulation\n")
     mine = tmp_path / "mine.yaml"
     mine.write_text("extends: base.yaml\n")

@@ -105,7 +105,7 @@ def test_a_sweep_leaves_a_table_and_ordinary_run_folders(sweep: Path) -> None:
     assert not list((sweep / "runs").glob(".draft*"))
 
 
-def test_a_sweep_that_is_started_again_runs_only_what_is_missing(sweep: Path) -> None:
+def test_a_restarted_sweep_runs_only_what_is_missing(sweep: Path) -> None:
     before = {row["id"]: row["started"] for row in ResultStore(Folder(str(sweep))).rows()}
     words = ["sweep", str(sweep / "sweep.yaml"), "--out", str(sweep)]
     done = CliRunner().invoke(app, [*words, "--seeds", "0:3", "--plan"])
@@ -162,7 +162,7 @@ def test_a_worker_that_is_killed_is_replaced_and_its_job_run(tmp_path: Path) -> 
     assert all(row["status"] == "done" for row in rows)
 
 
-def test_a_log_is_run_and_one_that_cannot_be_read_is_a_row_that_says_so(tmp_path: Path, small_log: Path) -> None:
+def test_an_unreadable_log_is_a_row_that_says_so(tmp_path: Path, small_log: Path) -> None:
     other = small_log.with_name("other.log")
     other.write_text(small_log.read_text())
     plan = make_plan([str(small_log), str(other)], {"modes": ["dead_reckoning"]})
@@ -178,7 +178,7 @@ def test_a_log_is_run_and_one_that_cannot_be_read_is_a_row_that_says_so(tmp_path
 
 
 @pytest.mark.parametrize(("metric", "worst"), [("ate_rmse_m", "3"), ("wall_recall", "1"), ("wall.own", "3")])
-def test_the_worst_run_is_the_one_with_the_greatest_value_but_where_more_is_better(metric: str, worst: str) -> None:
+def test_the_worst_run_is_by_the_metrics_direction(metric: str, worst: str) -> None:
     group = RunGroup("room", "hopslam", {}, seeds=[4, 5, 6], values=[1.0, 3.0, 2.0], runs=3)
     group.commands = [(f"id{seed}", "hopslam run") for seed in group.seeds]
     assert tables([group], metric)[0].rows[0][-1] == worst

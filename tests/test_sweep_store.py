@@ -52,7 +52,7 @@ def test_the_last_row_of_each_id_is_there_once(
             assert r[name] == value or r[name] == (str(value).lower() if isinstance(value, bool) else str(value))
 
 
-def test_a_row_that_was_taken_in_and_not_yet_removed_is_there_once(tmp_path: Path) -> None:
+def test_a_row_taken_in_but_not_removed_is_there_once(tmp_path: Path) -> None:
     """As after a kill between the two."""
     store = ResultStore(Folder(str(tmp_path)))
     store.add(row("a", x=1))
@@ -85,9 +85,7 @@ def test_what_failed_is_not_done(tmp_path: Path) -> None:
     assert store.done() == {"a"}
 
 
-def test_the_file_is_of_whole_row_groups_though_rows_come_one_by_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_single_rows_become_whole_row_groups(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(result_rows, "BATCH", 10)
     store = ResultStore(Folder(str(tmp_path)))
     for index in range(35):
@@ -128,7 +126,7 @@ def test_results_that_are_none_and_places_that_are_none(tmp_path: Path) -> None:
         Folder("nowhere://there")
 
 
-def test_a_folder_that_is_taken_in_again_takes_the_place_of_the_other(new_folder: Callable[[], Folder]) -> None:
+def test_a_folder_taken_in_again_replaces_the_other(new_folder: Callable[[], Folder]) -> None:
     folder = new_folder()
     for text in ("old", "new"):
         with folder.draft() as draft:

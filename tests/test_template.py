@@ -70,7 +70,7 @@ def test_another_process_draws_the_same(tmp_path: Path) -> None:
     assert done.stdout == dump_scenario(load_template(write(tmp_path)).draw(77))
 
 
-def test_the_file_s_own_seed_is_drawn_and_its_dump_is_not_random(tmp_path: Path) -> None:
+def test_the_own_seed_is_drawn_and_dumped_as_values(tmp_path: Path) -> None:
     template = load_template(write(tmp_path))
     scenario = load_scenario(write(tmp_path))
     assert template.random

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import struct
+from dataclasses import replace
 from math import inf
 from pathlib import Path
+from time import sleep
 from typing import Any
 
 import numpy as np
@@ -19,7 +21,7 @@ from hardware.emulator.emulator import EmulatorState
 from hardware.emulator.topics import EmulatorTopics
 from slam.config import SlamConfig
 from slam.console.terminal import Terminal
-from slam.errors import InputError
+from slam.errors import InputError, RobotTimeout
 from slam.files.fields import BadLine
 from slam.files.ros.from_json import cdr_of_json
 from slam.files.ros.live_encoder import LiveEncoder
@@ -27,9 +29,12 @@ from slam.line_localizer import LineLocalizer
 from slam.mapping.surfel_map import SurfelMap
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
+from slam.run import launch
 from slam.run.experiment_setup import on_topics, replay_experiment, scenario_experiment
+from slam.run.loop import step_patiently
 from slam.run.pilots import Wanderer
 from slam.run.results.run_record import RunRecord
+from slam.run.results.traces import Traces
 from slam.run.topics.paced_robot import PacedRobot
 from slam.run.topics.topic_choice import TopicChoice, parse_address
 from slam.run.topics.topic_session import TopicSession
@@ -197,11 +202,65 @@ def test_an_address_that_is_none_is_said(given: str) -> None:
 
 @pytest.mark.parametrize(
     ("choice", "words"),
-    [(TopicChoice(pace=2.0), "add --ros or --foxglove"), (TopicChoice(foxglove=True, pace=0.0), "no time would pass")],
+    [(TopicChoice(pace=2.0), "add --ros or --foxglove"), (TopicChoice(foxglove=True, pace=-1.0), "does not run back")],
 )
 def test_a_pace_that_cannot_be_is_said(choice: TopicChoice, words: str) -> None:
     with pytest.raises(InputError, match=words), choice.session(Terminal(quiet=True)):
         pass
+
+
+class Controller(ListBus):
+    """Answers each scan with one command, and takes its time."""
+
+    def publish(self, topic: Topic, stamp: float, message: bytes) -> None:
+        super().publish(topic, stamp, message)
+        if topic is names.SCAN:
+            sleep(0.001 * (len(self.sent) % 7))
+            self.say(names.CMD_VEL, cdr(names.CMD_VEL, 0.3, float(np.sin(10.0 * stamp))))
+
+
+def stepped(folder: Path) -> Traces:
+    with TopicSession([Controller()], pace=0.0) as topics:
+        experiment = scenario_experiment(load_scenario("corridor", ["duration=2", "physics.engine=plan"]))
+        return RunRecord.open(on_topics(experiment, topics).run(folder, pictures=False).folder).traces
+
+
+def test_a_stepped_run_takes_one_command_a_scan(tmp_path: Path) -> None:
+    first, again = stepped(tmp_path / "first"), stepped(tmp_path / "again")
+    np.testing.assert_allclose(first.steps["omega"][1:], np.sin(10.0 * first.stamps[:-1]), atol=1e-5)
+    np.testing.assert_array_equal(first.truth, again.truth)
+    np.testing.assert_array_equal(first.estimate, again.estimate)
+
+
+def test_a_stepped_run_without_commands_ends_when_told() -> None:
+    with TopicSession([ListBus()], pace=0.0) as topics:
+        experiment = on_topics(scenario_experiment(load_scenario("corridor", ["physics.engine=plan"])), topics)
+        env, told = experiment.env, iter([False, False, True])
+        env.reset(seed=0)
+        with pytest.raises(RobotTimeout, match="no command on /cmd_vel"):
+            step_patiently(lambda twist: env.step(np.zeros(2, np.float32)), Twist2D(), inf, lambda: next(told))
+        env.close()
+
+
+def test_a_replay_is_not_stepped(tmp_path: Path) -> None:
+    made = scenario_experiment(load_scenario("corridor", ["duration=1", "physics.engine=plan"]))
+    folder = made.run(tmp_path / "run", pictures=False).folder
+    with TopicSession([ListBus()], pace=0.0) as topics, pytest.raises(InputError, match="hears no commands"):
+        on_topics(replay_experiment(folder, load_scenario("corridor")), topics)
+
+
+def test_a_real_robot_goes_at_its_own_pace() -> None:
+    experiment = scenario_experiment(load_scenario("corridor", ["physics.engine=plan"]))
+    real = replace(experiment, notes={"backend": "hardware"})
+    with TopicSession([ListBus()], pace=2.0) as topics, pytest.raises(InputError, match="at its own pace"):
+        on_topics(real, topics)
+    with TopicSession([ListBus()]) as topics:
+        assert on_topics(real, topics).env is real.env
+
+
+def test_a_robot_that_publishes_itself_is_not_published_again() -> None:
+    with pytest.raises(InputError, match="leave out --ros"):
+        launch.run("corridor", backend="ros", ros=True)
 
 
 def test_the_emulated_robot_is_published() -> None:

@@ -134,7 +134,9 @@ def test_a_follower_keeps_all_scans_and_a_driver_the_last() -> None:
     with topic_robot(told, follows=True) as robot:
         assert [robot.observe().scan.stamp for _ in stamps] == pytest.approx(stamps)  # type: ignore[union-attr]
     with topic_robot(told) as robot:
-        assert robot.observe().scan.stamp > 4.5  # type: ignore[union-attr]
+        assert robot.observe().scan.stamp == pytest.approx(stamps[-4])  # type: ignore[union-attr]
+    with TopicRobot(load_scenario("corridor"), bus=told, newest=True) as robot:
+        assert robot.observe().scan.stamp == pytest.approx(stamps[-1])  # type: ignore[union-attr]
 
 
 def test_a_lidar_elsewhere_is_refused() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections import Counter
 from math import atan2, inf
 from pathlib import Path
@@ -14,6 +16,7 @@ from numpy.testing import assert_allclose
 from PIL import Image
 from rosbags.rosbag2 import Writer
 
+from slam.assets import asset
 from slam.files.ros.decoder import decode_transforms
 from slam.files.ros.messages import RawMessage
 from slam.pose import Pose2D
@@ -22,6 +25,7 @@ from slam.run.experiment_setup import on_topics, replay_experiment, scenario_exp
 from slam.run.export.formats import export
 from slam.run.results.run_record import RunRecord
 from slam.run.topics.topic_session import TopicSession
+from slam.run.topics.velocity_commands import SILENCE
 from slam.scenario.file import load_scenario
 from slam.topics import names
 from slam.topics.topic import Topic
@@ -177,3 +181,17 @@ def test_what_was_published_replays_to_the_same_run(run: tuple[Outcome, ListBus]
     first, second = (RunRecord.open(folder).traces for folder in (outcome.folder, again.folder))
     assert_allclose(second.stamps, first.stamps, atol=1e-6)
     assert_allclose(second.estimate, first.estimate, atol=1e-3)
+
+
+def test_the_layout_shows_what_there_is() -> None:
+    layout = json.loads(asset("foxglove/layout.json").read_text())
+    panels = layout["configById"]
+    known = {topic.name for topic in names.PUBLISHED}
+    shown = set(panels["3D!hopslam"]["topics"])
+    plotted = {path["value"].split(".")[0] for panel in panels.values() for path in panel.get("paths", ())}
+    assert shown | plotted <= known
+    assert panels["3D!hopslam"]["publish"]["poseEstimateTopic"] == names.INITIAL_POSE.name
+    drive = panels["Teleop!hopslam"]
+    assert drive["topic"] == names.CMD_VEL.name
+    assert 1.0 / drive["publishRate"] < SILENCE / 2.0
+    assert set(re.findall(r"\w+!\w+", json.dumps(layout["layout"]))) == set(panels)

@@ -42,7 +42,7 @@ def room_ranges(T_map_laser: Pose2D, angles: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("caster", ["bullet", "exact"])
 @pytest.mark.parametrize("model", LIDARS)
 @pytest.mark.parametrize("pose", [Pose2D(0.0, 0.0, 0.001), Pose2D(0.7, -1.1, 2.3), Pose2D(-1.0, 0.4, -0.8)])
-def test_the_ranges_in_a_square_room_are_those_of_the_closed_form(model, caster, pose):
+def test_ranges_in_a_square_room_have_the_closed_form(model, caster, pose):
     config = LidarConfig(model=model, noise="none", caster=caster, mount=HERE)
     with World(ROOM.prisms(), 240) as world:
         ranges = SimulatedLidar(world, config).true_ranges(still(pose))
@@ -59,7 +59,7 @@ def test_the_scan_carries_its_fan_its_stamp_and_its_sensor():
     assert np.abs(scan.points()).max() == pytest.approx(2.0, abs=1e-3)
 
 
-def test_a_low_lidar_sees_the_legs_of_a_table_and_a_high_one_its_top():
+def test_a_low_lidar_sees_table_legs_a_high_one_the_top():
     plan = Plan(tables=(Table(center=(2.0, 0.0), size=(1.0, 1.0, 0.7)),))
     with World(plan.prisms(), 240) as world:
         low = SimulatedLidar(world, LidarConfig(height=0.3, mount=HERE)).true_ranges(still(Pose2D()))
@@ -76,7 +76,7 @@ def test_no_echo_is_inf_and_too_close_is_minus_inf():
 
 
 @given(st.sampled_from(sorted(LIDARS)), st.floats(0.0, 1.0))
-def test_every_range_in_reach_becomes_the_nearest_step_and_stays_in_reach(name, share):
+def test_ranges_in_reach_become_the_nearest_step(name, share):
     model = LIDARS[name]
     lidar = model.lidar
     true = lidar.range_min + share * (lidar.range_max - lidar.range_min)
@@ -105,7 +105,7 @@ def test_the_noise_is_gaussian_with_the_maker_s_bound(true, bound, bound_sigmas)
     assert np.mean(abs(errors) > 2.5 * sigma) == pytest.approx(0.0124, abs=0.004)
 
 
-def test_noise_brings_some_echoes_of_a_wall_beyond_the_reach_and_loses_as_many_within():
+def test_noise_at_the_reach_gains_as_many_as_it_loses():
     wall = Plan(walls=(Wall(points=((4.145, -9.0), (4.145, 9.0))),))  # its face stands at the reach of 4.095 m
     with World(wall.prisms(), 240) as world:
         lidar = SimulatedLidar(world, LidarConfig(mount=HERE))

@@ -52,7 +52,7 @@ def test_a_turn_of_both_wheels_is_their_circumference(tmp_path: Path) -> None:
     assert log.twist(0).linear == pytest.approx(CIRCUMFERENCE / 0.1)
 
 
-def test_turning_on_the_spot_is_to_the_left_with_the_right_wheel_ahead(tmp_path: Path) -> None:
+def test_the_right_wheel_ahead_turns_to_the_left(tmp_path: Path) -> None:
     log = read(tmp_path, scan(0), scan(100_000, -100, 100))
     np.testing.assert_allclose(log.T_odom_base[1], [0, 0, 2 * 0.1 * CIRCUMFERENCE / 2 / 0.33], atol=1e-12)
 

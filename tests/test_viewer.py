@@ -171,7 +171,7 @@ def test_events_are_told_once_and_when_they_end() -> None:
     ]
 
 
-def test_odometry_alone_is_told_and_scans_between_updates_are_not() -> None:
+def test_odometry_alone_is_told_but_not_between_updates() -> None:
     detector, told = EventDetector(), []
     segments = Segments(*(np.zeros(0, np.int64) for _ in "12"), *(np.zeros(0) for _ in "12"), *2 * [np.zeros((0, 2))])
     for number, (matched, alone) in enumerate([(1, 0), (0, 0), (1, 1), (0, 0), (1, 1), (1, 0)]):
@@ -184,7 +184,7 @@ def test_odometry_alone_is_told_and_scans_between_updates_are_not() -> None:
 # --- recordings ---
 
 
-def test_a_whole_recording_is_verified_by_rerun_and_holds_everything(run: Path) -> None:
+def test_rerun_verifies_a_whole_recording(run: Path) -> None:
     recording = run / "run.rrd"
     assert rerun("rrd", "verify", recording, run.parent / "a.rrd").returncode == 0
     assert entities(recording) >= ENTITIES

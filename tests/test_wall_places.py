@@ -107,7 +107,7 @@ def test_a_hall_looks_alike_from_both_ends() -> None:
     assert found[2, SCORE] < 0.5 * found[1, SCORE]
 
 
-def test_places_come_best_first_apart_and_no_more_than_asked_for() -> None:
+def test_places_come_best_first_and_apart() -> None:
     found = propose_places(constellation(offices(0)), constellation(offices(1)), most=5)
     assert found.shape == (5, 4)
     assert (np.diff(found[:, SCORE]) <= 0.0).all()
@@ -117,7 +117,7 @@ def test_places_come_best_first_apart_and_no_more_than_asked_for() -> None:
             assert off.distance(Pose2D()) >= 0.4 or abs(off.theta) >= 0.1
 
 
-def test_a_corridor_with_a_corner_is_worth_more_than_a_longer_one_without() -> None:
+def test_a_corner_is_worth_more_than_a_longer_corridor() -> None:
     bare, cornered = constellation(CORRIDOR), constellation(np.vstack([CORRIDOR[:, :, :] * [0.5, 1.0], HALL[1:2]]))
     assert propose_places(cornered, cornered)[0, SCORE] > propose_places(bare, bare)[0, SCORE]
 
@@ -136,7 +136,7 @@ def test_walls_seen_from_the_other_side_are_another_place() -> None:
     )
 
 
-def test_the_floor_of_a_room_is_free_and_nothing_near_its_walls_or_behind() -> None:
+def test_the_floor_is_free_but_not_near_walls_or_behind() -> None:
     free = constellation(HALL).free
     rows, columns = np.nonzero(free)
     x, y = (columns + 0.5 - CELLS) * CELL, (rows + 0.5 - CELLS) * CELL
@@ -203,7 +203,7 @@ def test_votes_for_turns_are_most_at_the_turn_that_is_true() -> None:
     assert votes.sum() == pytest.approx(2.5 * np.minimum(walls[:, LENGTH], 3.0).sum() ** 2)
 
 
-def test_parallel_walls_fix_next_to_nothing_and_crossed_ones_much() -> None:
+def test_crossed_walls_fix_much_parallel_ones_little() -> None:
     assert fixedness(0.0, 0.0, 0.0) == 0.0
     assert fixedness(12.0, 0.0, 0.0) < 0.5 * fixedness(6.0, 0.0, 6.0)
     assert fixedness(6.0, 0.0, 6.0) == pytest.approx(6.0)

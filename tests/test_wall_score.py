@@ -47,7 +47,7 @@ def test_a_box_has_four_faces_with_their_free_side_to_the_left() -> None:
     assert walls.weights.sum() == pytest.approx(6.0)
 
 
-def test_the_walls_of_a_room_are_eight_faces_whatever_solids_they_are_made_of() -> None:
+def test_a_room_has_eight_faces_whatever_its_solids() -> None:
     assert sorted(np.round(true_walls(room()).lengths, 6)) == [3.0, 3.0, 3.2, 3.2, 4.0, 4.0, 4.2, 4.2]
 
 
@@ -58,7 +58,7 @@ def test_what_stands_against_another_solid_is_no_face() -> None:
     assert sorted(np.round(true_walls([left, low]).lengths, 6)) == [0.5, 0.5, 1.0, 1.0, 1.0, 2.0]
 
 
-def test_a_wall_ends_at_its_corners_and_goes_on_behind_a_thin_wall_that_stands_against_it() -> None:
+def test_a_wall_goes_on_behind_a_thin_wall_to_its_corners() -> None:
     walls = true_walls([*room(), rectangle((1.0, 1.0), 0.1, 2.0, 0.0)])
     inner = (walls.faces[:, :, 1] == 0.0).all(axis=1)
     assert sorted(np.round(walls.lengths[inner], 6)) == [0.95, 2.95]
@@ -74,7 +74,7 @@ def test_a_step_of_a_few_centimetres_is_no_end() -> None:
     assert wall_ends(walls)[long].sum() == 4
 
 
-def test_a_world_without_walls_has_no_faces_and_an_empty_map_no_precision() -> None:
+def test_no_walls_no_faces_and_no_map_no_precision() -> None:
     walls = true_walls([])
     found = wall_metrics(score(walls, np.empty((0, 2, 2))))
     assert walls.faces.shape == (0, 2, 2)
@@ -103,7 +103,7 @@ def test_a_map_beside_the_walls_is_scored_by_how_far_it_is_off() -> None:
     assert far.recall < 0.6
 
 
-def test_a_map_one_percent_too_large_has_walls_one_percent_too_long() -> None:
+def test_a_map_one_percent_larger_has_longer_walls() -> None:
     walls = true_walls([BOX])
     middle = BOX.mean(axis=0)
     found = score(walls, middle + 1.01 * (walls.faces - middle))
@@ -133,7 +133,7 @@ def test_a_line_in_two_halves_is_scored_as_the_whole() -> None:
     assert split.doubled == pytest.approx(whole.doubled, abs=0.04)
 
 
-def test_a_second_line_on_a_face_is_doubled_and_one_on_its_back_is_not() -> None:
+def test_a_second_line_on_a_face_is_doubled() -> None:
     walls = true_walls(room())
     again = np.concatenate([walls.faces, line(1.0, 0.04, 2.0, 0.04)[:, ::-1], line(1.0, 0.04, 2.0, 0.04)])
     found = score(walls, again)
@@ -142,7 +142,7 @@ def test_a_second_line_on_a_face_is_doubled_and_one_on_its_back_is_not() -> None
     assert found.free_air == 0.0
 
 
-def test_a_line_in_free_air_is_as_long_as_it_is_far_from_every_wall() -> None:
+def test_a_line_far_from_every_wall_is_in_free_air() -> None:
     walls = true_walls(room())
     found = score(walls, np.concatenate([walls.faces, line(1.0, 1.0, 1.6, 1.0), line(2.0, 0.0, 2.0, 0.5)]))
     assert found.free_air == pytest.approx(1.0, abs=0.02)
@@ -176,7 +176,7 @@ def look(seen: SeenWalls, place: Pose2D, ranges: FloatArray) -> None:
     seen.on_step(Step(0, Observation(scan_of(ranges), odometry, place), Estimate(0.0, place), Twist2D(), 0.0))
 
 
-def test_a_wall_is_seen_by_scans_from_three_places_where_its_echoes_come_from() -> None:
+def test_a_wall_is_seen_from_three_places_by_its_echoes() -> None:
     bearings = np.radians(np.arange(-90.0, 91.0))
     seen = SeenWalls([rectangle((3.05, 0.0), 0.1, 8.0, 0.0)], Pose2D())
     for k in range(3):
@@ -223,7 +223,7 @@ def distance(place: FloatArray, face: FloatArray) -> float:
     return float(np.hypot(*(place - start - share * way)))
 
 
-def test_a_beam_sees_the_face_that_it_meets_first_as_a_plain_solution_says() -> None:
+def test_a_beam_sees_the_first_face_it_meets() -> None:
     walls = true_walls([*room(), BOX])
     origin, angles = np.array([0.5, 0.4]), np.linspace(-np.pi, np.pi, 97)
     beams = np.column_stack([np.cos(angles), np.sin(angles)])

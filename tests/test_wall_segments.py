@@ -136,7 +136,7 @@ def test_a_wall_that_a_wrong_pose_doubled_is_one() -> None:
     assert len(surfels.ends) == 4
 
 
-def test_the_walls_are_the_same_bits_whenever_they_are_asked_for() -> None:
+def test_walls_have_the_same_bits_whenever_asked_for() -> None:
     surfels, again = SurfelMap(SurfelMapConfig()), SurfelMap(SurfelMapConfig())
     for pose in around():
         see(surfels, ROOM, [pose])
@@ -173,7 +173,7 @@ def test_of_doubles_nothing_new_is_made(rows: list[tuple[float, float, float, fl
         np.testing.assert_allclose(kept[0], ends[np.argmax(lengths(ends))], atol=1e-12)
 
 
-def test_of_two_side_by_side_the_stronger_stays_and_takes_its_part() -> None:
+def test_of_two_walls_side_by_side_the_stronger_stays() -> None:
     longer, beside = WALL * [3.0, 1.0], np.array([0.0, 0.2])
     kept = without_doubles(np.concatenate([WALL - beside, longer]), np.array([1.0, 2.0]), 0.2)
     np.testing.assert_allclose(kept, longer)

@@ -94,7 +94,7 @@ def open_clients() -> int:
     return sum(pybullet.getConnectionInfo(physicsClientId=client)["isConnected"] for client in range(1024))
 
 
-def test_forgotten_worlds_are_freed_but_for_one_that_is_used_again():
+def test_forgotten_worlds_are_freed_but_one_is_reused():
     before = open_clients()
     for _ in range(5):
         world = World([], rate=240)

@@ -35,7 +35,7 @@ def test_a_cylinder_is_round_within_a_millimetre(radius):
 
 
 @given(at=st.floats(0.0, 3.0), width=st.floats(0.3, 1.0), yaw=st.floats(-3.0, 3.0))
-def test_a_doorway_is_open_where_it_is_said_to_be_and_nowhere_else(at, width, yaw):
+def test_a_doorway_is_open_only_at_its_place(at, width, yaw):
     along = np.array([np.cos(yaw), np.sin(yaw)])
     wall = Wall(points=((0, 0), tuple(4.0 * along)), doors=(Door(at=at, width=width),))
     inside, outside = clearance(
@@ -66,7 +66,7 @@ def test_an_open_leaf_stands_on_the_side_it_opens_to(hinge, angle, tip):
     assert free(wall, (1.45, 0.0))[0] == pytest.approx(0.45, abs=0.021)
 
 
-def test_the_pieces_of_a_wall_with_doors_are_counter_clockwise_and_as_high_as_it():
+def test_wall_pieces_beside_doors_keep_sense_and_height():
     doors = (Door(at=0.0), Door(at=2.0, angle=2.0), Door(at=4.0, angle=-1.0, hinge="end"))
     prisms = list(Wall(points=CORNERED, height=2.1, doors=doors).prisms())
     assert len(prisms) == 7

@@ -3,24 +3,27 @@
     pip install 'hopslam[rl]'
     python docs/examples/train.py
 
-Ten to twenty minutes on two cores; writes policy.zip, a log of the episodes and curve.png into runs/train.
-`--steps 5000` is a quick try. drive.py lets the policy drive.
+256 robots learn at once, moved without PyBullet; what they have learnt is scored in it. A few minutes on two cores;
+writes policy.zip, a log of the episodes and curve.png into runs/train. `--steps 50000` is a quick try. drive.py lets
+the policy drive, and learnt.py makes it one for `hopslam bench policy`.
 """
 
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from time import perf_counter
 from typing import Annotated
 
 import numpy as np
 import typer
-from explorer import ByHand, explorer
+from explorer import SPACE, ByHand, explorer, explorers, sectors
 from matplotlib.figure import Figure
 
 try:
+    import torch
+    from batch_vec_env import BatchVecEnv
     from stable_baselines3 import PPO
-    from stable_baselines3.common.monitor import Monitor
-    from stable_baselines3.common.vec_env import SubprocVecEnv
+    from stable_baselines3.common.vec_env import VecMonitor
     from tqdm import tqdm
 except ImportError as error:
     print("train.py needs stable-baselines3: pip install 'hopslam[rl]'", file=sys.stderr)
@@ -42,14 +45,13 @@ def score(name: str, policy: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     return returns
 
 
-def draw(monitors: list[Path], rivals: dict[str, float]) -> None:
-    """The return of each training episode over the steps, and its mean over 20 episodes."""
-    logs = np.concatenate([np.genfromtxt(path, delimiter=",", skip_header=2, ndmin=2) for path in monitors])
-    returns, lengths, _ = logs[logs[:, 2].argsort()].T
-    mean = np.convolve(returns, np.ones(20) / 20, "full")[19 : len(returns)]  # nothing before there are 20
+def draw(log: Path, rivals: dict[str, float]) -> None:
+    """The return of each training episode over the steps, and its mean over 50 episodes."""
+    returns, lengths, _ = np.genfromtxt(log, delimiter=",", skip_header=2, ndmin=2).T
+    mean = np.convolve(returns, np.ones(50) / 50, "full")[49 : len(returns)]  # nothing before there are 50
     axes = (figure := Figure((8, 4), dpi=120, layout="constrained")).add_subplot()
     axes.plot(lengths.cumsum(), returns, ".", color="0.7", label="a training episode")
-    axes.plot(lengths.cumsum()[19:], mean, label="mean of the last 20")
+    axes.plot(lengths.cumsum()[49:], mean, label="mean of the last 50")
     for style, (name, value) in zip((":", "--", "-."), rivals.items(), strict=True):
         axes.axhline(value, color="k", ls=style, lw=1, label=f"{name}, unseen offices: {value:.1f}")
     axes.set(xlabel="environment steps of 0.1 s", ylabel="return: newly seen m² - penalty")
@@ -57,12 +59,18 @@ def draw(monitors: list[Path], rivals: dict[str, float]) -> None:
     figure.savefig(OUT / "curve.png")
 
 
-def train(steps: Annotated[int, typer.Option(min=1, help="Steps of the environment.")] = 100_000) -> None:
+def train(
+    steps: Annotated[int, typer.Option(min=1, help="Steps of all robots together.")] = 500_000,
+    robots: Annotated[int, typer.Option(min=1, help="Robots that learn at once.")] = 256,
+) -> None:
     """Train, save the policy, and compare it with random actions and with one written by hand."""
     OUT.mkdir(parents=True, exist_ok=True)
-    envs = SubprocVecEnv([lambda k=k: Monitor(explorer(), str(OUT / str(k))) for k in range(4)])
-    model = PPO("MlpPolicy", envs, n_steps=512, batch_size=256, use_sde=True, sde_sample_freq=8, seed=0, device="cpu")
+    torch.set_num_threads(1)  # for so small a network, threads wait for each other
+    envs = VecMonitor(BatchVecEnv(explorers(robots, offices=64), sectors, SPACE), str(OUT / "episodes"))
+    model = PPO("MlpPolicy", envs, n_steps=64, batch_size=2048, use_sde=True, sde_sample_freq=8, seed=0, device="cpu")
+    began = perf_counter()
     model.learn(steps, progress_bar=True)
+    print(f"{steps} steps in {perf_counter() - began:.0f} s")
     envs.close()
     model.save(OUT / "policy")
     sampler = explorer().action_space
@@ -71,7 +79,7 @@ def train(steps: Annotated[int, typer.Option(min=1, help="Steps of the environme
         scores[name] = score(name, lambda seen, policy=policy: policy.predict(seen, deterministic=True)[0])
     for name, returns in scores.items():
         print(f"{name}: {returns.mean():.1f} m^2 on average, {returns.min():.1f} to {returns.max():.1f}")
-    draw(sorted(OUT.glob("*.monitor.csv")), {name: returns.mean() for name, returns in scores.items()})
+    draw(OUT / "episodes.monitor.csv", {name: returns.mean() for name, returns in scores.items()})
 
 
 if __name__ == "__main__":

@@ -13,16 +13,18 @@ from slam.console.terminal import Terminal
 def policy_table(name: str, seeds: range, on_devices: int, console: Terminal) -> ResultTable:
     """Score a policy everywhere with these seeds, and with the first ``on_devices`` of them on emulated devices."""
     policy = make_policy(name)
+    first, rows = seeds[:on_devices], []
     places: dict[str, Callable[[], list[Score]]] = {
         "batch": lambda: score_in_batch(policy, seeds),
         "physics.engine: plan": lambda: score_alone(policy, seeds, "plan"),
         "PyBullet": lambda: score_alone(policy, seeds, "bullet"),
-        "devices, moved by plan": lambda: score_on_devices(policy, seeds[:on_devices], "plan"),
-        "devices, moved by PyBullet": lambda: score_on_devices(policy, seeds[:on_devices], "sim"),
+        "PyBullet, as often as devices": lambda: score_alone(policy, first, "bullet"),
+        "devices, moved by plan": lambda: score_on_devices(policy, first, "plan"),
+        "devices, moved by PyBullet": lambda: score_on_devices(policy, first, "sim"),
     }
     with console.progress(still=True) as bar:
-        found = bar.track(places.items(), len(places), description=name)
-        rows = [_row(place, score()) for place, score in found]
+        for place, score in bar.track(places.items(), len(places), description=name):
+            rows.append(_row(place, score()))
     columns = ("", "episodes", "return\nmean", "least", "most", "seconds\nmean", "collisions", "goals")
     notes = (
         "The same seeds everywhere. In the batch a robot's seed chooses one of as many worlds; elsewhere it draws its "

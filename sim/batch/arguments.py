@@ -12,13 +12,12 @@ from slam.errors import InputError, did_you_mean
 from slam.pose import FloatArray
 
 
-def check_arguments(config: EnvConfig, render_mode: str | None, **numbers: int | None) -> None:
+def check_arguments(config: EnvConfig, slam: bool, render_mode: str | None, **numbers: int | None) -> None:
     """Refuse what a batch cannot do, and numbers below 1."""
-    if "slam_pose" in config.observe or "lost" in config.end_on:
-        raise InputError(
-            "a batch runs no SLAM: leave slam_pose out of observe and lost out of end_on, or choose "
-            "vectorization_mode='async'"
-        )
+    if not slam and ("slam_pose" in config.observe or "lost" in config.end_on):
+        raise InputError("a batch runs SLAM only if told: add slam=True, or leave slam_pose and lost out")
+    if slam and not config.uses_slam:
+        raise InputError("slam=True: nothing here needs SLAM; add slam_pose or map to observe, or lost to end_on")
     for name, number in numbers.items():
         if number is not None and number < 1:
             raise InputError(f"{name}={number}: give 1 or more")

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from sim.batch.arguments import check_arguments, read_autoreset_mode, read_commands, read_reset_mask, read_seeds
 from sim.batch.outcomes import TIME, batch_info, endings, reward_terms
 from sim.batch.robots import Seen, make_robots, make_seen
+from sim.batch.slam_views import SlamViews
 from sim.batch.step import begin_streams, step_robots
 from sim.batch.worlds import timing_of, worlds_of
 from slam.env.config import env_config
@@ -38,8 +39,8 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
     - Nothing has forces: what the robot meets stops it, and furniture with a mass stands like a wall.
     - Each episode takes place in one of ``worlds`` worlds, which are drawn when the environment is made, of the seeds
       from the scenario's own on; the robot's random numbers choose.
-    - ``map`` is put together at the true pose, as SLAM without error would. ``slam_pose`` and the end ``lost`` need
-      SLAM and are refused.
+    - SLAM runs only with ``slam=True``, in as many processes as there are threads, and takes a hundred times as long as
+      all else. Without it ``map`` is put together at the true pose, and ``slam_pose`` and the end ``lost`` are refused.
     - ``reset(seed=k)`` gives the robots the seeds k, k + 1, ... and so decides all their noise and worlds: the same
       bits whatever the number of threads. The option ``reset_mask`` is the only one.
     - ``info`` has no ``observation``; what it has are arrays of all robots.
@@ -49,6 +50,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
     | `num_envs` | `1` | number of robots |
     | `worlds` | `None` | number of worlds; 1 where the scenario leaves nothing to chance, else 64 |
     | `threads` | `None` | number of threads; as many as there are cores |
+    | `slam` | `False` | SLAM makes `slam_pose` and `map`, and may be `lost` |
     | `autoreset_mode` | `NEXT_STEP` | one of ``gymnasium.vector.AutoresetMode``, or its name |
 
     The others are those of ``P3DXEnv``: `scenario`, `settings`, `allow_modules`, `action`, `observe`, `reward`,
@@ -63,12 +65,13 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         allow_modules: str | Sequence[str] = (),
         worlds: int | None = None,
         threads: int | None = None,
+        slam: bool = False,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
         **arguments: Any,
     ) -> None:
         self.config = env_config(arguments)
-        check_arguments(self.config, render_mode, num_envs=num_envs, worlds=worlds, threads=threads)
+        check_arguments(self.config, slam, render_mode, num_envs=num_envs, worlds=worlds, threads=threads)
         self.num_envs = num_envs
         self.metadata = {"autoreset_mode": read_autoreset_mode(autoreset_mode), "render_modes": []}
         self.render_mode = None
@@ -76,7 +79,8 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         self.scenario = drawn.first
         scenarios = drawn.draw_pool(worlds)
         self._worlds, self._timing = worlds_of(scenarios, self.config), timing_of(drawn.first)
-        with_grids = "map" in self.config.observe or self.config.reward == "coverage"
+        self._views = _without_slam(self.config.observe, slam)
+        with_grids = "map" in self._views or self.config.reward == "coverage"
         self._robots = make_robots(num_envs, self._worlds, with_grids)
         views = self.config.make_views(self.scenario, Extent.of(self.scenario))
         spaces: Space[Any] = Dict({name: view.space for name, view in views.items()})
@@ -85,6 +89,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._threads = min(threads or len(os.sched_getaffinity(0)), num_envs)
         self._pool = ThreadPoolExecutor(self._threads) if self._threads > 1 else None
+        self._slam = SlamViews(self.config, scenarios, self._timing, self._threads) if slam else None
         self._over = np.ones(num_envs, np.bool_)
         self._seen: Seen | None = None
 
@@ -116,7 +121,8 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         self._seen = self._make_seen()
         self._step(begins, ~begins, commands)
         terms = reward_terms(self._seen, self.config, begins)
-        ending = endings(self._seen, self.config, begins)
+        lost = self._slam.lost if self._slam else np.zeros_like(begins)
+        ending = endings(self._seen, self.config, begins, lost)
         terminated, truncated = (ending > 0) & (ending < TIME), self._seen.late & ~begins
         rewards = np.sum(list(terms.values()), axis=0)
         ending = np.where((ending == 0) & truncated, TIME, ending)
@@ -131,9 +137,11 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         return self._observation(), rewards, terminated, truncated, self._info(everyone, terms, begun) | final
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Let the threads go."""
+        """Let the threads and the processes go."""
         if self._pool is not None:
             self._pool.shutdown()
+        if self._slam is not None:
+            self._slam.close()
 
     def _step(self, begins: NDArray[np.bool_], goes_on: NDArray[np.bool_], commands: FloatArray) -> None:
         """Let these robots begin an episode and those go on, in as many threads as there are."""
@@ -142,11 +150,13 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         arguments = begins, goes_on, commands, self._worlds, self._timing, polar, cell, self._robots, self._seen
         if self._pool is None:
             step_robots(0, self.num_envs, *arguments)
-            return
-        bounds = np.linspace(0, self.num_envs, self._threads + 1).astype(int).tolist()
-        parts = [self._pool.submit(step_robots, a, b, *arguments) for a, b in pairwise(bounds)]
-        for part in parts:
-            part.result()
+        else:
+            bounds = np.linspace(0, self.num_envs, self._threads + 1).astype(int).tolist()
+            parts = [self._pool.submit(step_robots, a, b, *arguments) for a, b in pairwise(bounds)]
+            for part in parts:
+                part.result()
+        if self._slam is not None:
+            self._slam.update(begins, goes_on, self._robots, self._seen)
 
     def _finals(self, terms: dict[str, FloatArray], ending: NDArray[np.int64]) -> dict[str, Any]:
         """Observations and infos with which episodes ended, as gymnasium's own vector environments give them."""
@@ -161,11 +171,15 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
 
     def _info(self, of: NDArray[np.bool_], terms: dict[str, FloatArray], ending: NDArray[np.int64]) -> dict[str, Any]:
         assert self._seen is not None
-        return batch_info(of, self._robots, self._seen, self._timing, terms, ending)
+        slam = self._slam.info if self._slam else {}
+        return batch_info(of, self._robots, self._seen, self._timing, terms, ending, slam)
 
     def _observation(self) -> ObservationDict:
         assert self._seen is not None
-        return {name: getattr(self._seen, name) for name in self.config.observe}
+        estimated = self._slam.views if self._slam else {}
+        return {
+            name: estimated[name] if name in estimated else getattr(self._seen, name) for name in self.config.observe
+        }
 
     @property
     def bytes_a_robot(self) -> float:
@@ -174,8 +188,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         return sum(rows.nbytes for rows in arrays) / self.num_envs
 
     def _make_seen(self) -> Seen:
-        beams = self.scenario.lidar.description.lidar.beams
-        return make_seen(self.num_envs, beams, self.config.observe, self.config.map_cells)
+        return make_seen(self.num_envs, self._worlds, self._timing, self._views, self.config.map_cells)
 
     def _seed(self, seed: int | Sequence[int | None] | None, mask: NDArray[np.bool_]) -> None:
         """Begin the streams of random numbers of these robots; those without a seed go on with theirs."""
@@ -184,3 +197,8 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
             seeds = np.where(given, seeds, self.np_random.integers(2**31, size=self.num_envs, dtype=np.uint64))
             given[:] = True
         begin_streams(self._robots.base, seeds, given & mask)
+
+
+def _without_slam(views: tuple[str, ...], slam: bool) -> tuple[str, ...]:
+    """The views that the compiled step makes: with SLAM what that needs in the place of those that it makes."""
+    return (*(name for name in views if name not in ("slam_pose", "map")), "odometry", "ranges") if slam else views

@@ -38,6 +38,10 @@ def take_scan(i: int, worlds: Worlds, timing: Timing, robots: Robots, seen: Seen
     _cast(w, worlds, timing, turn, ranges, scratch)
     time = robots.turns[i] * timing.scan_time + timing.controls_before * timing.period
     disturb(ranges, worlds.sensors[w], timing, time, base, scratch.numbers[: 3 * count].reshape((3, count)))
+    if len(seen.ranges):
+        for j in range(count):
+            seen.ranges[i, j] = ranges[j]
+        seen.turns[i, 0], seen.turns[i, 1] = count, turn.begin
     if timing.beams_vary:
         step = turn.bearings[1] - turn.bearings[0]
         for j in range(seen.scan.shape[1]):
@@ -86,7 +90,7 @@ def _cast(w: int, worlds: Worlds, timing: Timing, turn: Turn, ranges: FloatArray
         ranges[j] = np.inf
     stop_at_walls(rays, ranges, worlds.walls, w)
     radii = worlds.crowd.leg_radii[w]
-    if len(radii):
+    if len(radii) and worlds.sensors[w].sees_legs:
         stop_at_legs(rays, ranges, scratch.legs[:rows], radii, turn.increment / timing.period)
     for j in range(len(ranges)):
         ranges[j] = ranges[j] if ranges[j] <= timing.reach else np.inf

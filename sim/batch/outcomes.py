@@ -10,8 +10,8 @@ from sim.batch.worlds import Timing
 from slam.env.config import EnvConfig
 from slam.pose import FloatArray
 
-ENDINGS: Final = ("", "collision", "goal", "time")
-TIME: Final = 3
+ENDINGS: Final = ("", "collision", "goal", "lost", "time")
+TIME: Final = 4
 
 
 def reward_terms(seen: Seen, config: EnvConfig, begins: NDArray[np.bool_]) -> dict[str, FloatArray]:
@@ -22,9 +22,9 @@ def reward_terms(seen: Seen, config: EnvConfig, begins: NDArray[np.bool_]) -> di
     return {config.reward: gained[config.reward], "collision": -config.collision_penalty * hit}
 
 
-def endings(seen: Seen, config: EnvConfig, begins: NDArray[np.bool_]) -> NDArray[np.int64]:
+def endings(seen: Seen, config: EnvConfig, begins: NDArray[np.bool_], lost: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Number in ENDINGS of the first end of ``end_on`` that has come, (N,)."""
-    come = {"collision": seen.collided | seen.stalled, "goal": seen.arrived}
+    come = {"collision": seen.collided | seen.stalled, "goal": seen.arrived, "lost": lost}
     ending = np.zeros(len(begins), np.int64)
     for name in reversed(config.end_on):
         ending[come[name] & ~begins] = ENDINGS.index(name)
@@ -33,9 +33,12 @@ def endings(seen: Seen, config: EnvConfig, begins: NDArray[np.bool_]) -> NDArray
 
 def batch_info(
     of: NDArray[np.bool_], robots: Robots, seen: Seen, timing: Timing,
-    terms: dict[str, FloatArray], ending: NDArray[np.int64],
+    terms: dict[str, FloatArray], ending: NDArray[np.int64], slam: dict[str, NDArray[Any]],
 ) -> dict[str, Any]:  # fmt: skip
-    """Make the ``info`` of these robots: copies of arrays of all, and beside each, under ``_key``, whose it is."""
+    """Make the ``info`` of these robots: copies of arrays of all, and beside each, under ``_key``, whose it is.
+
+    ``slam`` has the keys that SLAM adds.
+    """
     info: dict[str, Any] = {
         "T_map_base": seen.pose.copy(),
         "pose": seen.pose.copy(),
@@ -48,5 +51,5 @@ def batch_info(
         "route_left": robots.left.copy(),
         "reward": {name: term.copy() for name, term in terms.items()} | {f"_{name}": of.copy() for name in terms},
         "ending": np.array(ENDINGS)[ending],
-    }
+    } | {key: rows.copy() for key, rows in slam.items()}
     return info | {f"_{key}": of.copy() for key in info}

@@ -55,6 +55,10 @@ class Seen(NamedTuple):
     """(N,): no time is left."""
     applied: FloatArray
     """(N, 2): the command within the limits."""
+    ranges: FloatArray
+    """(N, B): as the lidar measured them, for SLAM; (0, B) without it ..."""
+    turns: FloatArray
+    """... and (N, 2): beams of this turn, and the bearing of its first one from that of the description."""
 
 
 class Scratch(NamedTuple):
@@ -100,13 +104,15 @@ def make_scratch(worlds: Worlds, timing: Timing) -> Scratch:
     )  # fmt: skip
 
 
-def make_seen(count: int, beams: int, views: tuple[str, ...], map_cells: int) -> Seen:
-    """Make fresh arrays for so many robots."""
-    rows = {name: count if name in views else 0 for name in ("odometry", "goal", "map")}
+def make_seen(count: int, worlds: Worlds, timing: Timing, views: tuple[str, ...], map_cells: int) -> Seen:
+    """Make fresh arrays for so many robots; the view ``ranges`` is what SLAM needs."""
+    rows = {name: count if name in views else 0 for name in ("odometry", "goal", "map", "ranges")}
+    beams = worlds.bearings.shape[1]
     collided, stalled, arrived, late = np.zeros((4, count), np.bool_)
     return Seen(
         np.empty((count, beams), np.float32), np.empty((rows["odometry"], 5), np.float32),
         np.empty((rows["goal"], 2), np.float32), np.empty((rows["map"], 1, map_cells, map_cells), np.uint8),
         np.empty((count, 3)), np.zeros((count, 2)),
         collided, stalled, arrived, late, np.empty((count, 2)),
+        np.empty((rows["ranges"], beams + timing.beams_vary)), np.empty((rows["ranges"], 2)),
     )  # fmt: skip

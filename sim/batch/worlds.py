@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.crowd import Crowd, crowd_of
+from sim.gait import LEG_HEIGHT
 from sim.plan.footprint import RADIUS
 from sim.plan.records import model_of
 from sim.wall_plan import WallPlan, wall_plan
@@ -29,7 +30,7 @@ SENSOR: Final = np.dtype(
     [
         ("increment", "f8"),  # seconds from beam to beam
         ("noise", "i4"), ("near", "f8"), ("near_range", "f8"), ("far", "f8"),  # a kind; sigma, and from where on far
-        ("dropout", "f8"), ("reflectivity", "f8"),
+        ("dropout", "f8"), ("reflectivity", "f8"), ("sees_legs", "i4"),
     ],
     align=True,
 )  # fmt: skip
@@ -145,7 +146,7 @@ def _sensor(lidar: LidarConfig) -> tuple[float, ...]:
     near, near_range, far = (model.noise or table_1) if lidar.noise == "datasheet" else table_1
     return (
         lidar.time_increment, _KINDS[lidar.noise], near / sigmas, near_range, far / sigmas,
-        lidar.dropout, lidar.reflectivity,
+        lidar.dropout, lidar.reflectivity, lidar.height <= LEG_HEIGHT,
     )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from os import sched_getaffinity
-from time import perf_counter, process_time
+from time import perf_counter, process_time, thread_time
 from typing import Any, Final
 
 import numpy as np
@@ -20,6 +20,8 @@ ROUNDS: Final = 7
 SECONDS: Final = 0.5
 """Length of a round."""
 THREAD_ROUNDS: Final = 5
+WITH_SLAM: Final = (1, 16)
+SLAM_STEPS: Final = 50
 ACTION: Final = np.array([0.3, 0.1], np.float32)
 SIZES: Final = (1, 64, 1024, 4096)
 VIEWS: Final = (("scan", "odometry"), ("scan", "odometry", "goal"), ("scan", "odometry", "goal", "map"))
@@ -27,16 +29,21 @@ _FREE: Final[dict[str, Any]] = {"reward": "none", "end_on": ()}
 
 
 def env_tables(
-    console: Terminal, sizes: Sequence[int] = SIZES, seconds: float = SECONDS, peer: bool = False
+    console: Terminal,
+    sizes: Sequence[int] = SIZES,
+    seconds: float = SECONDS,
+    peer: bool = False,
+    with_slam: Sequence[int] = WITH_SLAM,
 ) -> list[ResultTable]:
-    """Steps a second on one core of every path, on several threads, and the memory of a robot.
+    """Steps a second on one core of every path, on several threads, with SLAM, and the memory of a robot.
 
-    With ``peer`` ir-sim runs beside them.
+    With ``peer`` ir-sim runs beside them; ``with_slam`` are numbers of robots.
     """
     parts: list[Callable[[], ResultTable]] = [
         lambda: _paths(sizes, seconds, peer),
         lambda: _views(sizes[-1], seconds),
         lambda: _threads(sizes[-1], seconds),
+        lambda: _slam(with_slam),
     ]
     with console.progress(still=True) as bar:
         return [part() for part in bar.track(parts, description="environments")]
@@ -69,29 +76,48 @@ def _views(size: int, seconds: float) -> ResultTable:
 def _threads(size: int, seconds: float) -> ResultTable:
     """Measure numbers of threads in turn, so that what else runs meanwhile meets all of them."""
     counts = [n for n in (1, 2, 4, 8) if n <= min(len(sched_getaffinity(0)), size)]
-    rounds = [[_wall_and_cpu(_batch(size, threads=n), size, seconds) for n in counts] for _ in range(THREAD_ROUNDS)]
+    rounds = [[_thread_times(_batch(size, threads=n), size, seconds) for n in counts] for _ in range(THREAD_ROUNDS)]
     best = [min(of_count) for of_count in zip(*rounds, strict=True)]
     rows = [
-        (str(n), f"{size / wall:.0f}", f"{best[0][0] / wall:.2f}", f"{1e6 * cpu / size:.1f}")
-        for n, (wall, cpu) in zip(counts, best, strict=True)
+        (str(n), f"{size / wall:.0f}", f"{best[0][0] / wall:.2f}", f"{1e6 * cpu / size:.1f}", f"{100 * main / cpu:.1f}")
+        for n, (wall, cpu, main) in zip(counts, best, strict=True)
     ]
-    notes = f"By the clock on the wall, the best of {THREAD_ROUNDS} rounds; needs an idle core for each."
-    columns = ("threads", "steps/s", "x one", "CPU us\na step")
+    notes = (
+        f"By the clock on the wall, the best of {THREAD_ROUNDS} rounds; needs an idle core for each. The last column "
+        "is what threads cannot share."
+    )
+    columns = ("threads", "steps/s", "x one", "CPU us\na step", "in the main\nthread, %")
     return ResultTable(f"Threads of a batch of {size}", columns, rows, notes)
 
 
-def _wall_and_cpu(envs: Any, size: int, seconds: float) -> tuple[float, float]:
-    """Seconds of both clocks in one step of all robots; the environment is closed."""
+def _slam(sizes: Sequence[int]) -> ResultTable:
+    rows = []
+    for size in sizes:
+        envs = _batch(size, threads=None, slam=True, observe=("scan", "odometry", "slam_pose", "map"))
+        actions = np.tile(ACTION, (size, 1))
+        envs.reset(seed=0)
+        began = perf_counter()
+        for _ in range(SLAM_STEPS):
+            envs.step(actions)
+        taken = (perf_counter() - began) / SLAM_STEPS / size
+        envs.close()
+        rows.append((str(size), f"{1.0 / taken:.0f}", f"{1e3 * taken:.2f}"))
+    notes = f"By the clock on the wall, on {len(sched_getaffinity(0))} cores, each with a process of its own."
+    return ResultTable("A batch with SLAM", ("robots", "steps/s", "ms\na step"), rows, notes)
+
+
+def _thread_times(envs: Any, size: int, seconds: float) -> tuple[float, float, float]:
+    """Seconds on the wall, of all threads and of this one in one step of all robots; the environment is closed."""
     actions = np.tile(ACTION, (size, 1))
     envs.reset(seed=0)
     envs.step(actions)
-    steps, began, busy = 0, perf_counter(), process_time()
+    steps, began, busy, own = 0, perf_counter(), process_time(), thread_time()
     while steps == 0 or perf_counter() - began < seconds:
         envs.step(actions)
         steps += 1
-    taken = (perf_counter() - began) / steps, (process_time() - busy) / steps
+    times = perf_counter() - began, process_time() - busy, thread_time() - own
     envs.close()
-    return taken
+    return times[0] / steps, times[1] / steps, times[2] / steps
 
 
 def _speed(envs: Any, size: int, seconds: float) -> tuple[str, str]:
@@ -122,7 +148,7 @@ def _single(engine: str) -> P3DXEnv:
     return P3DXEnv(scenario.model_copy(update={"physics": physics}), **_FREE)
 
 
-def _batch(size: int, threads: int = 1, **arguments: Any) -> BatchEnv:
+def _batch(size: int, threads: int | None = 1, **arguments: Any) -> BatchEnv:
     scenario = corridor("exact")
     route = scenario.route.model_copy(update={"waypoints": ((30.0, 0.0),)})
     given = _FREE | arguments

@@ -30,6 +30,7 @@ BENCHES: Final = {
     "walls": "slam.cli.bench_methods:bench_walls",
     "viewer": "slam.cli.bench_costs:bench_viewer",
     "start": "slam.cli.bench_costs:bench_start",
+    "ros": "slam.cli.bench_costs:bench_ros",
     "sim": "sim.cli.bench_sim:bench_sim",
     "env": "sim.cli.bench_env:bench_env",
     "hardware": "hardware.cli.bench_hardware:bench_hardware",

@@ -1,11 +1,14 @@
-"""``hopslam bench`` of what a user waits for: sweep, viewer and start."""
+"""``hopslam bench`` of what a user waits for: sweep, viewer, start and topics."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from slam.cli.bench import console, print_tables
-from slam.console.options import AllowModules, ScenarioName
+from slam.console.options import AllowModules, ScenarioName, complete_scenario
+
+BenchScenario = Annotated[str, typer.Option(help="Scenario to drive about in.", autocompletion=complete_scenario)]
 
 
 def bench_sweep(
@@ -66,3 +69,26 @@ def bench_start(
     from slam.bench.start_up import start_up_table
 
     print_tables([start_up_table(scenario, repeats, console, allow_modules or [])])
+
+
+def bench_ros(
+    pythons: Annotated[
+        list[Path], typer.Argument(metavar="PYTHON...", help="Pythons that have rclpy, each of its own ROS 2.")
+    ],
+    scenario: BenchScenario = "corridor",
+    seconds: Annotated[float, typer.Option(min=1.0, help="Time to drive about, in real time.")] = 60.0,
+    allow_modules: AllowModules = None,
+) -> None:
+    """Measure --ros: scans that rclpy loses, how old they are at its callback, and what publishing takes the loop.
+
+    [bold]Examples[/bold]
+
+    hopslam bench ros .venv-ros/jazzy/bin/python .venv-ros/kilted/bin/python
+
+    hopslam bench ros /usr/bin/python3 --seconds 600
+    """
+    from slam.bench.ros_report import ros_table
+    from slam.scenario.file import load_scenario
+
+    settings = ["physics.engine=plan"]
+    print_tables([ros_table(load_scenario(scenario, settings, allow_modules or []), pythons, seconds, console)])

@@ -67,7 +67,7 @@ def run(
 
     hopslam run office_loop --foxglove
 
-    hopslam run office_loop --ros --set route.waypoints=[] --set duration=3600
+    hopslam run office_loop --ros --set 'route.waypoints=[]' --set duration=3600
 
     hopslam run corridor --backend hardware --dry-run --set hardware.robot_port=/dev/ttyUSB1
 

@@ -47,9 +47,11 @@ Rerun = Annotated[
         metavar="WHERE", help="Show it: in FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again."
     ),
 ]
-Ros = Annotated[bool, typer.Option("--ros", help="Publish it on topics of ROS 2, and drive by them: see docs/ros.md.")]
+Ros = Annotated[
+    bool, typer.Option("--ros", help="Publish it on topics of ROS 2, and drive by them: see docs/topics.md.")
+]
 Foxglove = Annotated[
-    bool, typer.Option("--foxglove", help="Serve the same topics to the Foxglove app: see docs/foxglove.md.")
+    bool, typer.Option("--foxglove", help="Serve the same topics to the Foxglove app: see docs/topics.md.")
 ]
 FoxgloveAt = Annotated[
     str | None,
@@ -57,7 +59,10 @@ FoxgloveAt = Annotated[
 ]
 Pace = Annotated[
     float | None,
-    typer.Option(metavar="X", help="With topics: times real time; inf is as fast as it goes. Default: 1."),
+    typer.Option(
+        metavar="X",
+        help="With topics: times real time; inf: as fast as it goes; 0: a scan with each command. Default: 1.",
+    ),
 ]
 Yes = Annotated[bool, typer.Option("--yes", help="The real robot moves without asking first.")]
 RecordWire = Annotated[

@@ -129,7 +129,8 @@ def _backend_options(backend: str, yes: bool, dry_run: bool) -> dict[str, bool]:
         raise InputError("backend='replay': a recorded log obeys no agent; run: hopslam replay LOG")
     if backend != "hardware" and (yes or dry_run):
         raise InputError("yes and dry_run are for the real robot; add backend='hardware'")
-    return {"yes": yes, "dry_run": dry_run, "newest": True} if backend == "hardware" else {}
+    options = {"hardware": {"yes": yes, "dry_run": dry_run, "newest": True}, "ros": {"newest": True}}
+    return options.get(backend, {})
 
 
 def _let_go(robot: Robot) -> None:

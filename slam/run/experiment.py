@@ -160,7 +160,8 @@ class Experiment:
             elif closer.steps and (made := map_made_by(self.slam)) is not None:
                 write_map(folder / "map.json", made)
             if published is not None:
-                published.show_end(folder)
+                with suppress(KeyboardInterrupt):
+                    published.show_end(folder)
         return ending, error, closed
 
     def _recorded_loop(

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from slam.config import SlamConfig
-from slam.errors import ScenarioError
+from slam.errors import InputError, ScenarioError
 from slam.files.graphs.file import read_graph
 from slam.files.graphs.key_scans import read_known_graph
 from slam.files.logs import BagTopics, read_log
@@ -27,6 +27,7 @@ from slam.run.results.traces import Traces
 from slam.run.robot_env import RobotEnv
 from slam.run.ros_robot.robot import TopicRobot
 from slam.run.topics.paced_robot import PacedRobot
+from slam.run.topics.stepped_robot import SteppedRobot
 from slam.run.topics.topic_session import TopicSession
 from slam.run.topics.velocity_commands import CommandedPilot
 from slam.saved_slam import relocate
@@ -162,13 +163,31 @@ def on_topics(experiment: Experiment, topics: TopicSession) -> Experiment:
     """Let the experiment be published and driven on topics.
 
     A simulated robot and a recorded log keep to the wall clock then. A robot drives its route until the first command
-    comes, and from then on as it is told.
+    comes, and from then on as it is told; stepped, it stands until the next command. InputError for a pace that the
+    robot cannot go at.
     """
     topics.hear_initial_pose(experiment.slam)
-    if topics.pace < inf and "backend" not in experiment.notes:
-        env = experiment.env.wrapped(lambda robot: PacedRobot(robot, topics.pace, topics.on_time))
-        experiment = replace(experiment, env=env)
-    if not isinstance(experiment.pilot, Passenger):
-        topics.hear_commands()
-        experiment = replace(experiment, pilot=CommandedPilot(topics.commands, experiment.pilot))
-    return replace(experiment, topics=topics)
+    experiment = replace(_paced(experiment, topics), topics=topics)
+    if isinstance(experiment.pilot, Passenger):
+        return experiment
+    topics.hear_commands()
+    return replace(experiment, pilot=CommandedPilot(topics.commands, experiment.pilot))
+
+
+def _paced(experiment: Experiment, topics: TopicSession) -> Experiment:
+    """Let the robot of the experiment go at the pace of the session; InputError where it cannot."""
+    pace = topics.pace
+    if "backend" in experiment.notes:
+        if pace is not None:
+            raise InputError(f"--pace {pace:g}: a robot that is not simulated goes at its own pace; leave it out")
+        return experiment
+    if pace == inf:
+        return experiment
+    if pace != 0.0:
+        return replace(
+            experiment, env=experiment.env.wrapped(lambda robot: PacedRobot(robot, pace or 1.0, topics.on_time))
+        )
+    if isinstance(experiment.pilot, Passenger):
+        raise InputError("--pace 0: a recorded log hears no commands to wait for; give a number above 0, or inf")
+    env = experiment.env.wrapped(lambda robot: SteppedRobot(robot, topics.commands))
+    return replace(experiment, env=env, patience=inf)

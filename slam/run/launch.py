@@ -1,34 +1,27 @@
 """Runs made by a command or a program: set up, carried out, and returned as values."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
 
 from slam.config import SlamConfig
 from slam.console.terminal import Terminal
-from slam.errors import InputError, ScenarioError
+from slam.errors import InputError
 from slam.files.logs import BagTopics
 from slam.pose import Pose2D
-from slam.run.experiment import Experiment
+from slam.run.carry_out import carry_out
 from slam.run.experiment_setup import (
     continue_mapping,
     following_experiment,
     localize_in_map,
-    on_topics,
-    replay_experiment,
     scenario_experiment,
 )
+from slam.run.log_or_scenario import Settings, is_recorded, recorded_experiment, refuse, with_slam
 from slam.run.ros_robot.robot import TopicRobot
 from slam.run.run import Run
 from slam.run.topics.topic_choice import TopicChoice
 from slam.run.viewer.viewers import Viewers
 from slam.scenario.file import load_scenario, load_template
-from slam.scenario.schema import Scenario
 from slam.scenario.settings import with_seed
-from slam.scenario.shipped import shipped_scenarios
-
-Settings = str | Sequence[str]
-"""``key=value``, one or several."""
 
 
 def run(
@@ -69,14 +62,14 @@ def run(
     """
     console = console or Terminal(quiet=True)
     template = load_template(scenario, with_seed(settings, seed), allow_modules)
-    drawn = _with_slam(template.draw(), slam)
+    drawn = with_slam(template.draw(), slam)
     console.warn(*template.warnings(drawn))
+    if ros and backend == "ros":
+        raise InputError("--ros publishes a robot, and that of --backend ros publishes itself; leave out --ros")
     experiment = scenario_experiment(drawn, backend, **_robot_options(backend, yes, dry_run, record_wire))
     if saved_map is not None:
         experiment = continue_mapping(experiment, Path(saved_map), start)
-    return _carried_out(
-        experiment, out, rerun, TopicChoice(ros, foxglove, pace), pictures, check, False, viewers, console
-    )
+    return carry_out(experiment, out, rerun, TopicChoice(ros, foxglove, pace), pictures, check, False, viewers, console)
 
 
 def replay(
@@ -110,10 +103,10 @@ def replay(
     """
     console = console or Terminal(quiet=True)
     topics = BagTopics(scan_topic, odom_topic)
-    experiment = _recorded(Path(log), scenario, settings, slam, allow_modules, topics, console)
+    experiment = recorded_experiment(Path(log), scenario, settings, slam, allow_modules, topics, console)
     if saved_map is not None:
         experiment = continue_mapping(experiment, Path(saved_map), start)
-    return _carried_out(
+    return carry_out(
         experiment, out, rerun, TopicChoice(ros, foxglove, pace), pictures, check, lenient, viewers, console
     )
 
@@ -145,16 +138,16 @@ def localize(
     The map stays as it is. The arguments are those of ``run`` for a scenario and those of ``replay`` for a log.
     """
     console = console or Terminal(quiet=True)
-    if _is_recorded(source):
-        _refuse("a recorded log, in which nothing is random", source, seed=seed)
+    if is_recorded(source):
+        refuse("a recorded log, in which nothing is random", source, seed=seed)
         topics = BagTopics(scan_topic, odom_topic)
-        experiment = _recorded(Path(source), scenario, settings, slam, allow_modules, topics, console)
+        experiment = recorded_experiment(Path(source), scenario, settings, slam, allow_modules, topics, console)
     else:
-        _refuse("a scenario, and no log", source, scenario=scenario, scan_topic=scan_topic, odom_topic=odom_topic)
+        refuse("a scenario, and no log", source, scenario=scenario, scan_topic=scan_topic, odom_topic=odom_topic)
         drawn = load_scenario(source, with_seed(settings, seed), allow_modules)
-        experiment = scenario_experiment(_with_slam(drawn, slam))
+        experiment = scenario_experiment(with_slam(drawn, slam))
     localizing = localize_in_map(experiment, Path(saved_map))
-    return _carried_out(
+    return carry_out(
         localizing, out, rerun, TopicChoice(ros, foxglove, pace), pictures, check, lenient, viewers, console
     )
 
@@ -184,7 +177,7 @@ def follow(
     with ``keep_map``, the robot is found and tracked in it and the map stays as it is. All else is as in ``replay``.
     """
     console = console or Terminal(quiet=True)
-    drawn = _with_slam(load_scenario(scenario, settings, allow_modules), slam)
+    drawn = with_slam(load_scenario(scenario, settings, allow_modules), slam)
     if saved_map is None and keep_map:
         raise InputError("--localize needs the map of another run; add --map FILE")
     with TopicRobot(drawn, follows=True, mount=Pose2D(*(mount or ()))) as robot:
@@ -195,25 +188,7 @@ def follow(
             path = Path(saved_map)
             experiment = localize_in_map(experiment, path) if keep_map else continue_mapping(experiment, path, start)
         choice = TopicChoice(ros=True, foxglove=foxglove, follows=robot)
-        return _carried_out(experiment, out, rerun, choice, pictures, check, False, viewers, console)
-
-
-def _carried_out(
-    experiment: Experiment, out: str | Path | None, rerun: Settings, choice: TopicChoice, pictures: bool, check: bool,
-    lenient: bool, viewers: Viewers | None, console: Terminal,
-) -> Run:  # fmt: skip
-    """Run the experiment on its topics, and in the viewers of the command or in those of ``rerun`` until it is over."""
-    if viewers is None:
-        with Viewers(rerun, console) as own:
-            return _carried_out(experiment, out, (), choice, pictures, check, lenient, own, console)
-    folder = None if out is None else Path(out)
-    with choice.session(console) as topics:
-        experiment = experiment if topics is None else on_topics(experiment, topics)
-        made = Run.of(experiment.run(folder, viewers, console, pictures), experiment.loss)
-    if check:
-        console.warn(*made.warnings)
-        made.require_success(lenient)
-    return made
+        return carry_out(experiment, out, rerun, choice, pictures, check, False, viewers, console)
 
 
 def _robot_options(backend: str, yes: bool, dry_run: bool, record_wire: str | Path | None) -> dict[str, Any]:
@@ -225,38 +200,3 @@ def _robot_options(backend: str, yes: bool, dry_run: bool, record_wire: str | Pa
     if yes or dry_run or record_wire:
         raise InputError("--yes, --dry-run and --record-wire are for the real robot; add --backend hardware")
     return {}
-
-
-def _recorded(
-    log: Path, scenario: str | Path | None, settings: Settings, slam: SlamConfig | None, allow_modules: Settings,
-    topics: BagTopics, console: Terminal,
-) -> Experiment:  # fmt: skip
-    """Experiment on the log, bag or run folder at this path; prints what was read."""
-    own = log / "config.yaml"
-    source = scenario or (own if own.is_file() else "replay")
-    experiment = replay_experiment(log, _with_slam(load_scenario(source, settings, allow_modules), slam), topics)
-    console.print(experiment.notes["log_report"])
-    return experiment
-
-
-def _with_slam(scenario: Scenario, slam: SlamConfig | None) -> Scenario:
-    if slam is None:
-        return scenario
-    if not isinstance(slam, SlamConfig):
-        raise ScenarioError(f"slam is of type {type(slam).__name__}; give a SlamConfig, or slam.key=value in settings")
-    return scenario.model_copy(update={"slam": slam})
-
-
-def _is_recorded(source: str | Path) -> bool:
-    """True for a file or folder that is no scenario. A shipped scenario comes before a folder of its name."""
-    path = Path(source)
-    if path.is_dir():
-        return str(source) not in shipped_scenarios()
-    return path.is_file() and path.suffix not in {".yaml", ".yml"}
-
-
-def _refuse(kind: str, source: str | Path, **options: Any) -> None:
-    """InputError where one of these options is given, which mean nothing for a source of this kind."""
-    for name, value in options.items():
-        if value is not None:
-            raise InputError(f"--{name.replace('_', '-')} {value}: {source} is {kind}; leave it out")

@@ -80,7 +80,7 @@ class _Worker:
         self._process: SpawnProcess = get_context("spawn").Process(
             target=_work, args=(far_end, os.getpid(), runs, pictures, allowed), daemon=True
         )
-        with _environment(ONE_THREAD), _main_module_hidden():
+        with environment(ONE_THREAD), main_module_hidden():
             self._process.start()
         far_end.close()  # the worker's alone, so that its death closes the pipe
 
@@ -142,7 +142,7 @@ def _describe_exit(exitcode: int | None) -> str:
 
 
 @contextmanager
-def _main_module_hidden() -> Iterator[None]:
+def main_module_hidden() -> Iterator[None]:
     """Hide the user's script, which a new process would run once more: nothing of it is needed there."""
     main = sys.modules["__main__"]
     hidden: dict[str, Any] = {name: vars(main).pop(name) for name in ("__file__", "__spec__") if name in vars(main)}
@@ -154,7 +154,7 @@ def _main_module_hidden() -> Iterator[None]:
 
 
 @contextmanager
-def _environment(changes: dict[str, str]) -> Iterator[None]:
+def environment(changes: dict[str, str]) -> Iterator[None]:
     """Change the environment for processes that are started in the block."""
     before = {name: os.environ[name] for name in changes if name in os.environ}
     os.environ.update(changes)

@@ -64,7 +64,8 @@ class FoxgloveBus:
     @property
     def address(self) -> str:
         """Address to give to the app."""
-        return f"ws://{self._host}:{self._server.port}"
+        host = f"[{self._host}]" if ":" in self._host else self._host
+        return f"ws://{host}:{self._server.port}"
 
     def publish(self, topic: Topic, stamp: float, message: bytes) -> None:
         """Send a message to every client that has subscribed to the topic."""

@@ -10,24 +10,28 @@ from slam.errors import InputError
 from slam.files.ros.messages import ros2_types
 from slam.named_code import import_optional
 from slam.topics.dds_types import EXTRA, open_dds_topic
+from slam.topics.rclpy_bus import RclpyBus, has_ros
 from slam.topics.ros_network import RosNetwork
 from slam.topics.topic import Bus, Topic
 
 _LOG: Final = logging.getLogger("hopslam.ros")
-_DEPTH: Final = 10
-"""Messages of a topic that wait for a slow reader, as many as by default in ROS; of a latched one it is the last."""
+_SENT: Final = 100
+"""Messages of a topic that wait for a slow reader; of a latched one it is the last ..."""
+_HEARD: Final = 1000
+"""... and those that wait for this program, whose listeners stand still while something is compiled."""
 _AT_ONCE: Final = 64
 """Messages that are taken at once."""
 _FOREVER: Final = 2**63 - 1
 """Nanoseconds that mean no end to DDS."""
 
 
-def open_ros_bus(network: RosNetwork | None = None) -> "RosBus":
-    """Return a bus to the nodes of this network, by default that of the environment; enter it to use it.
+def open_ros_bus() -> Bus:
+    """Return a bus to the nodes of ROS 2 that the environment names; enter it to use it.
 
-    InputError where Cyclone DDS is not installed, or the environment says what cannot be.
+    It is rclpy's where a ROS is sourced that this Python can import, and else one of this module. InputError where
+    Cyclone DDS is not installed, or the environment says what cannot be.
     """
-    return RosBus(network or RosNetwork.from_environment())
+    return RclpyBus() if has_ros() else RosBus(RosNetwork.from_environment())
 
 
 class RosBus:
@@ -71,7 +75,7 @@ class RosBus:
         It is dropped where it would have to wait for a reader.
         """
         if topic not in self._writers:
-            self._writers[topic] = self._open("pub", "DataWriter", topic)
+            self._writers[topic] = self._open("pub", "DataWriter", topic, 1 if topic.latched else _SENT)
         writer = self._writers[topic]
         try:
             writer.write(writer.data_type(message))
@@ -80,24 +84,24 @@ class RosBus:
 
     def subscribe(self, topic: Topic, heard: Callable[[bytes], None]) -> None:
         """Call ``heard``, in a thread of its own, with each message that another program sends."""
-        reader = self._open("sub", "DataReader", topic)
+        reader = self._open("sub", "DataReader", topic, _HEARD)
         listener = threading.Thread(target=self._listen, args=(reader, heard), name=f"ROS {topic.name}", daemon=True)
         self._listeners.append(listener)
         listener.start()
 
-    def _open(self, module: str, kind: str, topic: Topic) -> Any:
-        """Return the reader or writer of a topic."""
+    def _open(self, module: str, kind: str, topic: Topic, depth: int) -> Any:
+        """Return the reader or writer of a topic, for which so many messages wait."""
         dds_topic = open_dds_topic(self._participant, topic.name, topic.type)
         make = getattr(import_optional(f"cyclonedds.{module}", EXTRA), kind)
-        return make(self._participant, dds_topic, self._quality(topic))
+        return make(self._participant, dds_topic, self._quality(topic, depth))
 
-    def _quality(self, topic: Topic) -> Any:
+    def _quality(self, topic: Topic, depth: int) -> Any:
         """Return the quality of service of the topic. Who writes never waits: see ``max_blocking_time``."""
         policy = self._dds.Policy
         return self._dds.Qos(
             policy.Reliability.Reliable(max_blocking_time=0) if topic.reliable else policy.Reliability.BestEffort,
             policy.Durability.TransientLocal if topic.latched else policy.Durability.Volatile,
-            policy.History.KeepLast(1 if topic.latched else _DEPTH),
+            policy.History.KeepLast(depth),
             policy.DataRepresentation(use_cdrv0_representation=True),
             policy.IgnoreLocal.Process,
             policy.Userdata(f"typehash={ros2_types().hash_rihs01(topic.type)};".encode()),  # as of Iron: REP 2016

@@ -12,9 +12,14 @@ from slam.files.ros.messages import ros2_types
 
 _UNUSABLE: Final = (SerdeError, ValueError, TypeError, LookupError, OverflowError, RecursionError, AttributeError)
 
+_LARGEST: Final = 64 * 1024
+"""Bytes: no message that a person or a panel publishes is larger."""
+
 
 def cdr_of_json(text: bytes, name: str) -> bytes:
     """Return the message of this type in CDR; what the text leaves out is 0. BadLine for what is no such message."""
+    if len(text) > _LARGEST:
+        raise BadLine("too long")
     try:
         message = _message(name, json.loads(text))
         return bytes(ros2_types().serialize_cdr(message, name))

@@ -42,10 +42,12 @@ class HeardTopics:
         ):  # fmt: skip
             bus.subscribe(topic, self._hearing(topic, heard))
 
-    def next_scan(self, until: float) -> RawMessage | None:
-        """Take the oldest scan that waits; None where none has come until then, ``time.monotonic``."""
+    def next_scan(self, until: float, newest: bool = False) -> RawMessage | None:
+        """Take the oldest scan that waits, or the ``newest``; None where none comes until then, ``time.monotonic``."""
         with self._news:
             self._news.wait_for(lambda: self._scans, max(0.0, until - time.monotonic()))
+            while newest and len(self._scans) > 1:
+                self._scans.popleft()
             return self._scans.popleft() if self._scans else None
 
     def put_back(self, scan: RawMessage) -> None:

@@ -1,6 +1,7 @@
 """A robot of ROS 2 behind the ``Robot`` protocol."""
 
 import time
+from contextlib import ExitStack
 from dataclasses import replace
 from math import inf, isfinite
 from typing import Final, Self
@@ -35,11 +36,11 @@ class TopicRobot(Closing):
 
     It ends after the scenario's duration. Stamps are those of its messages. The odometry is that at the first beam of a
     scan, between two messages, from 0 at the first scan; its twist is the one that they tell. Commands keep to the
-    scenario's limits. The robot must stop by itself where no command comes, as those of ROS do.
+    scenario's limits. The robot must stop by itself where no command comes, as those of ROS do. Up to four scans wait
+    for a caller that observes less often than they come; it gets the oldest of them, or with ``newest`` the last.
 
-    With ``follows`` it drives as others command, and up to five minutes of scans wait for a program that is slow. Its
-    lidar then is where the robot's transforms have it, or else at ``mount``; one that drives a scenario must have it
-    where the scenario says.
+    With ``follows`` it drives as others command, and five minutes of scans wait. Its lidar then is where the robot's
+    transforms have it, or else at ``mount``; one that drives a scenario must have it where the scenario says.
     """
 
     def __init__(
@@ -49,13 +50,15 @@ class TopicRobot(Closing):
         bus: Bus | None = None,
         follows: bool = False,
         mount: Pose2D | None = None,
+        newest: bool = False,
     ) -> None:
         self.T_base_laser = mount or scenario.lidar.mount.pose
         self.T_odom_start = Pose2D()
         """``T_odom_base`` at the first scan, in the frame odom of the robot itself."""
-        self._scenario, self._follows = scenario, follows
+        self._scenario, self._follows, self._newest = scenario, follows, newest
         self._bus, self._encoder = bus or open_ros_bus(), Encoder()
         self._commands = Topic(scenario.ros.command_topic, STAMPED_TWIST if scenario.ros.stamped_commands else TWIST)
+        self._open = ExitStack()
         self._topics: HeardTopics | None = None
         self._lidar: HeardLidar | None = None
         self._first: float | None = None  # stamp of the first observation
@@ -67,15 +70,14 @@ class TopicRobot(Closing):
         RobotError says what is missing.
         """
         if self._topics is None:
-            self._bus.__enter__()
-            self._topics = HeardTopics(self._bus, self._scenario.ros, _FOLLOWING if self._follows else _DRIVING)
-            self._first = self._last = None
-            try:
+            with ExitStack() as opening:
+                opening.enter_context(self._bus)
+                self._topics = HeardTopics(self._bus, self._scenario.ros, _FOLLOWING if self._follows else _DRIVING)
+                opening.callback(self._leave)
+                self._first = self._last = None
                 if not self._follows:
                     self.meet(_FIRST)
-            except BaseException:
-                self.close()
-                raise
+                self._open = opening.pop_all()
         return self
 
     def meet(self, timeout: float = inf) -> None:
@@ -90,12 +92,7 @@ class TopicRobot(Closing):
 
     def close(self) -> None:
         """Stop the robot, if it was driven, and leave the network; closing twice does no harm."""
-        topics, self._topics = self._topics, None
-        if topics is not None:
-            if not self._follows:
-                for _ in range(_STOPS):
-                    self._send(Twist2D())
-            self._bus.__exit__(None, None, None)
+        self._open.close()
 
     @property
     def lidar(self) -> HeardLidar:
@@ -110,7 +107,7 @@ class TopicRobot(Closing):
         RobotTimeout says what did not come.
         """
         topics, until, alone = self._opened(), time.monotonic() + timeout, 0
-        while not self._over and (raw := topics.next_scan(until)) is not None:
+        while not self._over and (raw := topics.next_scan(until, self._newest)) is not None:
             scan = self.lidar.read(raw)
             if scan is None:
                 continue
@@ -135,6 +132,12 @@ class TopicRobot(Closing):
         applied = Twist2D(min(max(command.linear, -v), v), min(max(command.angular, -w), w))
         self._send(applied)
         return applied
+
+    def _leave(self) -> None:
+        self._topics = None
+        if not self._follows:
+            for _ in range(_STOPS):
+                self._send(Twist2D())
 
     @property
     def _over(self) -> bool:

@@ -14,7 +14,7 @@ from slam.run.step import Step
 
 _MARGIN: Final = 5.0
 """Metres by which the grid reaches beyond what was seen, so that it seldom has to grow."""
-_STEP: Final = 0.05
+_STEP: Final = 0.1
 """Metres, and radians, that the robot must have moved for a scan to be counted: one that stands sees the same again."""
 
 
@@ -28,7 +28,8 @@ class Kept(NamedTuple):
 class LiveMap:
     """Counts the beams of the scans, and counts them anew where the back end has moved their poses.
 
-    In memory are the scans of every 5 cm of the way: 100 MB for 0.8 km with 682 beams.
+    Scans of a robot that is lost do not count.
+    In memory are the scans of every 10 cm of the way: 60 MB for 1 km with 682 beams.
     """
 
     def __init__(self, config: SlamConfig, T_base_laser: Pose2D) -> None:
@@ -46,7 +47,8 @@ class LiveMap:
         self._local.extend((local.x, local.y, local.theta))
         if estimate.closure is not None:
             self._recount(estimate.closure)
-        if self._last is not None and not _moved(self._last.between(local)):
+        stood = self._last is not None and not _moved(self._last.between(local))
+        if stood or estimate.lost:
             return estimate.closure is not None
         self._last = local
         kept = Kept(step.index, Beams.of(step.observation, self._config, self._T_base_laser))

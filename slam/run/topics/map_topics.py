@@ -1,8 +1,6 @@
 """``/map`` and ``/lines``, published by a thread of their own, so that no scan waits for them."""
 
 import logging
-from queue import SimpleQueue
-from threading import Thread
 from time import monotonic
 from typing import Final
 
@@ -13,15 +11,19 @@ from slam.config import SlamConfig
 from slam.errors import InputError
 from slam.files.ros.live_encoder import LiveEncoder
 from slam.pose import FloatArray, Pose2D
-from slam.run.occupancy import Occupancy
+from slam.run.occupancy import Occupancy, occupancy
+from slam.run.results.run_record import RunRecord
 from slam.run.step import Step
 from slam.run.topics.live_map import LiveMap
+from slam.run.topics.news_thread import NewsThread
 from slam.topics.names import LINES, MAP
 from slam.topics.topic import Bus
 
 _LOG: Final = logging.getLogger("hopslam.topics")
 PERIOD: Final = 2.0
 """Seconds between two maps at least."""
+_MOST_LINES: Final = 4000
+"""Lines that are sent: paper mode keeps those of every scan."""
 
 
 class MapTopics(Closing):
@@ -32,36 +34,28 @@ class MapTopics(Closing):
         self._map: LiveMap | None = LiveMap(config, T_base_laser)
         self._ends = np.empty((0, 2, 2))  # as sent last
         self._map_due, self._changed = 0.0, False
-        self._news: SimpleQueue[tuple[Step, FloatArray | None] | None] = SimpleQueue()
-        self._thread = Thread(target=self._follow, name="map topics", daemon=True)
-        self._thread.start()
+        self._thread: NewsThread[tuple[Step, FloatArray | None]] = NewsThread("map topics", self._follow)
 
     def add(self, step: Step, ends: FloatArray | None) -> None:
-        """Take a step, and the lines (N, 2, 2) where it is time to show them; never waits."""
-        self._news.put((step, ends))
+        """Take a step, and the lines (N, 2, 2) where it is time to show them."""
+        self._thread.put((step, ends))
 
     def close(self) -> None:
         """Do what waits, and end the thread."""
-        self._news.put(None)
-        self._thread.join()
+        self._thread.close()
 
-    def send_map(self, stamp: float, grid: Occupancy) -> None:
-        """Send this grid."""
-        self._bus.publish(MAP, stamp, self._encoder.grid(stamp, grid.cells, grid.corner, grid.cell))
+    def send_end(self, stamp: float, record: RunRecord) -> None:
+        """Send the map of a run that is over, unless it has become too large."""
+        self._send_lines(stamp, record.walls)
+        if self._map is not None:
+            self._send_map(stamp, occupancy(record))
 
-    def send_lines(self, stamp: float, ends: FloatArray) -> None:
-        """Send these lines where they are not those that were sent last."""
-        if not np.array_equal(ends, self._ends):
-            self._ends = ends
-            self._bus.publish(LINES, stamp, self._encoder.lines(stamp, ends))
-
-    def _follow(self) -> None:
-        while (news := self._news.get()) is not None:
-            step, ends = news
-            if self._map is not None:
-                self._follow_map(self._map, step)
-            if ends is not None:
-                self.send_lines(step.estimate.stamp, ends)
+    def _follow(self, news: tuple[Step, FloatArray | None]) -> None:
+        step, ends = news
+        if self._map is not None:
+            self._follow_map(self._map, step)
+        if ends is not None:
+            self._send_lines(step.estimate.stamp, ends)
 
     def _follow_map(self, live: LiveMap, step: Step) -> None:
         try:
@@ -72,4 +66,14 @@ class MapTopics(Closing):
             return
         if self._changed and monotonic() >= self._map_due and live.grid is not None:
             self._changed, self._map_due = False, monotonic() + PERIOD
-            self.send_map(step.estimate.stamp, live.grid)
+            self._send_map(step.estimate.stamp, live.grid)
+
+    def _send_map(self, stamp: float, grid: Occupancy) -> None:
+        self._bus.publish(MAP, stamp, self._encoder.grid(stamp, grid.cells, grid.corner, grid.cell))
+
+    def _send_lines(self, stamp: float, ends: FloatArray) -> None:
+        """Send these lines, every n-th where they are too many, if they are not those that were sent last."""
+        if not np.array_equal(ends, self._ends):
+            self._ends = ends
+            shown = ends[:: len(ends) // _MOST_LINES + 1]
+            self._bus.publish(LINES, stamp, self._encoder.lines(stamp, shown))

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 from time import monotonic, sleep
-from typing import Final, Self
+from typing import Final
 
-from slam.odometry import Twist2D
 from slam.robot import Observation, Robot
+from slam.run.topics.wrapped_robot import WrappedRobot
 
 _TICK: Final = 0.01
 """Seconds between two times that are told ..."""
@@ -13,24 +13,17 @@ _FARTHEST_BEHIND: Final = 0.2
 """... and by which the robot may be late and still make it up."""
 
 
-class PacedRobot:
+class PacedRobot(WrappedRobot):
     """Gives each scan when its time has come on the wall clock; ``pace`` is how much faster than that time goes.
 
     While it waits, ``tick`` gets the time of the robot, seconds, 100 times a second.
     """
 
     def __init__(self, robot: Robot, pace: float, tick: Callable[[float], None]) -> None:
-        self.T_base_laser = robot.T_base_laser
-        self._robot, self._pace, self._tick = robot, pace, tick
+        super().__init__(robot)
+        self._pace, self._tick = pace, tick
         self._stamp: float | None = None
         self._due = 0.0
-
-    def __enter__(self) -> Self:
-        self._robot.__enter__()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._robot.__exit__(*error)
 
     def observe(self, timeout: float = 1.0) -> Observation | None:
         """The next scan, when its time has come."""
@@ -39,10 +32,6 @@ class PacedRobot:
             self._wait_for(seen.scan.stamp)
         return seen
 
-    def drive(self, command: Twist2D) -> Twist2D:
-        """Command the robot."""
-        return self._robot.drive(command)
-
     def _wait_for(self, stamp: float) -> None:
         now = monotonic()
         due = now if self._stamp is None else self._due + (stamp - self._stamp) / self._pace
@@ -50,6 +39,3 @@ class PacedRobot:
         while (left := self._due - monotonic()) > 0.0:
             self._tick(stamp - left * self._pace)
             sleep(min(left, _TICK))
-
-
-_: type[Robot] = PacedRobot

@@ -5,19 +5,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
-from queue import SimpleQueue
-from threading import Thread
 from time import monotonic
 
 from slam.closing import Closing
 from slam.files.ros.live_encoder import LiveEncoder
 from slam.pose import FloatArray
 from slam.run.estimator import DeadReckoning, Estimator
-from slam.run.occupancy import occupancy
 from slam.run.results.run_record import RunRecord
 from slam.run.results.step_messages import StepMessages
 from slam.run.step import Step
 from slam.run.topics.map_topics import PERIOD, MapTopics
+from slam.run.topics.news_thread import NewsThread
 from slam.scenario.schema import Scenario
 from slam.topics import names
 from slam.topics.topic import Bus
@@ -44,9 +42,7 @@ class SlamTopics(Closing):
         self._bus, self._slam, self._encoder, self._step_messages = bus, slam, LiveEncoder(), messages
         self._map_topics = None if isinstance(slam, DeadReckoning) else MapTopics(bus, scenario.slam, slam.T_base_laser)
         self._stamp, self._lines_due = -inf, 0.0
-        self._news: SimpleQueue[StepNews | float | None] = SimpleQueue()
-        self._thread = Thread(target=self._follow, name="topics", daemon=True)
-        self._thread.start()
+        self._thread: NewsThread[StepNews | float] = NewsThread("topics", self._publish)
 
     @abstractmethod
     def publish(self, news: StepNews) -> None:
@@ -54,11 +50,11 @@ class SlamTopics(Closing):
 
     def on_step(self, step: Step) -> None:
         """Take note of one step."""
-        self._news.put(StepNews(step, self._step_messages.of(step), self._lines_now()))
+        self._thread.put(StepNews(step, self._step_messages.of(step), self._lines_now()))
 
     def on_time(self, stamp: float) -> None:
         """Take note of the time between two steps."""
-        self._news.put(stamp)
+        self._thread.put(stamp)
 
     def publish_time(self, stamp: float) -> None:
         """Publish the time."""
@@ -76,23 +72,19 @@ class SlamTopics(Closing):
         """Publish the map of the run that is in the folder, as it is known in the end and as it is exported."""
         self.close()
         if self._map_topics is not None and self._stamp > -inf:
-            record = RunRecord.open(folder)
-            self._map_topics.send_map(self._stamp, occupancy(record))
-            self._map_topics.send_lines(self._stamp, record.walls)
+            self._map_topics.send_end(self._stamp, RunRecord.open(folder))
 
     def close(self) -> None:
         """Publish what waits, and end the threads; closing twice does no harm."""
-        self._news.put(None)
-        self._thread.join()
+        self._thread.close()
         if self._map_topics is not None:
             self._map_topics.close()
 
-    def _follow(self) -> None:
-        while (news := self._news.get()) is not None:
-            if isinstance(news, StepNews):
-                self.publish(news)
-            else:
-                self.publish_time(news)
+    def _publish(self, news: StepNews | float) -> None:
+        if isinstance(news, StepNews):
+            self.publish(news)
+        else:
+            self.publish_time(news)
 
     def _lines_now(self) -> FloatArray | None:
         """The lines of the map, where it is time to look at them."""

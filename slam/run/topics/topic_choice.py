@@ -23,8 +23,8 @@ class TopicChoice:
     foxglove: bool | int | str = False
     """The Foxglove app: True at the usual port of this machine, or else a port, or ``HOST:PORT``."""
     pace: float | None = None
-    """Speed of a simulated or recorded run beside the wall clock, inf for as fast as it goes; None: 1."""
-
+    """Speed of a simulated or recorded run beside the wall clock; inf for as fast as it goes, 0 for a scan with each
+    command, None for 1."""
     follows: TopicRobot | None = None
     """A robot that others drive and that publishes itself."""
 
@@ -41,17 +41,19 @@ class TopicChoice:
         if not buses:
             yield None
             return
-        pace, robot = self.pace or 1.0, self.follows
+        pace, robot = self.pace, self.follows
         with TopicSession(buses, pace) if robot is None else FollowerSession(buses, robot) as topics:
             if foxglove is not None:
                 console.print(f"Foxglove: open {foxglove.address} in the app")
             yield topics
+            if topics.commands.garbage:
+                console.warn(f"/cmd_vel: {topics.commands.garbage} messages were no velocity, and were passed over")
 
     def _check_pace(self) -> None:
         if self.pace is not None and not self:
             raise InputError(f"--pace {self.pace:g} is for a run on topics; add --ros or --foxglove")
-        if self.pace is not None and not self.pace > 0.0:
-            raise InputError(f"--pace {self.pace:g}: no time would pass; give a number above 0, or inf")
+        if self.pace is not None and not self.pace >= 0.0:
+            raise InputError(f"--pace {self.pace:g}: time does not run back; give a number from 0 on, or inf")
 
 
 def parse_address(given: bool | int | str) -> tuple[str, int]:

@@ -21,9 +21,10 @@ from slam.topics.topic import Bus
 class TopicSession:
     """Buses that are open as long as its block, for one run."""
 
-    def __init__(self, buses: Sequence[Bus], pace: float = 1.0) -> None:
+    def __init__(self, buses: Sequence[Bus], pace: float | None = None) -> None:
         self.bus = SeveralBuses(buses)
         self.pace = pace
+        """Times real time, for a run that could be faster, or 0 for a scan with each command; None: real time."""
         self.commands = VelocityCommands()
         """Velocities from outside."""
         self._watcher: SlamTopics | None = None
@@ -43,12 +44,12 @@ class TopicSession:
             self._watcher.on_time(stamp)
 
     def watcher(self, slam: Estimator, scenario: Scenario, messages: StepMessages) -> SlamTopics:
-        """The watcher that publishes the run."""
+        """Make the watcher that publishes the run, and keep it until the session ends."""
         self._watcher = self.make_watcher(slam, scenario, messages)
         return self._watcher
 
     def make_watcher(self, slam: Estimator, scenario: Scenario, messages: StepMessages) -> SlamTopics:
-        """Make the watcher, once for the session."""
+        """Make a watcher that publishes a run."""
         return RunTopics(self.bus, slam, scenario, messages)
 
     def hear_commands(self) -> None:

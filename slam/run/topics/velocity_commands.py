@@ -1,7 +1,7 @@
 """Velocities told from outside, and a pilot that drives by them."""
 
 import logging
-from threading import Lock
+from threading import Condition
 from time import monotonic
 from typing import Final
 
@@ -26,7 +26,7 @@ class VelocityCommands:
     """The last velocity that was heard on ``/cmd_vel``; buses call it in threads of their own."""
 
     def __init__(self) -> None:
-        self._lock = Lock()
+        self._changed = Condition()
         self._twist, self._at = Twist2D(), 0.0
         self.count = 0
         """Commands until now ..."""
@@ -43,20 +43,32 @@ class VelocityCommands:
         try:
             twist = _twist(topic, message)
         except BadLine as fault:
-            with self._lock:
+            with self._changed:
                 self.garbage += 1
                 first = self.garbage == 1
             if first:
                 _LOG.warning("%s: a message that is no velocity is passed over: %s", topic.name, fault)
             return
-        with self._lock:
+        with self._changed:
             self._twist, self._at, self.count = twist, monotonic(), self.count + 1
+            self._changed.notify_all()
 
     @property
     def twist(self) -> Twist2D:
         """The last command; zero after half a second of silence."""
-        with self._lock:
+        with self._changed:
             return self._twist if monotonic() - self._at < SILENCE else Twist2D()
+
+    @property
+    def last(self) -> tuple[int, Twist2D]:
+        """The number of commands, and the last of them, however old."""
+        with self._changed:
+            return self.count, self._twist
+
+    def wait_for_more(self, count: int, timeout: float) -> bool:
+        """Wait until there are more commands than that; False where there are not within ``timeout`` seconds."""
+        with self._changed:
+            return self._changed.wait_for(lambda: self.count > count, timeout)
 
 
 def _twist(topic: Topic, message: bytes) -> Twist2D:

@@ -1,0 +1,125 @@
+"""SLAM for the robots of a batch, in processes of their own: each robot has the episode that it would have alone."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from slam.closing import Closing
+from slam.console.terminal import Terminal
+from slam.env.config import EnvConfig
+from slam.env.episode import Episode
+from slam.env.occupancy_grid import Extent
+from slam.errors import RobotError
+from slam.odometry import Odometry, Twist2D
+from slam.pose import Pose2D
+from slam.robot import Observation
+from slam.run.warm_up import warm_up
+from slam.scan import LaserScan
+from slam.scenario.schema import Scenario
+from slam.sweep.process_pool import ONE_THREAD, environment, main_module_hidden
+
+Arrays = dict[str, NDArray[Any]]
+
+
+class ScanOfRobot(NamedTuple):
+    """What one robot told in one step."""
+
+    robot: int
+    world: int
+    seed: int | None
+    """Of the episode that begins; None in one that goes on."""
+    scan: LaserScan
+    odometry: Odometry
+    T_map_base: Pose2D
+    """The truth."""
+
+
+class Estimated(NamedTuple):
+    """What SLAM says to one scan."""
+
+    robot: int
+    views: Arrays
+    info: Arrays
+
+
+@dataclass(frozen=True)
+class SlamTask:
+    """The scenarios of a batch, and what their robots need SLAM for."""
+
+    config: EnvConfig
+    scenarios: Sequence[Scenario]
+
+    def take(self, episodes: dict[int, Episode], told: ScanOfRobot) -> Estimated:
+        """Go on with the episode of this robot, or begin one."""
+        observation = Observation(told.scan, told.odometry, told.T_map_base)
+        if told.seed is None:
+            episodes[told.robot].update(observation)
+        else:
+            scenario = self.scenarios[told.world]
+            start, extent = scenario.robot.start.pose, Extent.of(scenario)
+            episodes[told.robot] = Episode(self.config, scenario, extent, told.seed, start, observation)
+        episode = episodes[told.robot]
+        info = episode.info(Twist2D(), {}, "")
+        slam = {key: np.asarray(value) for key, value in info.items() if key.startswith("slam_")}
+        return Estimated(told.robot, episode.views(), slam)
+
+
+class SlamPool(Closing):
+    """So many processes, among which the robots are dealt out."""
+
+    def __init__(self, processes: int, task: SlamTask) -> None:
+        warm_up(Terminal(stderr=True), task.scenarios[0].slam)
+        self._pipes: list[Connection] = []
+        self._processes = []
+        context = get_context("spawn")
+        for _ in range(processes):
+            near, far = context.Pipe()
+            process = context.Process(target=_serve, args=(far, task), daemon=True)
+            with environment(ONE_THREAD), main_module_hidden():
+                process.start()
+            far.close()
+            self._pipes.append(near)
+            self._processes.append(process)
+
+    def estimate(self, scans: Sequence[ScanOfRobot]) -> list[Estimated]:
+        """Let SLAM take these scans."""
+        count = len(self._pipes)
+        shares = [[told for told in scans if told.robot % count == k] for k in range(count)]
+        try:
+            for pipe, share in zip(self._pipes, shares, strict=True):
+                pipe.send(share)
+            answers = [pipe.recv() for pipe in self._pipes]
+        except (EOFError, OSError) as error:
+            raise RobotError("a process that ran SLAM for the batch has ended; make the environment anew") from error
+        for answer in answers:
+            if isinstance(answer, Exception):
+                raise answer
+        return [found for answer in answers for found in answer]
+
+    def close(self) -> None:
+        for pipe in self._pipes:
+            pipe.close()
+        for process in self._processes:
+            process.join(2.0)
+            process.kill()
+
+
+def _serve(pipe: Connection, task: SlamTask) -> None:
+    """Run the episodes of some robots until the pipe is closed."""
+    os.setsid()  # Ctrl-C is for the program that made the batch
+    episodes: dict[int, Episode] = {}
+    while True:
+        try:
+            scans: list[ScanOfRobot] = pipe.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            pipe.send([task.take(episodes, told) for told in scans])
+        except Exception as error:  # noqa: BLE001  # the environment raises it
+            pipe.send(error)

@@ -1,0 +1,120 @@
+"""A node of rclpy, run by the Python of a ROS 2 and not by that of hopslam: the other end of benchmark and tests.
+
+``ros_client.py listen SECONDS``, ``drive SECONDS [stamped]``, ``flood SECONDS``, ``sleep SECONDS`` or ``play FILE
+[RATE]``. Each prints one line of JSON when it is done.
+"""
+
+import json
+import os
+import random
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import rclpy
+from geometry_msgs.msg import Twist, TwistStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import LaserScan
+
+_LATCHED: Final = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_SILENCE: Final = 3.0
+"""Seconds without a scan after which a listener takes the run to be over."""
+_DEPTH: Final = 100
+"""Messages that wait for this program, or for its readers."""
+
+
+def listen(node: Any, seconds: str) -> dict[str, Any]:
+    """Note the stamps of all scans, reliably, and how old each was; and the last map."""
+    stamps: list[float] = []
+    ages: list[float] = []
+    grid: dict[str, Any] = {}
+
+    def hear(scan: Any, info: dict[str, Any]) -> None:
+        ages.append(1e-9 * (time.time_ns() - info["source_timestamp"]))
+        stamps.append(scan.header.stamp.sec + 1e-9 * scan.header.stamp.nanosec)
+
+    def hear_map(message: Any) -> None:
+        info = message.info
+        grid.update(width=info.width, height=info.height, x=info.origin.position.x, y=info.origin.position.y)
+        grid.update(resolution=info.resolution, cells=bytes(cell & 0xFF for cell in message.data).hex())
+
+    node.create_subscription(LaserScan, "/scan", hear, _DEPTH)
+    node.create_subscription(OccupancyGrid, "/map", hear_map, _LATCHED)
+    _spin(node, float(seconds), lambda: len(stamps))
+    return {"stamps": stamps, "ages": ages, "map": grid}
+
+
+def drive(node: Any, seconds: str, stamped: str = "") -> dict[str, Any]:
+    """Drive where there is room by /cmd_vel, a command for each scan, and say how many there were."""
+    commands = [0]
+    publisher = node.create_publisher(TwistStamped if stamped else Twist, "/cmd_vel", 10)
+
+    def hear(scan: Any) -> None:
+        middle = len(scan.ranges) // 2
+        ahead = [reading for reading in scan.ranges[middle - 60 : middle + 60] if reading > scan.range_min]
+        command = TwistStamped() if stamped else Twist()
+        twist = command.twist if stamped else command
+        if min(ahead, default=0.0) > 0.8:
+            twist.linear.x = 0.3
+        else:
+            twist.angular.z = 0.6
+        publisher.publish(command)
+        commands[0] += 1
+
+    node.create_subscription(LaserScan, "/scan", hear, 10)
+    _spin(node, float(seconds), lambda: commands[0])
+    return {"commands": commands[0]}
+
+
+def flood(node: Any, seconds: str) -> dict[str, Any]:
+    """Send bytes that are no velocity, as fast as it goes, and velocities that cannot be."""
+    publisher, until, sent = node.create_publisher(Twist, "/cmd_vel", 10), time.time() + float(seconds), 0
+    wild = Twist()
+    wild.linear.x = wild.angular.z = float("nan")
+    while time.time() < until:
+        publisher.publish(b"\0\1\0\0" + os.urandom(random.randrange(200)))
+        publisher.publish(wild)
+        sent += 2
+    return {"sent": sent}
+
+
+def sleep(node: Any, seconds: str) -> dict[str, Any]:
+    """Ask for all scans, and read none."""
+    node.create_subscription(LaserScan, "/scan", print, _DEPTH)
+    time.sleep(float(seconds))
+    return {}
+
+
+def play(node: Any, file: str, rate: str = "10") -> dict[str, Any]:
+    """Publish the messages of a file, lines of topic, type and hexadecimal CDR, with a pause before each scan."""
+    kinds = {"sensor_msgs/msg/LaserScan": LaserScan, "nav_msgs/msg/Odometry": Odometry}
+    lines = [line.split() for line in Path(file).read_text().splitlines()]
+    publishers = {topic: node.create_publisher(kinds[kind], topic, _DEPTH) for topic, kind, _ in lines}
+    while not all(publisher.get_subscription_count() for publisher in publishers.values()):
+        time.sleep(0.05)
+    time.sleep(2.0)  # the other side must have found this one too
+    for topic, kind, data in lines:
+        if kind.endswith("LaserScan"):
+            time.sleep(1.0 / float(rate))
+        publishers[topic].publish(bytes.fromhex(data))
+    time.sleep(1.0)
+    return {"sent": len(lines)}
+
+
+def _spin(node: Any, seconds: float, heard: Callable[[], int]) -> None:
+    """Take messages for so long, or until none has come for a while after the first."""
+    until, count, last = time.time() + seconds, 0, time.time()
+    while time.time() < until and not (count and time.time() - last > _SILENCE):
+        rclpy.spin_once(node, timeout_sec=0.1)
+        if heard() != count:
+            count, last = heard(), time.time()
+
+
+if __name__ == "__main__":
+    rclpy.init()
+    node = rclpy.create_node("hopslam_client")
+    print("ready", flush=True)
+    print(json.dumps(globals()[sys.argv[1]](node, *sys.argv[2:])), flush=True)

@@ -46,8 +46,8 @@ def bench_lines(
 ) -> None:
     """Compare line extractors: the paper's, this project's, split-and-merge, RANSAC and Hough.
 
-    Scans are simulated, four families at three levels of noise, from seeds that nothing was tuned on; or recorded:
-    there only the share of the beams near a segment can be told.
+    Scans are simulated, four families at three levels of noise, with seeds that nothing was tuned on; or recorded,
+    where only the share of the beams near a segment can be told.
 
     [bold]Examples[/bold]
 

@@ -45,7 +45,8 @@ class Program:
     """A program that is ended with its block, and what it printed."""
 
     def __init__(self, *words: object) -> None:
-        self.process = subprocess.Popen(list(map(str, words)), stdout=subprocess.PIPE, text=True, cwd=ROOT)
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen(list(map(str, words)), stdin=pipe, stdout=pipe, text=True, cwd=ROOT)
 
     def __enter__(self) -> "Program":
         return self

@@ -181,3 +181,10 @@ def test_code_hides_its_copies_of_what_it_calls(package: Path) -> None:
     *_, own, copies = output(package, words)
     assert int(own) >= 1
     assert copies == "0"
+
+
+def test_without_the_compiler_hot_loops_are_python() -> None:
+    code = "from slam.compiled import wrapped; print(type(wrapped).__name__, round(wrapped(4.0), 6))"
+    env = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    told = subprocess.run([sys.executable, "-c", code], env=env, check=True, capture_output=True, text=True).stdout
+    assert told.split() == ["function", "-2.283185"]

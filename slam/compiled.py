@@ -3,23 +3,28 @@
 # mypy: disable-error-code="no-untyped-call"
 # numba's classes have types in part.
 
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
-from pathlib import Path
-from types import CodeType, ModuleType
-from typing import Any, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 
 import numpy as np
-from numba import njit
-from numba.core.caching import FunctionCache
-from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
-from numba.core.dispatcher import Dispatcher
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]  # it has no types
+from numba.core.event import trigger_event
+from numba.core.registry import CPUDispatcher
+from numba.core.sigutils import normalize_signature
 
-_FASTMATH = {"reassoc", "contract", "nsz", "arcp"}
-_STAMP = Path(__file__).stat().st_mtime_ns
-"""Time stamp of this file, which says how code is compiled."""
+from slam.kept_code import KeptCode
+from slam.machine_code import makes_code, making_code
+
+_OPTIONS: Final[dict[str, Any]] = {
+    "nopython": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": {"reassoc", "contract", "nsz", "arcp"},
+    "no_cfunc_wrapper": True,
+}
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -47,97 +52,49 @@ def compiled_on_views(function: F) -> F:
 
 def _compiled(function: F, *, counts_references: bool) -> F:
     """Make the dispatcher; ``_nrt`` is numba's own name for its run time, which counts references to arrays."""
-    options: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": _FASTMATH, "_nrt": counts_references}
-    dispatcher: Any = cast(Any, njit)(pipeline_class=_Compiler, **options)(function)
-    with suppress(RuntimeError):  # neither beside the source nor at home is there a place to keep it
-        dispatcher._cache = _Cache(function)
-    return cast(F, dispatcher)
+    return cast(F, _HotLoop(function, _OPTIONS | {"_nrt": counts_references}))
 
 
-class _Compiler(Compiler):
-    """numba's compiler, but that code calls its own copies of its callees."""
+class _HotLoop(CPUDispatcher):
+    """A function compiled as a whole when Python calls it, and as a part of each compiled function that calls it.
 
-    def define_pipelines(self) -> Any:
-        state = self.state
-        state.library = _CodeWithItsCallees(state.targetctx.codegen(), state.func_id.func_qualname)
-        state.library.enable_object_caching()
-        return super().define_pipelines()
-
-
-class _CodeWithItsCallees(JITCodeLibrary):
-    """Machine code of a function that calls its own copies of its callees, never those of the process.
-
-    A copy was optimised once more, with its caller, and may add in another order than the callee alone. numba lets the
-    linker take the first of them in the process: the callee where it was just compiled or called before, else a copy.
+    Only a whole is optimised and kept on disk. It needs no part once it is made.
     """
 
-    def _finalize_final_module(self) -> None:
-        self._finalized = True  # what callers of this function copy is taken before its copies are hidden
-        self._get_module_for_linking()
-        for function in self._final_module.functions:
-            if function.linkage.name == "linkonce_odr":
-                function.linkage = "internal"
-        super()._finalize_final_module()
+    def __init__(self, function: Any, options: dict[str, Any]) -> None:
+        super().__init__(function, targetoptions=options)
+        part = options | {"no_cpython_wrapper": True}
+        self._part_compiler = _FunctionCompiler(function, self.targetdescr, part, {}, Compiler)
+        self._parts: dict[Any, Any] = {}  # results by types of arguments, as in numba's ``overloads`` for the wholes
+        with suppress(RuntimeError):  # neither beside the source nor at home is there a place to keep it
+            self._cache = KeptCode(function)
 
+    def compile(self, sig: Any) -> Any:
+        """Return the entry for arguments of these types, compiled if it is not yet; numba calls this."""
+        with global_compiler_lock:
+            if makes_code(self.targetctx):
+                return self._part(sig).entry_point
+            with making_code(self.targetctx):
+                return super().compile(sig)
 
-class _Cache(FunctionCache):
-    """Compiled code on disk, valid while everything that it was compiled from is the same.
+    def get_overload(self, sig: Any) -> Any:
+        """Return the entry that was compiled for this signature; numba calls this where compiled code calls it."""
+        return self._part(sig).entry_point if makes_code(self.targetctx) else super().get_overload(sig)
 
-    numba's own cache asks only for the function's own file. What else a function reaches is known once its module has
-    been imported whole; it is therefore looked up at the first call.
-    """
+    @property
+    def nopython_signatures(self) -> Any:
+        """Signatures that compiled code may call; numba asks for them after ``compile``."""
+        results: dict[Any, Any] = self._parts if makes_code(self.targetctx) else self.overloads
+        return [result.signature for result in results.values()]
 
-    def __init__(self, function: Any) -> None:
-        super().__init__(function)
-        self.file_stamp = self._cache_file._source_stamp
-
-    def load_overload(self, signature: Any, target_context: Any) -> Any:
-        sources: dict[str, Any] = {__name__: _STAMP}
-        _add_sources(self._py_func, self, sources)
-        self._cache_file._source_stamp = sources
-        if None in sources.values():  # a callee without a place on disk: nothing tells when it changes
-            self.disable()
-        return super().load_overload(signature, target_context)
-
-
-def _add_sources(function: Any, cache: Any, sources: dict[str, Any]) -> None:
-    """Add what a function is compiled from: the stamps of its file and of its callees', the constants they use."""
-    sources[_full_name(function)] = getattr(cache, "file_stamp", None)
-    for name, value in _named_values(function):
-        callee = value.py_func if isinstance(value, Dispatcher) else None
-        if callee is None:
-            sources |= _constant(name, value)
-        elif _full_name(callee) not in sources:
-            _add_sources(callee, value._cache, sources)
-
-
-def _full_name(function: Any) -> str:
-    return f"{function.__module__}.{function.__qualname__}"
-
-
-def _named_values(function: Any) -> Iterator[tuple[str, Any]]:
-    """Full names and values of the globals in a function's code and annotations, modules' attributes among them."""
-    names = {name for annotation in function.__annotations__.values() for name in re.findall(r"\w+", str(annotation))}
-    names |= _names(function.__code__)
-    modules = [value for name in names if isinstance(value := function.__globals__.get(name), ModuleType)]
-    for scope in (function.__globals__, *map(vars, modules)):
-        yield from ((f"{scope['__name__']}.{name}", scope[name]) for name in names & scope.keys())
-
-
-def _names(code: CodeType) -> set[str]:
-    """Names of globals and attributes in a function and in those defined inside it."""
-    return set(code.co_names).union(*(_names(inner) for inner in code.co_consts if isinstance(inner, CodeType)))
-
-
-def _constant(name: str, value: Any) -> dict[str, str]:
-    """A value by its name, as text, if compiled code holds a copy of such values; else nothing."""
-    if isinstance(value, np.ndarray):
-        return {name: f"{value.dtype} {value.tolist()}"}
-    if isinstance(value, int | float | complex | str | tuple | np.generic):
-        return {name: repr(value)}
-    if isinstance(value, type) and hasattr(value, "_fields"):
-        return {name: repr(value._fields)}  # a named tuple: the order of its fields
-    return {}
+    def _part(self, sig: Any) -> Any:
+        """The result of compiling a part; the counter tells numba of a function that calls itself."""
+        args, return_type = normalize_signature(sig)
+        if args not in self._parts:
+            details = {"dispatcher": self, "args": args, "return_type": return_type}
+            with self._compiling_counter, trigger_event("numba:compile", data=details):
+                self._parts[args] = self._part_compiler.compile(args, return_type)
+        return self._parts[args]
 
 
 @compiled_on_views

@@ -169,3 +169,15 @@ def test_code_gives_the_same_bits_compiled_just_now_or_kept(package: Path) -> No
     assert (hits, kept_hits) == ("0", "1")
     assert compiled == kept
     assert after_inner == kept
+
+
+def test_code_hides_its_copies_of_what_it_calls(package: Path) -> None:
+    (package / "chain.py").write_text(CHAIN.replace("LOOPS", LOOP.format(1)))
+    words = CHAIN_PROGRAM.replace("CALL", "inner(x, y)") + (
+        "library = next(iter(outer.overloads.values())).library\n"
+        "seen = [f.name for f in library.get_defined_functions() if f.linkage.name != 'internal']\n"
+        "print(sum('outer' in name for name in seen), sum('inner' in name or 'empty' in name for name in seen))\n"
+    )
+    *_, own, copies = output(package, words)
+    assert int(own) >= 1
+    assert copies == "0"

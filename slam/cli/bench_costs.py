@@ -13,7 +13,7 @@ BenchScenario = Annotated[str, typer.Option(help="Scenario to drive about in.", 
 
 def bench_sweep(
     runs: Annotated[
-        int, typer.Option(min=2, help="Of each executor, with one job and with two, in each of five turns.")
+        int, typer.Option(min=2, help="Runs of each executor, with one job and with two, in each of five turns.")
     ] = 15,
     ray: Annotated[bool, typer.Option("--ray/--no-ray", help="Ray too: pip install 'hopslam\\[cluster]'.")] = True,
 ) -> None:
@@ -34,7 +34,7 @@ def bench_sweep(
 
 def bench_viewer(
     scenario: ScenarioName = "corridor",
-    scans: Annotated[int, typer.Option(min=10, help="For each row at 10 Hz.")] = 150,
+    scans: Annotated[int, typer.Option(min=10, help="Scans for each row, at 10 Hz.")] = 150,
     allow_modules: AllowModules = None,
 ) -> None:
     """Measure what --rerun costs: milliseconds and kilobytes a scan, in a file, and live when nobody looks.

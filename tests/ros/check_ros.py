@@ -10,6 +10,7 @@ import site
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -148,7 +149,7 @@ def test_the_lidar_is_placed_in_the_map_at_every_scan(tmp_path: Path, monkeypatc
     topics = (names.TF_STATIC, names.TF, names.SCAN)
     with open_ros_bus() as bus, run_robot(tmp_path / "run", 5.0) as robot:
         for topic in topics:
-            bus.subscribe(topic, lambda message, name=topic.name: heard.append((name, message)))
+            bus.subscribe(topic, partial(lambda name, message: heard.append((name, message)), topic.name))
         robot.output()
         time.sleep(0.5)
     kinds = {topic.name: topic.type for topic in topics}

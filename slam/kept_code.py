@@ -1,0 +1,78 @@
+"""Compiled code on disk, and what it was compiled from."""
+
+# mypy: disable-error-code="no-untyped-call"
+# numba's classes have types in part.
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from types import CodeType, ModuleType
+from typing import Any, Final
+
+import numpy as np
+from numba.core.caching import FunctionCache
+from numba.core.dispatcher import Dispatcher
+
+_COMPILER: Final = [Path(__file__).with_name(name) for name in ("compiled.py", "kept_code.py", "machine_code.py")]
+_STAMPS: Final = {file.name: file.stat().st_mtime_ns for file in _COMPILER}
+"""Time stamps of the files that say how code is compiled."""
+
+
+class KeptCode(FunctionCache):
+    """Compiled code on disk, valid while everything that it was compiled from is the same.
+
+    numba's own cache asks only for the function's own file. What else a function reaches is known once its module has
+    been imported whole; it is therefore looked up at the first call.
+    """
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        self.file_stamp = self._cache_file._source_stamp
+
+    def load_overload(self, signature: Any, target_context: Any) -> Any:
+        sources: dict[str, Any] = dict(_STAMPS)
+        _add_sources(self._py_func, self, sources)
+        self._cache_file._source_stamp = sources
+        if None in sources.values():  # a callee without a place on disk: nothing tells when it changes
+            self.disable()
+        return super().load_overload(signature, target_context)
+
+
+def _add_sources(function: Any, cache: Any, sources: dict[str, Any]) -> None:
+    """Add what a function is compiled from: the stamps of its file and of its callees', the constants they use."""
+    sources[_full_name(function)] = getattr(cache, "file_stamp", None)
+    for name, value in _named_values(function):
+        callee = value.py_func if isinstance(value, Dispatcher) else None
+        if callee is None:
+            sources |= _constant(name, value)
+        elif _full_name(callee) not in sources:
+            _add_sources(callee, value._cache, sources)
+
+
+def _full_name(function: Any) -> str:
+    return f"{function.__module__}.{function.__qualname__}"
+
+
+def _named_values(function: Any) -> Iterator[tuple[str, Any]]:
+    """Full names and values of the globals in a function's code and annotations, modules' attributes among them."""
+    names = {name for annotation in function.__annotations__.values() for name in re.findall(r"\w+", str(annotation))}
+    names |= _names(function.__code__)
+    modules = [value for name in names if isinstance(value := function.__globals__.get(name), ModuleType)]
+    for scope in (function.__globals__, *map(vars, modules)):
+        yield from ((f"{scope['__name__']}.{name}", scope[name]) for name in names & scope.keys())
+
+
+def _names(code: CodeType) -> set[str]:
+    """Names of globals and attributes in a function and in those defined inside it."""
+    return set(code.co_names).union(*(_names(inner) for inner in code.co_consts if isinstance(inner, CodeType)))
+
+
+def _constant(name: str, value: Any) -> dict[str, str]:
+    """A value by its name, as text, if compiled code holds a copy of such values; else nothing."""
+    if isinstance(value, np.ndarray):
+        return {name: f"{value.dtype} {value.tolist()}"}
+    if isinstance(value, int | float | complex | str | tuple | np.generic):
+        return {name: repr(value)}
+    if isinstance(value, type) and hasattr(value, "_fields"):
+        return {name: repr(value._fields)}  # a named tuple: the order of its fields
+    return {}

@@ -1,0 +1,97 @@
+"""Machine code of a hot loop, made once: together with the code of all that it calls."""
+
+# mypy: disable-error-code="no-untyped-call"
+# numba's classes have types in part.
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache, cached_property
+from typing import Any
+
+from llvmlite.binding import Linkage  # type: ignore[import-untyped]
+from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
+
+
+@contextmanager
+def making_code(target_context: Any) -> Iterator[None]:
+    """Let numba make the code of this module; the caller holds numba's lock."""
+    usual, target_context._internal_codegen = target_context.codegen(), _code_generator()
+    try:
+        yield
+    finally:
+        target_context._internal_codegen = usual
+
+
+def makes_code(target_context: Any) -> bool:
+    """Return True where a hot loop is just being compiled; what is compiled now is called by it."""
+    return isinstance(target_context.codegen(), _CodeGenerator)
+
+
+class _Code(JITCodeLibrary):
+    """Code of a function, optimised when Python first asks for it, with copies of all that it calls.
+
+    numba optimises a function alone, and once more with each of its callers and theirs. Here a function that only
+    compiled code calls is a part of its callers, and never finished. A caller has copies of its own: optimised with
+    it, they may add in another order than the callee alone, and the bits must not depend on which was compiled before.
+    """
+
+    _alone: Any = None
+
+    def add_llvm_module(self, ll_module: Any) -> None:
+        self._final_module.link_in(ll_module)
+
+    def add_linking_library(self, library: Any) -> None:
+        self._linking_libraries.append(library)
+
+    def get_pointer_to_function(self, name: str) -> Any:
+        """Return the address of a function, 0 where there is none: parts have no entry for Python."""
+        return super().get_pointer_to_function(name) if self._finalized or self._has(name) else 0
+
+    def finalize(self) -> None:
+        """Link and optimise; the parts that this is made from stay as they are, for other callers."""
+        self._alone, self._final_module = self._final_module, self._final_module.clone()
+        own = {function.name for function in self._alone.functions if not function.is_declaration}
+        for library in self._callees():
+            self._reload_init.update(library._reload_init)
+            part = library.part if isinstance(library, _Code) else library._get_module_for_linking()
+            self._final_module.link_in(part, preserve=True)
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.name not in own:
+                function.linkage = "internal"
+        self._optimize_final_module()
+        self._final_module.verify()
+        self._finalize_final_module()
+
+    @cached_property
+    def part(self) -> Any:
+        """Code of this function alone, which its callers link; the same helper of numba's may be in two of them."""
+        module = (self._alone or self._final_module).clone()
+        for function in module.functions:
+            if not function.is_declaration and function.linkage == Linkage.external:
+                function.linkage = "linkonce_odr"
+        return module
+
+    def _has(self, name: str) -> bool:
+        return any(function.name == name for function in self._final_module.functions)
+
+    def _callees(self) -> list[Any]:
+        """All that is reached by calls, each once."""
+        found: list[Any] = [self]
+        for library in found:
+            found += [callee for callee in dict.fromkeys(library._linking_libraries) if callee not in found]
+        return found[1:]
+
+
+class _CodeGenerator(JITCPUCodegen):
+    """Generates such code, in an engine of its own."""
+
+    _library_class = _Code
+
+    def set_env(self, env_name: str, env: Any) -> None:
+        if self._engine.is_symbol_defined(env_name):  # it is not in a part
+            super().set_env(env_name, env)
+
+
+@cache
+def _code_generator() -> _CodeGenerator:
+    return _CodeGenerator("hopslam")

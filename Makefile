@@ -3,7 +3,7 @@
 WHY := hopslam needs CPython 3.11, 3.12 or 3.13 with venv (3.11 is best: PyBullet has wheels for no newer one), or uv
 INSTALL := .venv/bin/pip install --quiet
 
-.PHONY: run test test-all test-ros bench-ros smoke lint format schema docs pictures pins licences release clean
+.PHONY: run test test-all test-ros bench-ros coverage smoke lint format schema docs pictures pins licences release clean
 
 run: .venv/.run
 	.venv/bin/hopslam run corridor
@@ -16,6 +16,23 @@ test: .venv/.dev
 # With what takes hours too: every point at which a write can fail, commands killed at random moments, long runs.
 test-all: .venv/.dev
 	.venv/bin/python -m pytest -q -n auto --dist loadfile --all-faults
+
+# Lines and branches that no test runs, by package. Coverage cannot look into compiled code, so a lap of small fans, of
+# which the core is made, runs uncompiled too: some minutes. `make coverage TESTS="tests/test_arcos.py ..."` takes less.
+TESTS := tests
+CORE := slam/lines slam/mapping slam/matching slam/graph hardware/arcos hardware/scip
+COVERAGE := .venv/bin/coverage
+
+coverage: .venv/.dev
+	.venv/bin/pip install --quiet --group coverage
+	$(COVERAGE) erase
+	$(COVERAGE) run -m pytest -q -n auto --dist loadfile $(TESTS)
+	NUMBA_DISABLE_JIT=1 $(COVERAGE) run -m pytest -q tests/test_small_fans.py
+	$(COVERAGE) combine --quiet
+	@for package in hopslam sim slam hardware $(CORE); do \
+	    echo "$$package $$($(COVERAGE) report --format=total --include="$$package/*") %"; done
+	$(COVERAGE) report --skip-covered --show-missing --fail-under=95 \
+	    --include="$$(printf '%s/*,' $(CORE))"
 
 # Runs on topics of ROS 2, with the rclpy of two distributions as the other end; 600 MB of wheels, and ten minutes.
 ROS_PYTHONS := $(CURDIR)/.venv-ros/jazzy/bin/python:$(CURDIR)/.venv-ros/kilted/bin/python

@@ -139,7 +139,7 @@ def way_picture() -> str:
 
 
 PICTURES: Final = {"architecture-layers.svg": layer_picture, "architecture-ways.svg": way_picture}
-"""What draws each file in docs/."""
+"""Function that draws each file in docs/."""
 
 if __name__ == "__main__":
     for file, draw in PICTURES.items():

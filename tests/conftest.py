@@ -92,8 +92,9 @@ def _lap_path(laps: float, step: float = 0.12) -> list[Pose2D]:
         start, end = LAP[side % 4], LAP[(side + 1) % 4]
         length, heading = float(np.hypot(*(end - start))), side * np.pi / 2
         way = np.arange(0.0, min(length, left), step)
-        poses += [Pose2D(*(start + along / length * (end - start)), heading) for along in way]
-        poses += [Pose2D(*end, heading + turn) for turn in np.linspace(0.0, np.pi / 2, 8)[:-1]] if left > length else []
+        poses += [Pose2D.from_array(np.append(start + along / length * (end - start), heading)) for along in way]
+        turns = np.linspace(0.0, np.pi / 2, 8)[:-1] if left > length else ()
+        poses += [Pose2D.from_array(np.append(end, heading + turn)) for turn in turns]
         left, side = left - length, side + 1
     return poses
 

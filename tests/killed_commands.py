@@ -54,7 +54,7 @@ def tell_stamps(witness: int) -> None:
         os.write(witness, b"%.6f\n" % step.observation.scan.stamp)
         on_step(log, step)
 
-    RunLog.on_step = telling  # type: ignore[method-assign]  # of this process alone
+    RunLog.on_step = telling  # type: ignore[method-assign,assignment]  # of this process alone
 
 
 def end(started: Started, seconds: float, begun: Path | None = None) -> list[float]:

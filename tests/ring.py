@@ -23,8 +23,8 @@ def around(laps: float) -> list[Pose2D]:
     for corner in range(int(4 * laps)):
         begin, end = corners[corner % 4], corners[(corner + 1) % 4]
         steps = int(np.hypot(*(end - begin)) / 0.2)
-        path += [Pose2D(*(begin + k / steps * (end - begin)), heading) for k in range(steps)]
-        path += [Pose2D(*end, heading + 0.25 * np.pi * turn) for turn in (0.5, 1.0, 1.5)]
+        path += [Pose2D.from_array(np.append(begin + k / steps * (end - begin), heading)) for k in range(steps)]
+        path += [Pose2D.from_array(np.append(end, heading + 0.25 * np.pi * turn)) for turn in (0.5, 1.0, 1.5)]
         heading += 0.5 * np.pi
     return path
 

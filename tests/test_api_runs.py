@@ -88,7 +88,7 @@ def test_settings_and_values_reach_the_run(tmp_path: Path) -> None:
     made = hopslam.run(settings=SHORT, slam=config, out=tmp_path / "paper", pictures=False)
     assert RunRecord.open(made.folder).config.slam == config
     with pytest.raises(hopslam.InputError, match="give a SlamConfig"):
-        hopslam.run(slam="paper")  # type: ignore[arg-type]
+        hopslam.run(slam="paper")
 
 
 @pytest.mark.parametrize(
@@ -107,7 +107,7 @@ def test_a_wrong_argument_is_named_before_anything_is_done(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(hopslam.InputError, match=message):
-        hopslam.run(**arguments)  # type: ignore[arg-type]
+        hopslam.run(**arguments)
     assert not list(tmp_path.iterdir())
 
 

@@ -63,7 +63,7 @@ def test_a_run_takes_the_way(way: str, go: Callable[[Path], None], drawing: Modu
 
 def code_of(station: type | FunctionType) -> Any:
     """Return the code that runs when a station is called; of a class, that of its ``__init__``."""
-    function: Any = station.__init__ if isinstance(station, type) else station
+    function: Any = vars(station)["__init__"] if isinstance(station, type) else station
     return function.__code__
 
 

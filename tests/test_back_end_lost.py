@@ -182,7 +182,7 @@ def test_results_that_are_cut_off_are_dropped() -> None:
     whole = b"".join(written)
     for length in range(len(whole) + 1):
         queue: SimpleQueue[Any] = SimpleQueue()
-        back_end_process._receive(Dead(whole[:length]), queue)  # type: ignore[arg-type]
+        back_end_process._receive(Dead(whole[:length]), queue)
         got = [queue.get() for _ in range(queue.qsize())]
         assert got.pop().how == "was killed by SIGKILL, as where memory runs out"
         assert len(got) == (length >= len(written[0])) + (length >= len(whole))

@@ -1,6 +1,7 @@
 """The batch: each robot in it is the single kinematic robot, whatever is beside it."""
 
 from itertools import zip_longest
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -24,7 +25,7 @@ PEOPLE = "people=[{waypoints: [[1.0, 1.0], [3.0, 1.0]], keep: 0.0}]"
 VIEWS = ("scan", "odometry", "goal", "map")
 
 
-def batch(count: int, **arguments: object) -> VectorEnv:
+def batch(count: int, **arguments: Any) -> VectorEnv:
     return gymnasium.make_vec(ID, num_envs=count, vectorization_mode="vector_entry_point", **arguments)
 
 
@@ -187,7 +188,7 @@ def test_a_steady_lidar_reads_as_the_single_one(model: str) -> None:
 
 
 def test_varying_beams_are_read_within_half_a_step() -> None:
-    """Of 40 turns in a bare room, no two alike: between the least and the largest range nearby, in closed form."""
+    """40 turns in a bare room, no two alike, lie between the least and the largest range nearby, in closed form."""
     room, lidar = room_scenario((-2.0, 3.5), (-2.0, 2.0), model="ld19"), LIDARS["ld19"].lidar
     given = {"vectorization_mode": "vector_entry_point", "reward": "none"}
     envs = gymnasium.make_vec("hopslam/P3DX-v0", num_envs=40, scenario=room, **given)

@@ -26,7 +26,7 @@ from tests.rooms import room_plant
 
 def watched(volts: list[float], settings: ArcosConfig = ArcosConfig()) -> list[str]:  # noqa: B008  # frozen
     """Levels after each of these voltages, ten a second."""
-    watch, levels = BatteryWatch(HardwareConfig(), settings), []
+    watch, levels = BatteryWatch(HardwareConfig(), settings), list[str]()
     for k, value in enumerate(volts):
         watch.take(k / 10.0, value)
         levels.append("unknown" if watch.state is None else watch.state.level)

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -100,7 +101,7 @@ def test_loops_far_off_are_wrong_unjudged_without_reference(both: BothWays) -> N
     assert count_loops(closed, unknown) == (9, 3, 0, 0, 2, 0)
 
 
-def result(**changed: object) -> LogResult:
+def result(**changed: Any) -> LogResult:
     score = TrajectoryScore(NAN, NAN, 0.5, None, 40.0)
     times = np.array([0.001, 0.001, 0.002])
     return LogResult(

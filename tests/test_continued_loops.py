@@ -238,6 +238,6 @@ def test_key_scans_that_are_wrong_are_refused(alter: Alter, complaint: str, tmp_
     with np.load(path) as file:
         arrays = dict(file)
     alter(arrays)
-    np.savez(path, **arrays)  # type: ignore[arg-type]
+    np.savez(path, **arrays)
     with pytest.raises(InputError, match=complaint):
         read_known_graph(path, graph)

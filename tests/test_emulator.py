@@ -259,7 +259,7 @@ def test_a_reply_is_never_cut_when_its_reader_stalls() -> None:
     port = Narrow()
     lidar = awake()
     answers(lidar, "MD0044072501000")
-    device = ConnectedDevice(lidar, port, False, 0, LineNoise(), WireSession())  # type: ignore[arg-type]
+    device = ConnectedDevice(lidar, port, False, 0, LineNoise(), WireSession())
     for k in range(600):
         device.step()
         port.room = 0 if k < 300 else 777

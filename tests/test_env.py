@@ -6,6 +6,7 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Callable
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -26,7 +27,7 @@ ALL_VIEWS = ("scan", "odometry", "slam_pose", "map", "goal")
 STRAIGHT = np.array([0.5, 0.0], np.float32)
 
 
-def make(**arguments: object) -> gymnasium.Env:
+def make(**arguments: Any) -> gymnasium.Env:
     return gymnasium.make("hopslam/P3DX-v0", **{"scenario": "paper_simulation"} | arguments)
 
 
@@ -200,7 +201,7 @@ def test_unknown_options_are_refused_the_episode_goes_on(options: object, compla
     with P3DXEnv("paper_simulation") as env:
         env.reset(seed=0)
         with pytest.raises(InputError, match=complaint):
-            env.reset(options=options)  # type: ignore[arg-type]
+            env.reset(options=options)
         env.step(STRAIGHT)
 
 

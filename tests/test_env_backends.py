@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -48,12 +49,12 @@ def quiet(caplog: pytest.LogCaptureFixture) -> None:
 @contextmanager
 def devices(*ports: PtyPort, scenario: str = "corridor") -> Iterator[tuple[Emulator, list[str]]]:
     """Emulated devices without physics, and the settings that name their ports."""
-    with Emulator(plan_plant(load_scenario(scenario)), *ports, paced=False) as emulator:
+    with Emulator(plan_plant(load_scenario(scenario)), *ports, paced=False) as emulator:  # type: ignore[misc]
         yield emulator, emulator.port_settings
 
 
 @contextmanager
-def on_devices(*settings: str, **arguments: object) -> Iterator[tuple[gymnasium.Env, Emulator]]:
+def on_devices(*settings: str, **arguments: Any) -> Iterator[tuple[gymnasium.Env, Emulator]]:
     with devices() as (emulator, ports):
         given = {"backend": "hardware", "yes": True, "settings": [*ports, *settings]} | arguments
         with gymnasium.make(ID, **given) as env:
@@ -61,7 +62,7 @@ def on_devices(*settings: str, **arguments: object) -> Iterator[tuple[gymnasium.
 
 
 @contextmanager
-def simulated(*settings: str, **arguments: object) -> Iterator[tuple[gymnasium.Env, None]]:
+def simulated(*settings: str, **arguments: Any) -> Iterator[tuple[gymnasium.Env, None]]:
     with gymnasium.make(ID, settings=settings, **arguments) as env:
         yield env, None
 
@@ -192,7 +193,7 @@ def test_a_robot_that_nobody_holds_any_more_stops(thread: str) -> None:
             gc.collect()
             assert not emulator.p3dx.open
         else:
-            held, ring = [env], []
+            held, ring = [env], list[Any]()
             ring.append((ring, held.pop()))
             del env, ring
             with ThreadPoolExecutor() as pool:

@@ -1,7 +1,9 @@
 """The agent's views against the world around it, and the picture from above."""
 
+from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -24,7 +26,7 @@ STRAIGHT = np.array([0.5, 0.0], np.float32)
 
 
 @pytest.fixture
-def env():
+def env() -> Iterator[P3DXEnv]:
     with P3DXEnv("paper_simulation", observe=("slam_pose", "map", "goal"), render_mode="rgb_array") as env:
         env.reset(seed=0)
         yield env
@@ -137,7 +139,7 @@ def test_a_new_world_fits_into_the_old_picture(env: P3DXEnv) -> None:
 def test_a_world_left_to_chance_is_another_one_with_every_seed() -> None:
     random = ["generate.kind=office", "world.walls=[]", "world.boxes=[]", "world.tables=[]", "route.waypoints=[[1, 0]]"]
     with gymnasium.make("hopslam/P3DX-v0", scenario="corridor", settings=random, render_mode="rgb_array") as env:
-        pictures = {}
+        pictures: dict[int, Any] = {}
         for seed in (1, 2, 1):
             observation, _ = env.reset(seed=seed)
             picture = (env.render().tobytes(), observation["scan"].tobytes())

@@ -1,5 +1,6 @@
 """No file makes code run, or a module be imported, unless the user allows it."""
 
+import importlib
 import json
 import shutil
 import sys
@@ -159,14 +160,14 @@ def test_no_command_runs_what_a_run_folder_names(run_folder: Path, gadget: Path)
         ("localize", run_folder, "--map", run_folder / "map.json"),
     ):
         assert is_refused(hopslam(*words), "config.yaml:", "slam.lines.method"), words
-    for words in (
+    for arguments in (
         ("report", run_folder),
         ("eval", run_folder, "--reference", run_folder / "odometry.tum"),
         ("export", run_folder, "--to", "ros", "--out", "map"),
         ("compare", run_folder, run_folder),
         ("view", run_folder, "--rerun", "run.rrd"),
     ):
-        assert hopslam(*words)[0] == 0, words
+        assert hopslam(*arguments)[0] == 0, arguments
     assert not gadget.exists()
 
 
@@ -229,7 +230,7 @@ def test_python_allows_by_name_or_hands_over_the_function(tmp_path: Path, gadget
         gadget.unlink()
         sys.modules.pop("gadget")
     assert load_scenario(file, allow_modules=["gadget"]) == load_scenario(file, allow_modules=["gadget"])
-    import gadget as module
+    module = importlib.import_module("gadget")
 
     config = SlamConfig(lines=OwnMethod.of(module.find, cmd="ls"))
     assert LineSlam(config, Pose2D()).config.lines.method == "gadget:find"

@@ -2,7 +2,6 @@
 
 import gc
 import random
-import sys
 import tracemalloc
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,9 +15,7 @@ import sim  # noqa: F401  registers the ids
 from hardware.arcos.packet import HEADER, PacketDecoder
 from hardware.scip.frames import FrameDecoder
 from hardware.scip.reply import find_reply
-
-sys.path.insert(0, str(Path(__file__).parent))
-from killed_commands import is_running, result_of, start
+from tests.killed_commands import is_running, result_of, start
 
 PIECE = 4096
 LAP = "[7, 0], [7, 8], [-7, 8], [-7, 0], [0, 0]"

@@ -3,14 +3,10 @@
 import errno
 import json
 import shutil
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))
-from faulty_disk import FaultyDisk
 
 from slam.console.terminal import Terminal
 from slam.files.disk import using_disk
@@ -23,6 +19,7 @@ from slam.run.results.run_log import logged_observations
 from slam.run.results.run_record import RunRecord
 from slam.run.results.traces import carried_on
 from slam.scenario.file import load_scenario
+from tests.faulty_disk import FaultyDisk
 
 OLD, NEW = {"a": "old", "b": "old", "gone": "old"}, {"a": "new", "b": "new", "c": "new"}
 

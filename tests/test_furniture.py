@@ -1,5 +1,8 @@
 """Furniture that can be pushed: it moves as its mass allows, rays meet it where it is, and a restart puts it back."""
 
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -26,7 +29,7 @@ PIECES = (
 HEIGHT = 0.3
 
 
-def test_a_thing_at_its_start_is_the_solid_of_the_plan():
+def test_a_thing_at_its_start_is_the_solid_of_the_plan() -> None:
     for piece in PIECES:
         thing = movable(piece)
         for own, planned in zip(thing.prisms, piece.prisms(), strict=True):
@@ -38,7 +41,7 @@ def test_a_thing_at_its_start_is_the_solid_of_the_plan():
             assert (own.bottom, own.top) == (planned.bottom, planned.top)
 
 
-def test_only_furniture_with_a_mass_can_be_pushed():
+def test_only_furniture_with_a_mass_can_be_pushed() -> None:
     fixed = Box(center=(3.0, 0.0), size=(1.0, 1.0, 1.0))
     world = World(boxes=(PIECES[0], fixed), tables=(PIECES[1],), cylinders=(PIECES[2],))
     assert [thing.mass for thing in world.movables()] == [3.0, 8.0, 2.0]
@@ -47,7 +50,7 @@ def test_only_furniture_with_a_mass_can_be_pushed():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_rays_meet_moved_outlines_as_they_meet_fixed_ones(seed):
+def test_rays_meet_moved_outlines_as_they_meet_fixed_ones(seed: int) -> None:
     rng = np.random.default_rng(seed)
     things = [movable(piece) for piece in PIECES]
     places = np.column_stack([rng.uniform(-2.0, 2.0, (3, 2)), rng.uniform(-9.0, 9.0, 3)])
@@ -67,8 +70,10 @@ def test_rays_meet_moved_outlines_as_they_meet_fixed_ones(seed):
     assert np.isfinite(ranges).sum() > 20
 
 
-def test_a_beam_meets_a_moving_thing_where_it_is_when_it_fires():
-    outlines = MovingOutlines([movable(Box(center=(0.0, 0.0), size=(1.0, 1.0, 1.0), mass=1.0))], HEIGHT)
+def test_a_beam_meets_a_moving_thing_where_it_is_when_it_fires() -> None:
+    box = movable(Box(center=(0.0, 0.0), size=(1.0, 1.0, 1.0), mass=1.0))
+    assert box is not None
+    outlines = MovingOutlines([box], HEIGHT)
     places = np.array([[[2.0, 0.0, 3.1]], [[2.2, 0.0, 3.1 - 2.0 * np.pi]]])
     ranges = np.full(4, 9.0)
     rays = np.tile([[0.0], [0.0], [1.0], [0.0], [0.0]], 4)
@@ -82,7 +87,7 @@ def pushed(mass: float, **parts: object) -> SimRobot:
     return SimRobot(scene(wall(0.0, at=4.0) | {"cylinders": [thing]}, **parts))
 
 
-def go(robot: SimRobot, scans: int) -> list:
+def go(robot: SimRobot, scans: int) -> list[Any]:
     seen = []
     for _ in range(scans):
         robot.drive(FORWARD)
@@ -91,7 +96,7 @@ def go(robot: SimRobot, scans: int) -> list:
 
 
 @pytest.mark.parametrize(("mass", "moves"), [(1.0, True), (6.0, True), (12.0, False), (50.0, False)])
-def test_the_robot_pushes_with_25_newtons_or_stalls(mass, moves):
+def test_the_robot_pushes_with_25_newtons_or_stalls(mass: float, moves: bool) -> None:
     """Up to 8 kg, with a friction of 0.3 on the floor."""
     with pushed(mass) as robot:
         seen = go(robot, 60)
@@ -112,12 +117,14 @@ def in_the_way(mass: float, duration: float) -> Scenario:
 
 
 @pytest.mark.parametrize(("mass", "duration", "ending"), [(3.0, 30.0, "arrived"), (50.0, 8.0, "duration over")])
-def test_a_run_goes_on_when_it_touches_what_can_be_pushed(mass, duration, ending, tmp_path):
+def test_a_run_goes_on_when_it_touches_what_can_be_pushed(
+    mass: float, duration: float, ending: str, tmp_path: Path
+) -> None:
     assert scenario_experiment(in_the_way(mass, duration)).run(tmp_path / "run").ending == ending
 
 
 @pytest.mark.parametrize(("mass", "goes_on"), [(3.0, True), (50.0, False)])
-def test_pushing_ends_no_episode_but_a_stall_does(mass, goes_on):
+def test_pushing_ends_no_episode_but_a_stall_does(mass: float, goes_on: bool) -> None:
     env = P3DXEnv(in_the_way(mass, 30.0), reward="none", end_on="collision")
     env.reset(seed=0)
     for _ in range(45):
@@ -130,7 +137,7 @@ def test_pushing_ends_no_episode_but_a_stall_does(mass, goes_on):
     assert not info["observation"].collided
 
 
-def test_a_pushing_robot_still_collides_with_a_wall():
+def test_a_pushing_robot_still_collides_with_a_wall() -> None:
     things = {"boxes": [{"center": [0.6, 0.2], "size": [0.2, 0.2, 0.5], "mass": 1.0}]}
     with SimRobot(scene(wall(0.0, at=1.5) | things)) as robot:
         seen = go(robot, 60)
@@ -148,7 +155,7 @@ OFF_CENTRE = (
 
 
 @pytest.mark.parametrize("things", OFF_CENTRE)
-def test_what_needs_twice_the_push_stands_wherever_it_is_pushed(things):
+def test_what_needs_twice_the_push_stands_wherever_it_is_pushed(things: Any) -> None:
     with SimRobot(scene(wall(0.0, at=4.0) | things)) as robot:
         start = robot.furniture
         go(robot, 200)
@@ -156,7 +163,7 @@ def test_what_needs_twice_the_push_stands_wherever_it_is_pushed(things):
 
 
 @pytest.mark.parametrize(("mass", "turns"), [(8.0, True), (40.0, False)])
-def test_furniture_pushed_off_centre_turns_by_its_friction(mass, turns):
+def test_furniture_pushed_off_centre_turns_by_its_friction(mass: float, turns: Any) -> None:
     """25 N at 0.4 m turn a rod of 1 m about its middle, against 0.3 m g / 4, up to 13 kg."""
     rod = {"center": [0.6, 0.4], "size": [0.1, 1.0, 0.5], "mass": mass}
     with SimRobot(scene(wall(0.0, at=4.0) | {"boxes": [rod]})) as robot:
@@ -174,13 +181,13 @@ def test_furniture_pushed_off_centre_turns_by_its_friction(mass, turns):
         (rectangle((3.0, 4.0), 0.01, 0.01, 0.3), 5.0),
     ],
 )
-def test_the_friction_arm_is_the_mean_distance_of_the_footprint(footprint, arm):
+def test_the_friction_arm_is_the_mean_distance_of_the_footprint(footprint: Any, arm: float) -> None:
     above = Prism(rectangle((9.0, 0.0), 1.0, 1.0, 0.0), 0.5, 1.0)
     assert friction_arm([Prism(footprint, 0.0, 1.0), above]) == pytest.approx(arm, rel=4e-3)
 
 
 @pytest.mark.parametrize("caster", ["bullet", "exact"])
-def test_the_lidar_and_the_sonar_see_it_where_it_is(caster):
+def test_the_lidar_and_the_sonar_see_it_where_it_is(caster: str) -> None:
     lidar = {"caster": caster, "noise": "none", "rolling": False, "model": "urg04lx"}
     with pushed(2.0, lidar=lidar, robot={"sonar": True}) as robot:
         go(robot, 50)
@@ -196,7 +203,7 @@ def test_the_lidar_and_the_sonar_see_it_where_it_is(caster):
     assert min(seen.sonar[3:5]) == pytest.approx(x - 0.2 - seen.T_map_base.x - 0.166, abs=0.03)
 
 
-def test_pushed_against_a_wall_it_stops_the_robot():
+def test_pushed_against_a_wall_it_stops_the_robot() -> None:
     thing = {"center": [0.8, 0.0], "radius": 0.2, "mass": 2.0}
     with SimRobot(scene(wall(0.0, at=1.5) | {"cylinders": [thing]})) as robot:
         seen = go(robot, 80)
@@ -204,7 +211,7 @@ def test_pushed_against_a_wall_it_stops_the_robot():
     assert seen[-1].stalled
 
 
-def test_untouched_it_stands():
+def test_untouched_it_stands() -> None:
     world = wall(0.0, at=4.0) | {"tables": [{"center": [2.0, 1.0], "yaw": 0.3, "mass": 5.0}]}
     with SimRobot(scene(world)) as robot:
         before = robot.furniture
@@ -212,7 +219,7 @@ def test_untouched_it_stands():
         np.testing.assert_allclose(robot.furniture, before, atol=1e-6)
 
 
-def test_a_restart_puts_it_back_and_is_the_same_bit_by_bit():
+def test_a_restart_puts_it_back_and_is_the_same_bit_by_bit() -> None:
     pieces = [{"center": [0.6, y], "size": [0.3, 0.2, 0.5], "mass": 1.0} for y in (-0.12, 0.12)]
     world = wall(0.0, at=2.0) | {"boxes": pieces, "cylinders": [{"center": [1.2, 0.0], "radius": 0.1, "mass": 1.0}]}
     people = [{"waypoints": [[1.6, 1.0], [1.6, -1.0]]}]
@@ -231,13 +238,13 @@ def test_a_restart_puts_it_back_and_is_the_same_bit_by_bit():
         assert run(robot) == first == run(fresh)
 
 
-def test_a_mat_is_driven_over_even_if_it_weighs_nothing_much():
+def test_a_mat_is_driven_over_even_if_it_weighs_nothing_much() -> None:
     world = wall(0.0, at=9.0) | {"boxes": [{"center": [1.0, 0.0], "size": [0.5, 0.5, 0.02], "mass": 0.5}]}
     driven = drive(scene(world), seconds=6.0)
     assert driven.truth[-1, 0] > 1.5
 
 
-def test_the_plant_of_the_emulator_has_it_too():
+def test_the_plant_of_the_emulator_has_it_too() -> None:
     thing = {"center": [0.6, 0.0], "radius": 0.2, "mass": 2.0}
     plant = SimPlant(scene(wall(0.0, at=4.0) | {"cylinders": [thing]}))
     assert plant.ranges(np.zeros(1))[0] == pytest.approx(0.6 - 0.2 - 0.16, abs=2e-3)
@@ -250,6 +257,6 @@ def test_the_plant_of_the_emulator_has_it_too():
     assert 0.4 < plant.ranges(np.zeros(1))[0] < behind
 
 
-def test_it_counts_as_in_the_way_where_it_stands_at_first():
+def test_it_counts_as_in_the_way_where_it_stands_at_first() -> None:
     world = World(cylinders=(PIECES[2],))
     assert clearance(np.array([[0.3, -0.7]]), [p.footprint for p in world.prisms()])[0] == pytest.approx(0.1, abs=2e-3)

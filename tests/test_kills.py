@@ -11,15 +11,13 @@ from time import perf_counter, sleep
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))
-from killed_commands import children_of, end, is_running, logged_stamps, result_of, start
-
 from slam.cli.main import main
 from slam.errors import InputError
 from slam.run.experiment_setup import replay_experiment
 from slam.scenario.file import load_scenario
 from slam.sweep.folder import Folder
 from slam.sweep.result_store import ResultStore
+from tests.killed_commands import children_of, end, is_running, logged_stamps, result_of, start
 
 MOMENTS = 20
 SCANS = 60

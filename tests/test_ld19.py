@@ -201,7 +201,7 @@ def test_the_view_of_a_turn_has_the_nominal_fan(fan: Lidar) -> None:
 
 @pytest.mark.parametrize("model", LIDARS)
 def test_the_view_of_the_nominal_fan_is_the_scan(model: str) -> None:
-    lidar = LIDARS[model].lidar  # type: ignore[index]
+    lidar = LIDARS[model].lidar
     assert nearest_beams(lidar, lidar).tolist() == list(range(lidar.beams))
 
 

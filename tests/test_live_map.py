@@ -48,7 +48,7 @@ def made_of(*steps: Step) -> Occupancy:
 
 
 def centres(grid: Occupancy) -> np.ndarray:
-    """Of the occupied cells, in order."""
+    """Return the centres of the occupied cells, in order."""
     rows, columns = np.nonzero(grid.occupied)
     return grid.corner + grid.cell * (np.column_stack([columns, rows]) + 0.5)
 

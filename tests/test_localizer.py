@@ -119,7 +119,7 @@ def test_in_another_building_it_is_never_sure(saved: SavedSlam, scan_of: Callabl
 
 def test_an_empty_map_and_an_empty_scan_are_borne(look: Look) -> None:
     config = SlamConfig()
-    localizer = LineLocalizer(config, MOUNT, SurfelMap(config.map))  # type: ignore[arg-type]
+    localizer = LineLocalizer(config, MOUNT, SurfelMap(config.map))
     blind = LaserScan(0.0, -2.0, 0.01, 0.05, 8.0, np.full(401, np.inf))
     assert localizer.update(blind, Odometry(0.0, Pose2D())).lost
     assert localizer.update(look(Pose2D(), 0), Odometry(0.1, Pose2D(0.1))).lost

@@ -464,7 +464,7 @@ def write_bag(folder: Path, mode: CompressionMode = CompressionMode.NONE) -> Pat
     writer = Writer(folder, version=9)
     writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
-        ids = {}
+        ids: dict[tuple[str, str], Any] = {}
         for message in [mount(), *scans(), *odometry()]:
             key = message.topic, message.type
             ids[key] = ids.get(key) or writer.add_connection(*key, typestore=ros2_types())

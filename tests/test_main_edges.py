@@ -14,9 +14,9 @@ def walls_of_parts(askew: float, apart: float, each: int = 20, parts: int = 12) 
     """
     random = np.random.default_rng(3)
     part = np.repeat(np.arange(parts), each)
-    off = askew * random.standard_normal(parts)[part] + apart * random.standard_normal(len(part))
+    off: FloatArray = askew * random.standard_normal(parts)[part] + apart * random.standard_normal(len(part))
     quarters = 0.5 * np.pi * random.integers(0, 4, len(part))
-    places = PART * (np.column_stack([part, np.zeros(len(part))]) + random.random((len(part), 2)))
+    places = np.asarray(PART * (np.column_stack([part, np.zeros(len(part))]) + random.random((len(part), 2))), float)
     return np.radians(20.0 + off) + quarters, places
 
 

@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.mesh import Mesh, extrude
+from slam.pose import FloatArray
 from slam.scenario.furniture import Box, Table
 from slam.scenario.solids import Prism, rectangle
 from slam.scenario.wall import Wall
@@ -35,7 +36,7 @@ def volume(mesh: Mesh) -> float:
 
 
 @pytest.mark.parametrize("corners", [3, 4, 7])
-def test_a_prism_is_watertight(corners):
+def test_a_prism_is_watertight(corners: FloatArray) -> None:
     mesh = extrude([polygon(corners)])
     assert mesh.vertices.shape == (2 * corners, 3)
     assert mesh.triangles.shape == (4 * corners - 4, 3)
@@ -45,19 +46,19 @@ def test_a_prism_is_watertight(corners):
 
 
 @pytest.mark.parametrize("corners", [3, 4, 7])
-def test_all_normals_of_a_prism_point_outwards(corners):
+def test_all_normals_of_a_prism_point_outwards(corners: FloatArray) -> None:
     mesh = extrude([polygon(corners)])
     outwards = mesh.vertices[mesh.triangles].mean(axis=1) - mesh.vertices.mean(axis=0)
     assert (np.einsum("ij,ij->i", normals(mesh), outwards) > 0).all()
 
 
 @given(length=st.floats(0.01, 50.0), width=st.floats(0.01, 50.0), yaw=st.floats(-4.0, 4.0), x=st.floats(-50.0, 50.0))
-def test_the_volume_is_area_times_height(length, width, yaw, x):
+def test_the_volume_is_area_times_height(length: float, width: float, yaw: float, x: float) -> None:
     mesh = extrude([Prism(rectangle((x, 1.0), length, width, yaw), 0.0, 1.5)])
     assert volume(mesh) == pytest.approx(length * width * 1.5, rel=1e-6, abs=1e-6)
 
 
-def test_many_prisms_keep_their_own_surfaces():
+def test_many_prisms_keep_their_own_surfaces() -> None:
     things = [
         Wall(points=((0, 0), (4, 0), (4, 3)), closed=True),
         Table(center=(2, 1)),
@@ -70,6 +71,6 @@ def test_many_prisms_keep_their_own_surfaces():
     assert volume(mesh) == pytest.approx(sum(volume(extrude([prism])) for prism in prisms))
 
 
-def test_an_empty_plan_gives_an_empty_mesh():
+def test_an_empty_plan_gives_an_empty_mesh() -> None:
     mesh = extrude([])
     assert mesh.vertices.shape == mesh.triangles.shape == (0, 3)

@@ -1,4 +1,4 @@
-"""What a scan marks in a grid of cells: against geometry that looks at every cell and every pair of beams."""
+"""The cells that a scan marks, against geometry that looks at every cell and every pair of beams."""
 
 import numpy as np
 import pytest
@@ -41,14 +41,14 @@ def test_a_scan_frees_the_cells_whose_middle_its_beams_span(
         if lengths[k] and lengths[(k + 1) % beams]:
             triangle = np.array([[x, y], ends[k], ends[(k + 1) % beams]])
             depth = np.maximum(depth, depth_in(triangle, middles))
-    depth = depth.reshape(SIZE, SIZE)
+    depths = depth.reshape(SIZE, SIZE)
     walls = np.zeros((SIZE, SIZE), np.bool_)
     at = np.floor(ends[echoes]).astype(int)
     at = at[((at >= 0) & (at < SIZE)).all(axis=1)]
     walls[at[:, 1], at[:, 0]] = True
     np.testing.assert_array_equal(cells == WALL, walls)
-    assert (cells[(depth > 1e-9) & ~walls] == FREE).all()
-    assert (cells[(depth < -1e-9) & ~walls] == UNKNOWN).all()
+    assert (cells[(depths > 1e-9) & ~walls] == FREE).all()
+    assert (cells[(depths < -1e-9) & ~walls] == UNKNOWN).all()
 
 
 @given(st.floats(-np.pi, np.pi), st.lists(st.floats(0.0, 6.0), min_size=2, max_size=9))

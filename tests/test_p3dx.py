@@ -1,6 +1,7 @@
 """The base: it goes where its wheels say, within its limits, and its odometry errs only as told."""
 
 from math import hypot, pi, sqrt
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -53,7 +54,7 @@ class Rig:
         self.turned += wrap_angle(self.base.pose.theta - theta)
 
 
-def test_it_stands_where_it_was_put():
+def test_it_stands_where_it_was_put() -> None:
     start = Pose2D(1.0, -2.0, 2.5)
     rig = Rig(start=start)
     motion = start.between(rig.base.pose)
@@ -64,7 +65,7 @@ def test_it_stands_where_it_was_put():
     assert abs(motion.theta) < 2e-5
 
 
-def test_odometry_without_errors_is_true_over_ten_metres():
+def test_odometry_without_errors_is_true_over_ten_metres() -> None:
     start = Pose2D(1.0, 2.0, 0.7)
     rig = Rig(start=start)
     rig.go(1.0, 0.0, 10.0)
@@ -77,7 +78,7 @@ def test_odometry_without_errors_is_true_over_ten_metres():
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
-def test_odometry_without_errors_is_true_over_ten_turns(sense):
+def test_odometry_without_errors_is_true_over_ten_turns(sense: float) -> None:
     rig = Rig()
     rig.go(0.0, 4.0 * sense, 20.0 * pi / 4.0)
     rig.go(0.0, 0.0, 1.0)
@@ -87,7 +88,7 @@ def test_odometry_without_errors_is_true_over_ten_turns(sense):
     assert truth.distance(odometry) < 2e-3
 
 
-def test_odometry_without_errors_is_true_on_a_winding_way():
+def test_odometry_without_errors_is_true_on_a_winding_way() -> None:
     rig = Rig(limits=Limits())
     for v, w in [(0.5, 0.8), (0.8, -1.0), (-0.3, 0.4), (0.0, 2.0), (0.6, 0.0), (0.0, 0.0)]:
         rig.go(v, w, 2.0)
@@ -97,7 +98,7 @@ def test_odometry_without_errors_is_true_on_a_winding_way():
 
 
 @pytest.mark.parametrize("errors", [{"left_radius": 0.0985}, {"right_radius": 0.0965}, {"track": 0.357}])
-def test_a_wrong_calibration_bends_odometry_in_closed_form(errors):
+def test_a_wrong_calibration_bends_odometry_in_closed_form(errors: Any) -> None:
     rig = Rig(**errors)
     rig.go(0.8, 0.4, 6.0)
     believed = WheelErrors(**errors)
@@ -108,7 +109,7 @@ def test_a_wrong_calibration_bends_odometry_in_closed_form(errors):
     assert rig.base.pose.distance(odometry) > 0.02
 
 
-def test_a_wrong_wheel_radius_drives_an_unnoticed_circle():
+def test_a_wrong_wheel_radius_drives_an_unnoticed_circle() -> None:
     rig = Rig(left_radius=WHEEL_RADIUS * 1.01)
     rig.go(1.0, 0.0, 6.0)
     odometry = rig.odometry.pose
@@ -140,7 +141,7 @@ def borenstein_feng(side: float, sense: float, alpha: float, beta: float) -> tup
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 @pytest.mark.parametrize("errors", [{"track": 1.001}, {"right_radius": 1.0003}])
-def test_a_square_both_ways_drifts_as_borenstein_and_feng_say(sense, errors):
+def test_a_square_both_ways_drifts_as_borenstein_and_feng_say(sense: float, errors: Any) -> None:
     side = 4.0
     known = {"track": TRACK, "right_radius": WHEEL_RADIUS}
     rig = Rig(**{name: known[name] * factor for name, factor in errors.items()})
@@ -156,7 +157,7 @@ def test_a_square_both_ways_drifts_as_borenstein_and_feng_say(sense, errors):
 @pytest.mark.parametrize(
     "traction", [Traction(slip=0.05), Traction(effective_track=0.357), Traction(slip=0.02, effective_track=0.4)]
 )
-def test_slip_and_scrub_lose_motion_that_encoders_report(traction):
+def test_slip_and_scrub_lose_motion_that_encoders_report(traction: Any) -> None:
     rig = Rig(traction=traction)
     rig.go(0.8, 0.0, 4.0)
     rig.go(0.0, 0.0, 1.0)
@@ -167,7 +168,7 @@ def test_slip_and_scrub_lose_motion_that_encoders_report(traction):
     assert rig.turned == pytest.approx((1.0 - traction.slip) * TRACK / traction.effective_track * reported, rel=1e-3)
 
 
-def test_a_firmware_that_knows_the_effective_track_turns_right():
+def test_a_firmware_that_knows_the_effective_track_turns_right() -> None:
     rig = Rig(traction=Traction(effective_track=0.357), track=0.357)
     rig.go(0.0, 1.0, 3.0)
     rig.go(0.0, 0.0, 1.0)
@@ -176,12 +177,12 @@ def test_a_firmware_that_knows_the_effective_track_turns_right():
 
 
 @given(st.floats(0.0, 0.9), st.floats(0.2, 0.6), st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
-def test_traction_to_robot_inverts_to_simulated(slip, effective_track, left, right):
+def test_traction_to_robot_inverts_to_simulated(slip: float, effective_track: float, left: float, right: float) -> None:
     model = TractionModel(Traction(slip=slip, effective_track=effective_track))
     assert model.to_robot(*model.to_simulated(left, right)) == pytest.approx((left, right), abs=1e-9)
 
 
-def test_the_firmware_reports_whole_units():
+def test_the_firmware_reports_whole_units() -> None:
     errors = WheelErrors(left_radius=0.0981)
     odometry = WheelOdometry(errors, Ticks(0, 0), np.random.default_rng(0))
     odometry.add(Ticks(123_456, 234_567))
@@ -198,7 +199,7 @@ def test_the_firmware_reports_whole_units():
     assert 0.0 < fine.pose.distance(pose) < MILLIMETRE
 
 
-def test_noise_of_the_encoders_does_not_add_up():
+def test_noise_of_the_encoders_does_not_add_up() -> None:
     odometry = WheelOdometry(
         WheelErrors(encoder_noise=20.0, firmware_units=False), Ticks(0, 0), np.random.default_rng(0)
     )
@@ -210,7 +211,7 @@ def test_noise_of_the_encoders_does_not_add_up():
     assert abs(np.mean(ways) - 1000.0) < 2.0
 
 
-def test_mass_and_inertia_of_the_urdf_are_those_of_the_shapes():
+def test_mass_and_inertia_of_the_urdf_are_those_of_the_shapes() -> None:
     links = {link.get("name"): link for link in ElementTree.parse(asset("urdf/p3dx.urdf")).findall("link")}
 
     def numbers(link: str, path: str) -> list[float]:
@@ -231,7 +232,7 @@ def test_mass_and_inertia_of_the_urdf_are_those_of_the_shapes():
     assert numbers("left_wheel", "collision/geometry/sphere") == [WHEEL_RADIUS]
 
 
-def test_commands_are_clipped_to_the_limits():
+def test_commands_are_clipped_to_the_limits() -> None:
     base = Rig(limits=Limits(linear=0.7, angular=1.5)).base
     assert base.command(Twist2D(0.3, -0.4)) == Twist2D(0.3, -0.4)
     assert base.command(Twist2D(5.0, -9.0)) == Twist2D(0.7, -1.5)
@@ -239,12 +240,12 @@ def test_commands_are_clipped_to_the_limits():
 
 
 @pytest.mark.parametrize("twist", [Twist2D(float("nan"), 0.0), Twist2D(0.0, float("inf"))])
-def test_a_command_must_be_finite(twist):
+def test_a_command_must_be_finite(twist: Any) -> None:
     with pytest.raises(RobotError, match="finite"):
         Rig().base.command(twist)
 
 
-def test_speed_follows_the_ramps():
+def test_speed_follows_the_ramps() -> None:
     rig = Rig(limits=Limits())
     rig.go(0.6, 0.0, 1.0)
     assert rig.base.setpoint.linear == pytest.approx(0.3)
@@ -257,7 +258,7 @@ def test_speed_follows_the_ramps():
     assert rig.turned == pytest.approx(1.74 / 2, rel=0.01)
 
 
-def test_a_reversal_falls_through_zero_and_rises_again():
+def test_a_reversal_falls_through_zero_and_rises_again() -> None:
     speeds, speed = [], 0.3
     while speed != -0.3:
         speed = ramped(speed, -0.3, rise=0.1, fall=0.2)
@@ -265,7 +266,7 @@ def test_a_reversal_falls_through_zero_and_rises_again():
     assert speeds == pytest.approx([0.1, 0.0, -0.1, -0.2, -0.3])
 
 
-def test_the_watchdog_stops_it_after_two_seconds():
+def test_the_watchdog_stops_it_after_two_seconds() -> None:
     rig = Rig()
     rig.base.command(Twist2D(0.5, 0.0))
     for _ in range(2 * RATE):
@@ -282,7 +283,7 @@ def test_the_watchdog_stops_it_after_two_seconds():
     assert rig.base.pose.distance(stopped) < 1e-4
 
 
-def test_encoders_count_whole_ticks_of_the_real_wheels():
+def test_encoders_count_whole_ticks_of_the_real_wheels() -> None:
     rig = Rig()
     rig.go(0.5, 0.0, 2.0)
     ticks = rig.base.read_encoders()
@@ -291,7 +292,7 @@ def test_encoders_count_whole_ticks_of_the_real_wheels():
     assert isinstance(ticks.left, int)
 
 
-def test_the_odometry_twist_is_the_mean_since_last_read():
+def test_the_odometry_twist_is_the_mean_since_last_read() -> None:
     odometry = WheelOdometry(WheelErrors(firmware_units=False), Ticks(100, 100), np.random.default_rng(0))
     odometry.add(Ticks(100 + round(0.1 * TICKS_PER_METRE), 100 + round(0.2 * TICKS_PER_METRE)))
     twist = odometry.mean_twist(0.5)
@@ -301,7 +302,7 @@ def test_the_odometry_twist_is_the_mean_since_last_read():
 
 
 @pytest.mark.parametrize("parts", [1, 50])
-def test_travel_noise_grows_with_the_root_of_the_distance(parts):
+def test_travel_noise_grows_with_the_root_of_the_distance(parts: int) -> None:
     metres, noise = 4.0, 0.01
     rng = np.random.default_rng(1)
     errors = WheelErrors(travel_noise=noise, firmware_units=False)

@@ -1,5 +1,7 @@
 """People: they walk as people do, and legs never jump."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -22,7 +24,7 @@ SQUARE = way((0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0), (0.0, 0.0))
 
 
 @given(st.floats(0.0, 200.0), st.floats(0.3, 1.0))
-def test_one_leg_stands_while_the_other_swings(walked, stride):
+def test_one_leg_stands_while_the_other_swings(walked: Any, stride: float) -> None:
     before, after = (legs_at(*SQUARE, at, 0.2, stride) for at in (walked, walked + 1e-3))
     moved = np.linalg.norm(after - before, axis=1)
     if int(walked / stride) == int((walked + 1e-3) / stride):
@@ -31,7 +33,7 @@ def test_one_leg_stands_while_the_other_swings(walked, stride):
 
 
 @given(st.floats(0.0, 2.0))
-def test_legs_keep_their_sides_on_a_straight_way(walked):
+def test_legs_keep_their_sides_on_a_straight_way(walked: Any) -> None:
     nodes, distances = way((0.0, 0.0), (50.0, 0.0), (0.0, 0.0))
     legs = legs_at(nodes, distances, 10.0 + walked, 0.2, 0.7)
     assert legs[:, 1] == pytest.approx([0.1, -0.1])
@@ -47,7 +49,7 @@ def walked_by(person: Person, seconds: float, robot: tuple[float, float] = FAR) 
         return people.positions[0]
 
 
-def test_they_go_there_and_back_or_around():
+def test_they_go_there_and_back_or_around() -> None:
     points = ((0.0, 0.0), (3.0, 0.0), (3.0, 2.0))
     assert walked_by(Person(waypoints=points), 6.0) == pytest.approx([3.0, 1.0])
     assert walked_by(Person(waypoints=points, closed=True, start=1.0), 4.0 + np.hypot(3, 2)) == pytest.approx(
@@ -56,24 +58,24 @@ def test_they_go_there_and_back_or_around():
     assert walked_by(Person(waypoints=points, speed=0.5, start=2.0), 4.0) == pytest.approx([3.0, 1.0])
 
 
-def test_they_rest_at_way_points():
+def test_they_rest_at_way_points() -> None:
     person = Person(waypoints=((0.0, 0.0), (1.0, 0.0)), pause=2.0)
     assert walked_by(person, 2.5) == pytest.approx([1.0, 0.0])
     assert walked_by(person, 3.5)[0] == pytest.approx(0.5, abs=0.04)
 
 
 @pytest.mark.parametrize("length", [0.5, 1.0, 2.5, 3.0])
-def test_they_rest_also_where_a_step_ends_just_at_the_way_point(length):
+def test_they_rest_also_where_a_step_ends_just_at_the_way_point(length: float) -> None:
     person = Person(waypoints=((0.0, 0.0), (length, 0.0)), pause=2.0)
     assert walked_by(person, length + 1.9)[0] == pytest.approx(length)
 
 
-def test_they_wait_while_the_robot_is_ahead_and_near():
+def test_they_wait_while_the_robot_is_ahead_and_near() -> None:
     person = Person(waypoints=((0.0, 0.0), (5.0, 0.0)), keep=0.5)
     assert walked_by(person, 4.0, robot=(2.0, 0.0))[0] == pytest.approx(1.5, abs=0.02)
     assert walked_by(person, 4.0, robot=(-0.2, 0.0))[0] == pytest.approx(4.0)
 
 
-def test_somebody_with_one_way_point_stands_there():
+def test_somebody_with_one_way_point_stands_there() -> None:
     person = Person(waypoints=((1.0, 2.0), (1.0, 2.0)))
     assert walked_by(person, 3.0) == pytest.approx([1.0, 2.0])

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from math import pi
+from typing import Any
 
 import numpy as np
 import pytest
@@ -37,7 +38,9 @@ def scenario(engine: str, **changes: object) -> Scenario:
 
 @settings(max_examples=200)
 @given(ONE, ONE, ONE, ONE, st.floats(-pi, pi))
-def test_the_outline_meets_a_wall_where_its_polygon_does(x, y, to_x, to_y, theta):
+def test_the_outline_meets_a_wall_where_its_polygon_does(
+    x: float, y: float, to_x: float, to_y: float, theta: float
+) -> None:
     plan = wall_plan([[np.array([[x, y], [to_x, to_y]])]], RADIUS)
     found = deepest_overlap(0.1, -0.2, theta, plan, cell_near(plan, 0, 0.1, -0.2, 0.0), *NOBODY)
     outline = translate(rotate(OUTLINE, theta, (0.0, 0.0), use_radians=True), 0.1, -0.2)
@@ -50,7 +53,7 @@ def test_the_outline_meets_a_wall_where_its_polygon_does(x, y, to_x, to_y, theta
 
 
 @given(ONE, ONE, st.floats(0.01, 0.2))
-def test_the_outline_meets_a_leg_where_its_polygon_does(x, y, radius):
+def test_the_outline_meets_a_leg_where_its_polygon_does(x: float, y: float, radius: float) -> None:
     plan = wall_plan([[]], RADIUS)
     found = deepest_overlap(0.0, 0.0, 0.0, plan, 0, np.array([[x, y]]), np.array([radius]))
     apart = OUTLINE.distance(LineString([(x, y), (x, y)]).centroid)
@@ -59,7 +62,9 @@ def test_the_outline_meets_a_leg_where_its_polygon_does(x, y, radius):
 
 
 @given(*[st.floats(-1.2, 1.2)] * 4)
-def test_motors_push_within_their_torque_and_as_newton_says(left, right, left_target, right_target):
+def test_motors_push_within_their_torque_and_as_newton_says(
+    left: float, right: float, left_target: float, right_target: float
+) -> None:
     force, seconds = 12.3, 1.0 / 240.0
     after = rims_after(left, right, left_target, right_target, seconds, force)
     v, omega = (left + right) / 2.0, (right - left) / TRACK
@@ -77,7 +82,7 @@ def test_motors_push_within_their_torque_and_as_newton_says(left, right, left_ta
         assert reached == pytest.approx(target) or abs(push) == pytest.approx(force)
 
 
-def test_the_stream_is_splitmix64():
+def test_the_stream_is_splitmix64() -> None:
     """The numbers of the authors' own program for the seed 1234567."""
     seed = np.uint64(1234567)
     with np.errstate(over="ignore"):
@@ -85,7 +90,7 @@ def test_the_stream_is_splitmix64():
     assert found == [6457827717110365317, 3203168211198807973, 9817491932198370423]
 
 
-def test_normal_and_uniform_numbers_are_so_distributed():
+def test_normal_and_uniform_numbers_are_so_distributed() -> None:
     numbers, even = np.empty(200_000), np.empty(100_000)
     stream = fill_normal(np.uint64(3), numbers)
     fill_uniform(np.uint64(stream), even)
@@ -99,7 +104,7 @@ ERRORS = {"odometry": {"left_radius": 0.099, "track": 0.34}, "traction": {"slip"
 
 
 @pytest.mark.parametrize("robot", [{}, ERRORS], ids=["exact", "errors"])
-def test_both_engines_drive_the_same_way(robot):
+def test_both_engines_drive_the_same_way(robot: Any) -> None:
     """Twenty seconds of commands up to the limits; in curves at full speed a motor has not the torque for its ramp."""
     rng = np.random.default_rng(4)
     commands = [Twist2D(rng.uniform(-0.3, 1.2), rng.uniform(-1.5, 1.5)) for _ in range(30)]
@@ -116,7 +121,7 @@ def test_both_engines_drive_the_same_way(robot):
             assert one.odometry.twist.linear == pytest.approx(other.odometry.twist.linear, abs=2e-3)
 
 
-def test_both_engines_see_the_same_from_the_same_place():
+def test_both_engines_see_the_same_from_the_same_place() -> None:
     world = {**HALL, "boxes": [{"center": [1.5, 0.3], "size": [0.4, 0.5, 0.6], "yaw": 0.4}]}
     people = [{"waypoints": [[-1.0, 1.0], [1.0, 1.5]]}]
     seen = []
@@ -134,12 +139,14 @@ def drive_ahead(engine: str, seconds: float, speed: float, **changes: object) ->
         seen = []
         for k in range(round(10 * seconds)):
             robot.drive(Twist2D(speed if k < 40 else -speed, 0.0))
-            seen.append(robot.observe())
+            observation = robot.observe()
+            assert observation is not None
+            seen.append(observation)
     return seen
 
 
 @pytest.mark.parametrize("engine", ["bullet", "plan"])
-def test_a_wall_stops_and_stalls_it_until_it_backs_off(engine):
+def test_a_wall_stops_and_stalls_it_until_it_backs_off(engine: str) -> None:
     seen = drive_ahead(engine, 6.0, 0.4, world=WALL_AHEAD)
     at_wall = seen[38]
     assert at_wall.T_map_base.x == pytest.approx(0.95 - 0.21, abs=3e-3)
@@ -152,14 +159,14 @@ def test_a_wall_stops_and_stalls_it_until_it_backs_off(engine):
     assert not seen[-1].stalled
 
 
-def test_on_a_slippery_floor_its_wheels_spin():
+def test_on_a_slippery_floor_its_wheels_spin() -> None:
     last = drive_ahead("plan", 3.9, 0.4, world=WALL_AHEAD, robot={"traction": {"friction": 0.2}})[-1]
     assert last.odometry.T_odom_base.x > last.T_map_base.x + 0.1
     assert not last.stalled
     assert last.collided
 
 
-def test_a_person_who_does_not_look_runs_into_it():
+def test_a_person_who_does_not_look_runs_into_it() -> None:
     people = [{"waypoints": [[2.0, 0.0], [-2.0, 0.0]], "keep": 0.0}]
     with SimRobot(scenario("plan", people=people)) as robot:
         seen = [robot.observe() for _ in range(25)]
@@ -171,7 +178,7 @@ def test_a_person_who_does_not_look_runs_into_it():
         assert robot.observe().T_map_base.x < -0.3
 
 
-def test_the_same_seed_gives_the_same_bits_and_another_does_not():
+def test_the_same_seed_gives_the_same_bits_and_another_does_not() -> None:
     robot = {"odometry": {"travel_noise": 0.02, "encoder_noise": 3.0}}
     runs = []
     for seed in (1, 1, 2):
@@ -184,7 +191,7 @@ def test_the_same_seed_gives_the_same_bits_and_another_does_not():
     assert runs[0] != runs[2]
 
 
-def test_it_needs_no_pybullet():
+def test_it_needs_no_pybullet() -> None:
     program = (
         "import sys; sys.modules['pybullet'] = None\n"
         "from sim.robot import SimRobot\nfrom slam.scenario.file import load_scenario\n"

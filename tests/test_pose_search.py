@@ -105,7 +105,7 @@ def test_the_view_that_the_map_predicts_is_what_is_seen(
 
 
 def test_a_map_that_predicts_nothing_speaks_against_nothing(scan_of: Scanner, room: FloatArray) -> None:
-    nothing = view(SurfelMap(SlamConfig().map), scan_of(room, Pose2D(), 1), Pose2D())  # type: ignore[arg-type]
+    nothing = view(SurfelMap(SlamConfig().map), scan_of(room, Pose2D(), 1), Pose2D())
     assert nothing == View(0.0, 0.0, 0.0)
     assert nothing.borne_out == 1.0
 

@@ -49,8 +49,11 @@ def lap() -> list[Pose2D]:
     poses = []
     for side, (start, end) in enumerate(zip(CORNERS, np.roll(CORNERS, -1, axis=0), strict=True)):
         length, heading = float(np.hypot(*(end - start))), side * np.pi / 2
-        poses += [Pose2D(*(start + s / length * (end - start)), heading) for s in np.arange(0.0, length, 0.25)]
-        poses += [Pose2D(*end, heading + turn) for turn in np.linspace(0.0, np.pi / 2, 6)[:-1]]
+        poses += [
+            Pose2D.from_array(np.append(start + s / length * (end - start), heading))
+            for s in np.arange(0.0, length, 0.25)
+        ]
+        poses += [Pose2D.from_array(np.append(end, heading + turn)) for turn in np.linspace(0.0, np.pi / 2, 6)[:-1]]
     return poses
 
 

@@ -64,7 +64,7 @@ def swept_rays(rng: np.random.Generator, speed: float, turn_speed: float) -> Flo
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_both_casters_agree_within_a_tenth_of_a_millimetre(seed):
+def test_both_casters_agree_within_a_tenth_of_a_millimetre(seed: int) -> None:
     rng = np.random.default_rng(seed)
     bearings = np.concatenate([rng.uniform(-np.pi, np.pi, 3000), np.pi / 2 * np.arange(-2, 2)])
     origins = rng.uniform(-10.0, 10.0, (len(bearings), 2))
@@ -84,7 +84,7 @@ def test_both_casters_agree_within_a_tenth_of_a_millimetre(seed):
 
 @settings(max_examples=60)
 @given(st.integers(0, 10_000), st.sampled_from([0.0, 0.5, 2.0, 30.0]), st.sampled_from([0.0, -0.8, 5.0, 25.0]))
-def test_a_rolling_fan_agrees_with_brute_force(seed, speed, turn_speed):
+def test_a_rolling_fan_agrees_with_brute_force(seed: int, speed: float, turn_speed: float) -> None:
     rng = np.random.default_rng(seed)
     prisms, rays = random_world(rng), swept_rays(rng, speed, turn_speed)
     ranges = ExactCaster(prisms, HEIGHT, REACH).cast(rays)
@@ -93,7 +93,7 @@ def test_a_rolling_fan_agrees_with_brute_force(seed, speed, turn_speed):
 
 @settings(max_examples=15)
 @given(st.integers(0, 10_000))
-def test_any_rays_at_all_agree_with_brute_force(seed):
+def test_any_rays_at_all_agree_with_brute_force(seed: int) -> None:
     rng = np.random.default_rng(seed)
     bearings = np.concatenate([rng.uniform(-np.pi, np.pi, 200), np.pi / 2 * np.arange(-2, 2)])
     prisms, rays = random_world(rng), rays_along(rng.uniform(-10.0, 10.0, (204, 2)), bearings)
@@ -101,10 +101,11 @@ def test_any_rays_at_all_agree_with_brute_force(seed):
     np.testing.assert_allclose(ranges, brute_force(rays, walls_of(prisms), REACH), rtol=0.0, atol=1e-9)
 
 
-def test_a_cell_lists_all_walls_in_reach_in_any_world():
+def test_a_cell_lists_all_walls_in_reach_in_any_world() -> None:
     """A hundred metres square with 2000 boxes, beside a small world and an empty one; also from just outside."""
     rng = np.random.default_rng(5)
-    large = [rectangle(tuple(rng.uniform(0.0, 100.0, 2)), *rng.uniform(0.1, 2.0, 2), 0.3) for _ in range(2000)]
+    places, sizes = rng.uniform(0.0, 100.0, (2000, 2)).tolist(), rng.uniform(0.1, 2.0, (2000, 2)).tolist()
+    large = [rectangle((x, y), length, width, 0.3) for (x, y), (length, width) in zip(places, sizes, strict=True)]
     worlds = [large, [rectangle((0.0, 0.0), 1.0, 1.0, 0.0)], []]
     plan = wall_plan(worlds, REACH)
     assert len(plan.listed) < 40 * len(plan.walls)
@@ -118,7 +119,7 @@ def test_a_cell_lists_all_walls_in_reach_in_any_world():
             np.testing.assert_allclose(ranges, brute_force(rays, walls, REACH), rtol=0.0, atol=1e-9)
 
 
-def test_no_ray_passes_between_two_walls_that_meet():
+def test_no_ray_passes_between_two_walls_that_meet() -> None:
     outline = rectangle((0.0, 0.0), 2.0, 2.0, 0.0)
     rays = rays_along(np.zeros((8, 2)), np.pi / 4 * np.arange(8))
     rays[2:4] = np.sign(np.round(rays[2:4], 3)) / np.hypot(*np.sign(np.round(rays[2:4], 3)))
@@ -126,20 +127,20 @@ def test_no_ray_passes_between_two_walls_that_meet():
     assert ranges == pytest.approx([1.0, np.sqrt(2.0)] * 4)
 
 
-def test_a_rough_bearing_is_within_its_bound():
+def test_a_rough_bearing_is_within_its_bound() -> None:
     bearings = np.linspace(-np.pi, np.pi, 5001)[1:-1]
     found = [rough_bearing(*point) for point in unit_vectors(bearings)]
     assert abs(found - bearings).max() < ROUGH
 
 
 @pytest.mark.parametrize("caster", ["bullet", "exact"])
-def test_in_an_empty_world_there_is_nothing(caster):
+def test_in_an_empty_world_there_is_nothing(caster: str) -> None:
     with World([], 240) as world:
         rays = rays_along(np.zeros((2, 2)), np.array([0.0, np.pi / 2]))
         assert world.caster(caster, HEIGHT, REACH).cast(rays).tolist() == [np.inf, np.inf]
 
 
-def test_rays_start_where_the_sensor_is_when_the_beam_fires():
+def test_rays_start_where_the_sensor_is_when_the_beam_fires() -> None:
     path = np.array([[0.0, 0.0, 3.1], [0.2, 0.1, 3.3], [0.4, 0.2, -2.8]])  # over the end of the circle
     T_base_laser, angles = Pose2D(0.16, 0.02, 0.1), np.linspace(-2.0, 2.0, 9)
     beams, rays = np.ascontiguousarray(unit_vectors(angles + 0.1).T), np.empty((5, 9))
@@ -153,7 +154,7 @@ def test_rays_start_where_the_sensor_is_when_the_beam_fires():
         assert np.cos(rays[4, j] - bearing) == pytest.approx(1.0)
 
 
-def test_a_leg_stops_the_beams_that_meet_it_when_they_fire():
+def test_a_leg_stops_the_beams_that_meet_it_when_they_fire() -> None:
     rays = rays_along(np.zeros((4, 2)), np.zeros(4))
     ranges = np.array([3.0, 3.0, 1.0, 3.0])
     legs = np.array([[[2.0, 0.0]], [[2.0, 0.3]]])  # it leaves the way between the rows
@@ -163,7 +164,7 @@ def test_a_leg_stops_the_beams_that_meet_it_when_they_fire():
 
 @settings(max_examples=40)
 @given(st.integers(0, 10_000))
-def test_legs_stop_a_fan_as_the_quadratic_says(seed):
+def test_legs_stop_a_fan_as_the_quadratic_says(seed: int) -> None:
     rng = np.random.default_rng(seed)
     rays = swept_rays(rng, 1.0, 1.0)
     beams = rays.shape[1]

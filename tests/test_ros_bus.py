@@ -1,28 +1,33 @@
 """The network that a bus of ROS 2 joins, and two programs on it."""
 
+import os
 import subprocess
 import sys
+from typing import ClassVar, Self
 
 import pytest
 
 from slam.errors import InputError
+from slam.topics import names, rclpy_bus
 from slam.topics.ros_bus import open_ros_bus
 from slam.topics.ros_network import RosNetwork
+from slam.topics.topic import Topic
 
 ECHO = """
 import sys, threading
 from slam.topics.ros_bus import open_ros_bus
 from slam.topics.topic import Topic
 
-type, other, latched, mine = sys.argv[1], sys.argv[2], sys.argv[3] == "latched", sys.argv[4] == "first"
-here, there = Topic("/here", type, latched=latched), Topic("/there", type, latched=latched)
-heard, echoed = threading.Event(), []
+said, hears, message = Topic(sys.argv[1], "std_msgs/msg/String"), Topic(sys.argv[2], "std_msgs/msg/String"), sys.argv[3]
+heard, own, news = [], [], threading.Event()
 with open_ros_bus() as bus:
-    bus.subscribe(there if mine else here, lambda message: (echoed.append(message), heard.set()))
-    while not heard.wait(0.05):
-        bus.publish(here if mine else there, 0.0, bytes.fromhex(other))
-    bus.publish(here if mine else there, 0.0, bytes.fromhex(other))
-    print(echoed[0].hex())
+    bus.subscribe(said, own.append)
+    bus.subscribe(hears, lambda message: (heard.append(message), news.set()))
+    while not news.wait(0.05):
+        bus.publish(said, 0.0, bytes.fromhex(message))
+    bus.publish(said, 0.0, bytes.fromhex(message))
+assert not own
+print(heard[0].hex())
 """
 """A program that publishes bytes until it hears some, and prints them."""
 
@@ -56,15 +61,51 @@ def test_a_missing_package_names_its_command(monkeypatch: pytest.MonkeyPatch) ->
         open_ros_bus()
 
 
-@pytest.mark.parametrize("latched", ["latched", "volatile"])
-def test_two_programs_hear_each_other(latched: str) -> None:
+def test_two_programs_hear_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("cyclonedds", reason="Cyclone DDS is not installed: pip install 'hopslam[ros]'")
-    hello, world = ("00010000060000004865" + "6c6c6f000000", "0001000006000000576f" + "726c64000000")
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(100 + os.getpid() % 100))
+    hello, world = "000100000600000048656c6c6f000000", "0001000006000000576f726c64000000"
     programs = [
-        subprocess.Popen(
-            [sys.executable, "-c", ECHO, "std_msgs/msg/String", said, latched, order],
-            stdout=subprocess.PIPE, text=True,
-        )
-        for said, order in ((hello, "first"), (world, "second"))
-    ]  # fmt: skip
-    assert [program.communicate(timeout=30)[0].strip() for program in programs] == [world, hello]
+        subprocess.Popen([sys.executable, "-c", ECHO, *words], stdout=subprocess.PIPE, text=True)
+        for words in (("/here", "/there", hello), ("/there", "/here", world))
+    ]
+    assert [program.communicate(timeout=60)[0].strip() for program in programs] == [world, hello]
+
+
+class FakeNode:
+    """A node of rclpy that notes what it is asked to hear."""
+
+    made: ClassVar[list[Self]] = []
+
+    def __init__(self) -> None:
+        self.types: dict[str, str] = {}
+        self.heard: list[Topic] = []
+        self.made.append(self)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.heard.clear()
+
+    def subscribe(self, topic: Topic, heard: object) -> None:
+        self.heard.append(topic)
+
+
+def test_one_name_of_two_types_takes_two_nodes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rclpy_bus, "_Node", FakeNode)
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
+    with rclpy_bus.RclpyBus() as bus:
+        for topic in (names.CMD_VEL, names.TF, names.STAMPED_CMD_VEL, names.SCAN):
+            bus.subscribe(topic, print)
+        assert [node.heard for node in FakeNode.made] == [
+            [names.CMD_VEL, names.TF, names.SCAN],
+            [names.STAMPED_CMD_VEL],
+        ]
+    assert not any(node.heard for node in FakeNode.made)
+
+
+def test_a_sourced_ros_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert not rclpy_bus.has_ros()
+    monkeypatch.setattr(rclpy_bus, "find_spec", lambda package: package)
+    assert isinstance(open_ros_bus(), rclpy_bus.RclpyBus)

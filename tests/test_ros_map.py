@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -37,14 +38,14 @@ def write_map(folder: Path, yaw: float = 0.0, negate: int = 0, plain: bool = Fal
 
 
 @given(arrays(np.bool_, st.tuples(st.integers(1, 12), st.integers(1, 12))))
-def test_the_rectangles_cover_the_occupied_cells_and_no_other(occupied):
+def test_the_rectangles_cover_the_occupied_cells_and_no_other(occupied: Any) -> None:
     covered = np.zeros_like(occupied)
     for row, column, rows, columns in merge_cells(occupied):
         covered[row : row + rows, column : column + columns] = True
     assert (covered == occupied).all()
 
 
-def test_few_rectangles_are_enough():
+def test_few_rectangles_are_enough() -> None:
     rooms = np.zeros((1000, 1000), np.bool_)
     rooms[::100] = rooms[:, ::100] = rooms[-1] = rooms[:, -1] = True
     assert len(merge_cells(rooms)) == 22

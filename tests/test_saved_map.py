@@ -61,7 +61,7 @@ def test_a_run_goes_on_to_the_last_bit(half: tuple[LineSlam, Path], update: Upda
     for k in range(30, 60):
         one, other = update(slam, k), update(again, k)
         assert one.T_map_base == other.T_map_base
-        assert np.array_equal(one.covariance, other.covariance)  # type: ignore[arg-type]
+        assert np.array_equal(one.covariance, other.covariance)
     assert save_to(slam, path.with_name("a")).read_text() == save_to(again, path.with_name("b")).read_text()
     assert np.array_equal(slam.lines.ends, again.lines.ends)
 

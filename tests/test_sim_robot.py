@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from math import hypot, pi
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -43,7 +44,9 @@ def observations(robot: SimRobot, count: int) -> Iterator[Observation]:
 def observations_straight(robot: SimRobot, count: int) -> Iterator[Observation]:
     for _ in range(count):
         robot.drive(Twist2D(0.5, 0.0))
-        yield robot.observe()
+        observation = robot.observe()
+        assert observation is not None
+        yield observation
 
 
 def beam_times(scan: LaserScan) -> np.ndarray:
@@ -69,23 +72,23 @@ def fingerprint_of(seed: int) -> str:
         return fingerprint(robot)
 
 
-def test_the_same_seed_gives_the_same_observations_bit_by_bit():
+def test_the_same_seed_gives_the_same_observations_bit_by_bit() -> None:
     assert fingerprint_of(5) == fingerprint_of(5)
     assert fingerprint_of(5) != fingerprint_of(6)
 
 
-def test_without_a_seed_the_scenario_s_counts():
+def test_without_a_seed_the_scenario_s_counts() -> None:
     with SimRobot(scenario(seed=5)) as robot:
         assert fingerprint(robot) == fingerprint_of(5)
 
 
-def test_two_robots_side_by_side_do_not_disturb_each_other():
+def test_two_robots_side_by_side_do_not_disturb_each_other() -> None:
     with SimRobot(scenario(), 5) as first, SimRobot(scenario(), 6) as second:
         pairs = zip(observations(first, 20), observations(second, 20), strict=True)
         assert digest(seen for seen, _ in pairs) == fingerprint_of(5)
 
 
-def test_a_fresh_process_gives_the_same_observations():
+def test_a_fresh_process_gives_the_same_observations() -> None:
     code = "import test_sim_robot; print(test_sim_robot.fingerprint_of(5))"
     tests = Path(__file__).parent
     run = subprocess.run([sys.executable, "-c", code], cwd=tests, capture_output=True, text=True, check=True)
@@ -93,7 +96,7 @@ def test_a_fresh_process_gives_the_same_observations():
     assert run.stderr == ""
 
 
-def test_lidar_and_odometry_have_noise_of_their_own():
+def test_lidar_and_odometry_have_noise_of_their_own() -> None:
     with SimRobot(scenario(), 5) as noisy, SimRobot(scenario(lidar={"dropout": 0.5, "model": "table1"}), 5) as other:
         pairs = list(zip(observations(noisy, 10), observations(other, 10), strict=True))
     assert all(a.odometry == b.odometry for a, b in pairs)
@@ -101,7 +104,7 @@ def test_lidar_and_odometry_have_noise_of_their_own():
 
 
 @pytest.mark.parametrize("rolling", [True, False])
-def test_an_observation_is_one_moment(rolling):
+def test_an_observation_is_one_moment(rolling: bool) -> None:
     room = scenario(robot={"start": {"x": 1.0, "y": 0.2, "theta": 0.3}}, lidar={"noise": "none", "rolling": rolling})
     with SimRobot(room) as robot:
         robot.drive(Twist2D(0.4, 0.0))
@@ -120,7 +123,7 @@ def test_an_observation_is_one_moment(rolling):
         assert abs(points[on_left_wall, 1] - 1.2).max() < 1e-3
 
 
-def test_the_lidar_sits_where_it_is_mounted():
+def test_the_lidar_sits_where_it_is_mounted() -> None:
     wall = {"walls": [{"points": [[3.05, -5.0], [3.05, 5.0]]}]}
     mount = {"x": 0.1, "y": -0.2, "theta": pi / 2}
     with SimRobot(scenario(world=wall, lidar={"noise": "none", "mount": mount})) as robot:
@@ -128,13 +131,13 @@ def test_the_lidar_sits_where_it_is_mounted():
     assert seen.scan.ranges[384 - 44 - 256] == pytest.approx(2.9, abs=1e-3)
 
 
-def test_there_are_as_many_scans_as_the_duration_has_room_for():
+def test_there_are_as_many_scans_as_the_duration_has_room_for() -> None:
     with SimRobot(scenario(duration=0.55)) as robot:
         seen = [robot.observe() for _ in range(7)]
     assert [s is None for s in seen] == [False] * 5 + [True] * 2
 
 
-def test_driving_into_a_wall_is_reported_while_it_lasts():
+def test_driving_into_a_wall_is_reported_while_it_lasts() -> None:
     with SimRobot(scenario(world={"walls": [{"points": [[1.5, -2.0], [1.5, 2.0]]}]})) as robot:
         seen = list(observations_straight(robot, 60))
         first = next(i for i, s in enumerate(seen) if s.collided)
@@ -147,7 +150,7 @@ def test_driving_into_a_wall_is_reported_while_it_lasts():
         assert not last.collided
 
 
-def test_a_short_touch_between_two_scans_is_reported():
+def test_a_short_touch_between_two_scans_is_reported() -> None:
     agile = {"limits": {"acceleration": 5.0, "deceleration": 50.0}}
     with SimRobot(
         scenario(world={"walls": [{"points": [[1.0, -2.0], [1.0, 2.0]]}]}, robot=agile, lidar={"rolling": False})
@@ -161,7 +164,7 @@ def test_a_short_touch_between_two_scans_is_reported():
     assert after.collided
 
 
-def test_it_passes_where_its_body_has_room():
+def test_it_passes_where_its_body_has_room() -> None:
     sides = [{"points": [[0.0, side], [2.0, side]]} for side in (-0.25, 0.25)]  # 0.40 m for a body 0.381 m wide
     with SimRobot(scenario(world={"walls": sides})) as robot:
         seen = list(observations_straight(robot, 40))
@@ -169,7 +172,7 @@ def test_it_passes_where_its_body_has_room():
     assert seen[-1].T_map_base.x > 1.0
 
 
-def test_drive_returns_what_is_applied():
+def test_drive_returns_what_is_applied() -> None:
     with SimRobot(scenario(robot={"limits": {"linear": 0.6}})) as robot:
         assert robot.drive(Twist2D(0.4, 0.1)) == Twist2D(0.4, 0.1)
         assert robot.drive(Twist2D(4.0, 0.1)) == Twist2D(0.6, 0.1)
@@ -186,7 +189,7 @@ CROWD = {
 @pytest.mark.parametrize(
     "lidar", [{}, {"caster": "exact", "noise": "realistic"}, {"rolling": False, "noise": "datasheet"}]
 )
-def test_a_restarted_robot_is_a_new_one_bit_by_bit(lidar):
+def test_a_restarted_robot_is_a_new_one_bit_by_bit(lidar: str) -> None:
     crowd = scenario(lidar=lidar, **CROWD)
     with SimRobot(crowd, 3) as robot, SimRobot(crowd, 8) as fresh:
         first = list(observations(robot, 40))
@@ -197,7 +200,7 @@ def test_a_restarted_robot_is_a_new_one_bit_by_bit(lidar):
         assert digest(observations(robot, 40)) == digest(first)
 
 
-def test_a_wall_ahead_presses_the_bumper_and_stalls():
+def test_a_wall_ahead_presses_the_bumper_and_stalls() -> None:
     with SimRobot(scenario(world={"walls": [{"points": [[1.0, -2.0], [1.0, 2.0]]}]})) as robot:
         seen = list(observations_straight(robot, 60))
     assert not seen[0].collided
@@ -221,14 +224,14 @@ def test_a_wall_ahead_presses_the_bumper_and_stalls():
         ((1.0, 0.2), None),
     ],
 )
-def test_a_contact_presses_the_segment_in_its_direction(contact, segment):
+def test_a_contact_presses_the_segment_in_its_direction(contact: Any, segment: int) -> None:
     x, y = contact
     assert segment_at(Contact(x, y, pushable=False), (1.0, 0.0, 0.0)) == segment
     turned = Contact(1.0 - y, x - 1.0, pushable=False)  # the robot at (1, 0) looks along +y
     assert segment_at(turned, (1.0, 0.0, pi / 2)) == segment
 
 
-def test_the_sonar_ring_sees_walls_and_people_to_five_metres():
+def test_the_sonar_ring_sees_walls_and_people_to_five_metres() -> None:
     room = {"walls": [{"points": [[4.05, -9.0], [4.05, 9.0]]}, {"points": [[-1.0, 3.05], [9.0, 3.05]]}]}
     person = {"waypoints": [[0.8, -0.7]]}
     with SimRobot(scenario(world=room, people=[person], robot={"sonar": True})) as robot:
@@ -239,7 +242,7 @@ def test_the_sonar_ring_sees_walls_and_people_to_five_metres():
     assert right == np.inf
 
 
-def test_beams_are_taken_where_the_sensor_is_when_they_fire():
+def test_beams_are_taken_where_the_sensor_is_when_they_fire() -> None:
     box = {"walls": [CORRIDOR]}
     skews = []
     for rolling in (True, False):
@@ -255,7 +258,7 @@ def test_beams_are_taken_where_the_sensor_is_when_they_fire():
     assert skews[0] > 0.02
 
 
-def test_a_person_stops_before_the_robot_and_goes_on_behind_it():
+def test_a_person_stops_before_the_robot_and_goes_on_behind_it() -> None:
     person = {"waypoints": [[3.0, 0.0], [0.0, 0.0]], "keep": 0.8}
     with SimRobot(scenario(world={"walls": [CORRIDOR]}, people=[person])) as robot:
         for _ in range(60):
@@ -269,12 +272,12 @@ def test_a_person_stops_before_the_robot_and_goes_on_behind_it():
 
 
 @pytest.mark.parametrize("way", [[[2.0, 0.0], [-0.9, 0.0]], [[0.0, 1.1], [0.0, -1.1]], [[0.8, 0.8], [-0.8, -0.8]]])
-def test_nobody_walks_into_a_robot_that_stands(way):
+def test_nobody_walks_into_a_robot_that_stands(way: Any) -> None:
     with SimRobot(scenario(world={"walls": [CORRIDOR]}, people=[{"waypoints": way, "speed": 1.5}])) as robot:
         assert not any(robot.observe().collided for _ in range(30))
 
 
-def test_a_heedless_person_pushes_the_robot_gently():
+def test_a_heedless_person_pushes_the_robot_gently() -> None:
     careless = {"waypoints": [[0.0, 1.1], [0.0, -1.1]], "keep": 0.0}
     with SimRobot(scenario(world={"walls": [CORRIDOR]}, people=[careless])) as robot:
         seen = [robot.observe() for _ in range(30)]
@@ -282,7 +285,7 @@ def test_a_heedless_person_pushes_the_robot_gently():
     assert max(hypot(s.T_map_base.x, s.T_map_base.y) for s in seen) < 0.2
 
 
-def test_running_into_a_person_is_a_collision():
+def test_running_into_a_person_is_a_collision() -> None:
     person = {"waypoints": [[1.0, 0.0]]}
     with SimRobot(scenario(world={"walls": [CORRIDOR]}, people=[person])) as robot:
         seen = list(observations_straight(robot, 60))
@@ -291,7 +294,7 @@ def test_running_into_a_person_is_a_collision():
     assert seen[-1].T_map_base.x < 0.85
 
 
-def test_a_closed_robot_says_so():
+def test_a_closed_robot_says_so() -> None:
     with SimRobot(scenario()) as robot:
         robot.observe()
     robot.close()
@@ -301,7 +304,7 @@ def test_a_closed_robot_says_so():
         robot.drive(Twist2D())
 
 
-def test_physics_control_and_scans_divide_one_another():
+def test_physics_control_and_scans_divide_one_another() -> None:
     with pytest.raises(ValidationError, match=r"physics\.rate = 245 is no multiple of robot\.control_rate = 60"):
         scenario(physics={"rate": 245})
     with pytest.raises(ValidationError, match=r"robot\.control_rate = 75 gives 7\.5 control steps"):

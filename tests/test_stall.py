@@ -1,6 +1,7 @@
 """A blocked base: its motors stall and it stands; where the floor is slippery, its wheels spin instead."""
 
 from math import radians
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -27,7 +28,7 @@ def push(guard: StallGuard, steps: int, speeds: tuple[float, float], torques: tu
 
 
 @pytest.mark.parametrize("rate", [10, 60, 240])
-def test_motors_are_cut_after_the_stall_time_and_recover(rate):
+def test_motors_are_cut_after_the_stall_time_and_recover(rate: Any) -> None:
     guard = StallGuard(rate)
     push(guard, round(STALL_TIME * rate) - 1, (0.0, 0.0), (1.0, 1.0))
     assert guard.engaged
@@ -51,13 +52,13 @@ def test_motors_are_cut_after_the_stall_time_and_recover(rate):
         ((0.3, 0.3), (1.0, 1.0), False),  # it gathers speed
     ],
 )
-def test_motors_stall_when_a_wheel_stands_under_load(speeds, torques, stalls):
+def test_motors_stall_when_a_wheel_stands_under_load(speeds: Any, torques: Any, stalls: bool) -> None:
     guard = StallGuard(60)
     push(guard, 60, speeds, torques)
     assert guard.stalled == stalls
 
 
-def test_a_stall_is_over_once_the_motors_have_worked():
+def test_a_stall_is_over_once_the_motors_have_worked() -> None:
     guard = StallGuard(60)
     push(guard, round((STALL_TIME + RECOVERY_TIME) * 60), (0.0, 0.0), (1.0, 1.0))
     push(guard, 3, (0.0, 0.0), (0.3, 0.3))
@@ -67,7 +68,7 @@ def test_a_stall_is_over_once_the_motors_have_worked():
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_a_blocked_base_stalls_and_its_odometry_stands(case):
+def test_a_blocked_base_stalls_and_its_odometry_stands(case: str) -> None:
     driven = drive(scene(**CASES[case]))
     assert driven.stalled_at - driven.stood_at < 0.7
     metres, turn = driven.odometry_after_stall
@@ -80,7 +81,7 @@ def test_a_blocked_base_stalls_and_its_odometry_stands(case):
 
 @pytest.mark.parametrize("speed", [0.1, 0.6, 1.2, -0.3])
 @pytest.mark.parametrize("angle", [0.0, 30.0])
-def test_at_any_speed_and_in_reverse(speed, angle):
+def test_at_any_speed_and_in_reverse(speed: float, angle: float) -> None:
     at = 1.0 if speed < 0.5 else 2.0
     driven = drive(scene(wall(radians(angle), at=at if speed > 0 else -0.6)), Twist2D(speed), seconds=11.0)
     assert driven.stalled_at - driven.stood_at < 0.7
@@ -89,14 +90,14 @@ def test_at_any_speed_and_in_reverse(speed, angle):
 
 
 @pytest.mark.parametrize("turn", [0.8, -0.8])
-def test_a_base_that_turns_on_the_spot_between_walls_stalls(turn):
+def test_a_base_that_turns_on_the_spot_between_walls_stalls(turn: float) -> None:
     walls = [{"points": [[-2.0, y], [2.0, y]]} for y in (0.27, -0.27)]
     driven = drive(scene({"walls": walls}), Twist2D(0.0, turn), seconds=5.0)
     assert driven.stalled_at < 1.5
     assert driven.odometry_after_stall[1] < 0.01
 
 
-def test_a_grazed_wall_leaves_the_odometry_true():
+def test_a_grazed_wall_leaves_the_odometry_true() -> None:
     driven = drive(scene(wall(radians(80.0), at=3.0, length=6.0)), seconds=12.0)
     assert not driven.stalled.any()
     ways = [np.hypot(*np.diff(poses[:, :2], axis=0).T).sum() for poses in (driven.truth, driven.odometry)]
@@ -104,7 +105,7 @@ def test_a_grazed_wall_leaves_the_odometry_true():
     assert ways[0] > 3.0
 
 
-def test_commanded_back_a_stalled_base_comes_free():
+def test_commanded_back_a_stalled_base_comes_free() -> None:
     with SimRobot(scene(wall(0.0))) as robot:
         for _ in range(60):
             robot.drive(Twist2D(0.3))
@@ -117,7 +118,7 @@ def test_commanded_back_a_stalled_base_comes_free():
     assert free.T_map_base.x < stalled.T_map_base.x - 0.3
 
 
-def test_the_base_goes_on_when_a_person_leaves():
+def test_the_base_goes_on_when_a_person_leaves() -> None:
     passer_by = {"waypoints": [[1.2, 2.5], [1.2, 0.0]], "pause": 4.0, "keep": 0.0, "stride": 0.2}
     driven = drive(scene(wall(0.0, at=9.0), people=[passer_by]), seconds=11.0)
     assert driven.stalled[60]
@@ -126,14 +127,14 @@ def test_the_base_goes_on_when_a_person_leaves():
 
 
 @pytest.mark.parametrize("height", range(5, 41))
-def test_a_sill_up_to_25_mm_is_driven_over(height):
+def test_a_sill_up_to_25_mm_is_driven_over(height: float) -> None:
     outcome = sill_outcome(scene(sill(height / 1000.0)))
     assert outcome == ("over" if height <= 25 else "stopped")
 
 
 @pytest.mark.parametrize("height", [0.024, 0.0249, 0.0251, 0.026])
 @pytest.mark.parametrize("box", [{"yaw": 0.5}, {"center": [0.6, 1.05], "size": [0.1, 2.0]}, {"size": [0.005, 4.0]}])
-def test_the_base_does_not_hang_at_slanting_or_thin_sills(height, box):
+def test_the_base_does_not_hang_at_slanting_or_thin_sills(height: float, box: Any) -> None:
     changed = box | {"size": [*box.get("size", [0.1, 4.0]), height]}
     assert sill_outcome(scene(sill(height, **changed))) == ("over" if height <= 0.025 else "stopped")
 
@@ -149,7 +150,7 @@ def grip_needed(height: float) -> float:
 
 
 @pytest.mark.parametrize(("share", "stalls"), [(0.95, False), (1.07, True)])
-def test_wheels_spin_on_a_slippery_floor_else_stall(share, stalls):
+def test_wheels_spin_on_a_slippery_floor_else_stall(share: float, stalls: bool) -> None:
     """At a low sill, whose push is between 10 and 30 mm up."""
     slippery = {"traction": {"friction": share * grip_needed(0.01 if share < 1.0 else 0.03)}}
     driven = drive(scene(sill(0.03), robot=slippery), seconds=6.0)
@@ -158,7 +159,7 @@ def test_wheels_spin_on_a_slippery_floor_else_stall(share, stalls):
     assert spun < 0.05 if stalls else spun > 0.5
 
 
-def test_the_emulators_plant_stalls_and_scans_in_place():
+def test_the_emulators_plant_stalls_and_scans_in_place() -> None:
     plant = SimPlant(scene(wall(0.0)))
     for _ in range(600):
         plant.advance(0.01, Twist2D(0.3))
@@ -174,7 +175,7 @@ def test_the_emulators_plant_stalls_and_scans_in_place():
     assert not plant.stalled
 
 
-def test_info_tells_of_a_stall_where_no_collision_ends():
+def test_info_tells_of_a_stall_where_no_collision_ends() -> None:
     env = P3DXEnv(scene(wall(0.0, at=0.6)), reward="none", end_on=())
     env.reset(seed=0)
     for _ in range(30):

@@ -162,7 +162,7 @@ def test_the_shared_script_changes_as_much(variant: str, tmp_path: Path) -> None
         )
         for made in (theirs, ours)
     ]
-    assert np.allclose(*changed, rtol=0.15, atol=0.002)
+    assert np.allclose(changed[0], changed[1], rtol=0.15, atol=0.002)
 
 
 @needs_script

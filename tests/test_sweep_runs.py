@@ -29,7 +29,7 @@ class UnreliableExecutor:
 
     def __init__(self, jobs: list[Job], lost: int, interrupt_after: int = 10**9) -> None:
         self._left = {job.id: lost for job in jobs[::2]}
-        self._bad, self._jobs, self._until = jobs[-1].id, [], interrupt_after
+        self._bad, self._jobs, self._until = jobs[-1].id, list[Job](), interrupt_after
 
     @property
     def free(self) -> int:

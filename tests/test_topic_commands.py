@@ -1,4 +1,4 @@
-"""What is heard on topics: velocities, a first pose, and garbage."""
+"""Messages heard on topics: velocities, a first pose, and garbage."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def test_json_fills_a_message() -> None:
 
 
 def test_a_pace_sets_the_time_between_scans(monkeypatch: pytest.MonkeyPatch) -> None:
-    now, told = [50.0], []
+    now, told = [50.0], list[Any]()
 
     def sleep(seconds: float) -> None:
         now[0] += seconds

@@ -132,11 +132,11 @@ def test_a_follower_keeps_all_scans_and_a_driver_the_last() -> None:
     stamps = 1.0 + 0.1 * np.arange(40)
     told = Told(MOUNT, *(message for t in stamps for message in (odom(t, t, 0.0, 0.0), seen(t))))
     with topic_robot(told, follows=True) as robot:
-        assert [robot.observe().scan.stamp for _ in stamps] == pytest.approx(stamps)  # type: ignore[union-attr]
+        assert [robot.observe().scan.stamp for _ in stamps] == pytest.approx(stamps)
     with topic_robot(told) as robot:
-        assert robot.observe().scan.stamp == pytest.approx(stamps[-4])  # type: ignore[union-attr]
+        assert robot.observe().scan.stamp == pytest.approx(stamps[-4])
     with TopicRobot(load_scenario("corridor"), bus=told, newest=True) as robot:
-        assert robot.observe().scan.stamp == pytest.approx(stamps[-1])  # type: ignore[union-attr]
+        assert robot.observe().scan.stamp == pytest.approx(stamps[-1])
 
 
 def test_a_lidar_elsewhere_is_refused() -> None:
@@ -151,7 +151,7 @@ def test_garbage_is_passed_over(caplog: pytest.LogCaptureFixture) -> None:
     bad = [(name, kind, bytes([0, 1, 0, 0, *([255] * 30)])) for name, kind, _ in (MOUNT, odom(1.0, 0, 0, 0), seen(1.0))]
     later = odom(1.1, 0.0, 0.0, 0.0), seen(1.05, frame="rear"), seen(1.1)
     with topic_robot(Told(*bad, MOUNT, odom(1.0, 0.0, 0.0, 0.0), seen(1.0), *bad, *later), follows=True) as robot:
-        assert [robot.observe().scan.stamp for _ in range(2)] == [1.0, 1.1]  # type: ignore[union-attr]
+        assert [robot.observe().scan.stamp for _ in range(2)] == [1.0, 1.1]
     assert sum("cannot be read" in line for line in caplog.messages) == 1
 
 

@@ -1,5 +1,7 @@
 """The simulated lidar: true ranges, and the errors it adds to them."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -42,14 +44,14 @@ def room_ranges(T_map_laser: Pose2D, angles: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("caster", ["bullet", "exact"])
 @pytest.mark.parametrize("model", LIDARS)
 @pytest.mark.parametrize("pose", [Pose2D(0.0, 0.0, 0.001), Pose2D(0.7, -1.1, 2.3), Pose2D(-1.0, 0.4, -0.8)])
-def test_ranges_in_a_square_room_have_the_closed_form(model, caster, pose):
+def test_ranges_in_a_square_room_have_the_closed_form(model: Any, caster: str, pose: Any) -> None:
     config = LidarConfig(model=model, noise="none", caster=caster, mount=HERE)
     with World(ROOM.prisms(), 240) as world:
         ranges = SimulatedLidar(world, config).true_ranges(still(pose))
     assert ranges == pytest.approx(room_ranges(pose, config.description.lidar.angles), abs=1e-4)
 
 
-def test_the_scan_carries_its_fan_its_stamp_and_its_sensor():
+def test_the_scan_carries_its_fan_its_stamp_and_its_sensor() -> None:
     with World(ROOM.prisms(), 240) as world:
         scan = SimulatedLidar(world, EXACT).scan(still(Pose2D()), 12.5, rng())
     assert scan.lidar == URG04LX.lidar
@@ -59,7 +61,7 @@ def test_the_scan_carries_its_fan_its_stamp_and_its_sensor():
     assert np.abs(scan.points()).max() == pytest.approx(2.0, abs=1e-3)
 
 
-def test_a_low_lidar_sees_table_legs_a_high_one_the_top():
+def test_a_low_lidar_sees_table_legs_a_high_one_the_top() -> None:
     plan = Plan(tables=(Table(center=(2.0, 0.0), size=(1.0, 1.0, 0.7)),))
     with World(plan.prisms(), 240) as world:
         low = SimulatedLidar(world, LidarConfig(height=0.3, mount=HERE)).true_ranges(still(Pose2D()))
@@ -70,13 +72,13 @@ def test_a_low_lidar_sees_table_legs_a_high_one_the_top():
     assert 0 < np.isfinite(low).sum() < np.isfinite(high).sum()
 
 
-def test_no_echo_is_inf_and_too_close_is_minus_inf():
+def test_no_echo_is_inf_and_too_close_is_minus_inf() -> None:
     ranges = measure(np.array([0.03, 0.0602, 4.0949, 4.11, np.inf]), 0.0, EXACT, rng())
     assert ranges.tolist() == pytest.approx([-np.inf, 0.06, 4.095, np.inf, np.inf])
 
 
 @given(st.sampled_from(sorted(LIDARS)), st.floats(0.0, 1.0))
-def test_ranges_in_reach_become_the_nearest_step(name, share):
+def test_ranges_in_reach_become_the_nearest_step(name: Any, share: float) -> None:
     model = LIDARS[name]
     lidar = model.lidar
     true = lidar.range_min + share * (lidar.range_max - lidar.range_min)
@@ -87,7 +89,7 @@ def test_ranges_in_reach_become_the_nearest_step(name, share):
     assert abs(steps - round(steps)) * model.resolution <= 0.51e-6  # whole micrometres
 
 
-def test_table_1_has_1024_steps():
+def test_table_1_has_1024_steps() -> None:
     lidar = TABLE1.lidar
     reported = quantised(np.linspace(lidar.range_min, lidar.range_max, 100_000), TABLE1)
     assert len(np.unique(reported.round(9))) == 1025
@@ -95,7 +97,7 @@ def test_table_1_has_1024_steps():
 
 @pytest.mark.parametrize(("true", "bound"), [(0.5, 0.025), (1.0, 0.025), (2.0, 0.05), (3.5, 0.0875)])
 @pytest.mark.parametrize("bound_sigmas", [2.0, 3.0])
-def test_the_noise_is_gaussian_with_the_maker_s_bound(true, bound, bound_sigmas):
+def test_the_noise_is_gaussian_with_the_maker_s_bound(true: float, bound: float, bound_sigmas: float) -> None:
     config = LidarConfig(bound_sigmas=bound_sigmas)
     errors = measure(np.full(40_000, true), 0.0, config, rng()) - true
     sigma = bound / bound_sigmas
@@ -105,7 +107,7 @@ def test_the_noise_is_gaussian_with_the_maker_s_bound(true, bound, bound_sigmas)
     assert np.mean(abs(errors) > 2.5 * sigma) == pytest.approx(0.0124, abs=0.004)
 
 
-def test_noise_at_the_reach_gains_as_many_as_it_loses():
+def test_noise_at_the_reach_gains_as_many_as_it_loses() -> None:
     wall = Plan(walls=(Wall(points=((4.145, -9.0), (4.145, 9.0))),))  # its face stands at the reach of 4.095 m
     with World(wall.prisms(), 240) as world:
         lidar = SimulatedLidar(world, LidarConfig(mount=HERE))
@@ -113,20 +115,20 @@ def test_noise_at_the_reach_gains_as_many_as_it_loses():
     assert 0.35 < np.mean(ahead) < 0.65
 
 
-def test_dropout_loses_its_share_of_the_echoes():
+def test_dropout_loses_its_share_of_the_echoes() -> None:
     ranges = measure(np.full(20_000, 2.0), 0.0, LidarConfig(dropout=0.1), rng())
     assert np.mean(np.isinf(ranges)) == pytest.approx(0.1, abs=0.01)
     assert np.isinf(measure(np.full(10, 2.0), 0.0, LidarConfig(dropout=1.0), rng())).all()
 
 
-def test_the_seed_alone_decides_the_noise():
+def test_the_seed_alone_decides_the_noise() -> None:
     true = np.linspace(0.1, 4.0, 682)
     first, again, other = (measure(true, 0.0, LidarConfig(), rng(seed)) for seed in (7, 7, 8))
     assert (first == again).all()
     assert (first != other).mean() > 0.8
 
 
-def test_every_scan_draws_as_many_random_numbers():
+def test_every_scan_draws_as_many_random_numbers() -> None:
     near, far, none = rng(3), rng(3), rng(3)
     measure(np.full(682, 1.0), 0.0, LidarConfig(), near)
     measure(np.full(682, np.inf), 0.0, LidarConfig(), far)

@@ -47,7 +47,7 @@ ENTITIES = {
 def step(index: int, **observed: bool | tuple[bool, ...]) -> Step:
     scan = LaserScan(0.1 * index, -1.0, 0.1, 0.06, 4.0, np.full(21, 1.5))
     pose = Pose2D(0.05 * index, 0.0, 0.01 * index)
-    observation = Observation(scan, Odometry(0.1 * index, pose), pose, **observed)  # type: ignore[arg-type]
+    observation = Observation(scan, Odometry(0.1 * index, pose), pose, **observed)
     return Step(index, observation, Estimate(0.1 * index, pose), Twist2D(0.5, 0.0), 0.0)
 
 

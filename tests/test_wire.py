@@ -122,7 +122,7 @@ def real(tmp_path: Path) -> Path:
     events = []
     for line in REAL.read_text().splitlines():
         began, _, kind, data = line.split(maxsplit=3)
-        events.append(WireEvent(float(began), "/dev/ttyACM0", kind, ast.literal_eval(data)))  # type: ignore[arg-type]
+        events.append(WireEvent(float(began), "/dev/ttyACM0", kind, ast.literal_eval(data)))
     return written(tmp_path / "real.wire", *events)
 
 

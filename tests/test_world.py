@@ -1,5 +1,7 @@
 """The world: what rays meet, what bodies touch, and who owns which physics server."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -15,7 +17,7 @@ from slam.scenario.solids import Prism, rectangle
 from slam.scenario.world_plan import World as Plan
 
 
-def prisms(*boxes: Box):
+def prisms(*boxes: Box) -> list[Prism]:
     return Plan(boxes=boxes).prisms()
 
 
@@ -40,17 +42,17 @@ def ray(world: World, start: tuple[float, float, float], end: tuple[float, float
         ((0.0, 0.0, 0.3), (2.4999, 0.0, 0.3), np.inf),
     ],
 )
-def test_rays_meet_a_box_within_a_tenth_of_a_millimetre(start, end, distance):
+def test_rays_meet_a_box_within_a_tenth_of_a_millimetre(start: Any, end: Any, distance: float) -> None:
     with World(prisms(BOX), rate=240) as world:
         assert ray(world, start, end) == pytest.approx(distance, abs=1e-4)
 
 
-def test_rays_meet_a_turned_box():
+def test_rays_meet_a_turned_box() -> None:
     with World(prisms(Box(center=(2.0, 0.0), size=(1.0, 1.0, 1.0), yaw=np.pi / 4)), rate=240) as world:
         assert ray(world, (0.0, 0.1, 0.3), (5.0, 0.1, 0.3)) == pytest.approx(2.0 - np.sqrt(0.5) + 0.1, abs=1e-4)
 
 
-def test_no_ray_of_a_large_batch_is_lost():
+def test_no_ray_of_a_large_batch_is_lost() -> None:
     angles = np.linspace(-np.pi, np.pi, 40_000)
     center = np.tile([3.0, 0.5, 0.3], (len(angles), 1))
     around = center + 9.0 * np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
@@ -61,27 +63,27 @@ def test_no_ray_of_a_large_batch_is_lost():
     assert (fractions > 0.8).all()
 
 
-def test_an_empty_world_has_nothing_to_meet():
+def test_an_empty_world_has_nothing_to_meet() -> None:
     with World([], rate=240) as world:
         assert ray(world, (0.0, 0.0, 0.3), (10.0, 0.0, 0.3)) == np.inf
         assert P3dx(world, RobotConfig()).contacts() == []
 
 
-def test_rays_pass_through_the_robot():
+def test_rays_pass_through_the_robot() -> None:
     with World(prisms(BOX), rate=240) as world:
         P3dx(world, RobotConfig(start={"x": 1.0}))
         world.step()
         assert ray(world, (0.0, 0.0, 0.15), (10.0, 0.0, 0.15)) == pytest.approx(2.5, abs=1e-4)
 
 
-def test_time_is_counted_in_steps():
+def test_time_is_counted_in_steps() -> None:
     with World([], rate=100) as world:
         for _ in range(30):
             world.step()
         assert world.time == 0.3
 
 
-def test_a_closed_world_says_so_and_leaves_later_ones_alone():
+def test_a_closed_world_says_so_and_leaves_later_ones_alone() -> None:
     closed = World([], rate=240)
     closed.close()
     closed.close()
@@ -94,7 +96,7 @@ def open_clients() -> int:
     return sum(pybullet.getConnectionInfo(physicsClientId=client)["isConnected"] for client in range(1024))
 
 
-def test_forgotten_worlds_are_freed_but_one_is_reused():
+def test_forgotten_worlds_are_freed_but_one_is_reused() -> None:
     before = open_clients()
     for _ in range(5):
         world = World([], rate=240)
@@ -107,7 +109,7 @@ def test_forgotten_worlds_are_freed_but_one_is_reused():
     assert open_clients() <= before + 1
 
 
-def test_a_world_on_a_server_that_was_used_before_is_empty():
+def test_a_world_on_a_server_that_was_used_before_is_empty() -> None:
     World(prisms(BOX), rate=100).close()
     with World([], rate=240) as world:
         assert ray(world, (0.0, 0.5, 0.3), (10.0, 0.5, 0.3)) == np.inf
@@ -115,7 +117,7 @@ def test_a_world_on_a_server_that_was_used_before_is_empty():
 
 
 @pytest.mark.parametrize(("height", "stops"), [(0.02, False), (0.03, True)])
-def test_a_sill_stops_the_robot_from_25_millimetres_on(height, stops):
+def test_a_sill_stops_the_robot_from_25_millimetres_on(height: float, stops: bool) -> None:
     with World(prisms(Box(center=(0.6, 0.0), size=(0.2, 2.0, height))), rate=240) as world:
         base = P3dx(world, RobotConfig(control_rate=240))
         touched = False
@@ -127,19 +129,19 @@ def test_a_sill_stops_the_robot_from_25_millimetres_on(height, stops):
     assert touched == stops
 
 
-def test_an_error_of_pybullet_is_a_robot_error_with_its_cause():
+def test_an_error_of_pybullet_is_a_robot_error_with_its_cause() -> None:
     with World([], rate=240) as world, pytest.raises(RobotError, match="rayTestBatch") as caught:
         world.cast(np.zeros((1, 3)), np.zeros((1, 2)))
     assert caught.value.__cause__ is not None
 
 
-def test_a_missing_asset_is_named():
+def test_a_missing_asset_is_named() -> None:
     assert asset("urdf/p3dx.urdf").read_text().startswith("<?xml")
     with pytest.raises(RobotError, match=r"urdf/p4dx\.urdf"):
         asset("urdf/p4dx.urdf")
 
 
-def test_what_does_not_move_costs_nothing_where_it_overlaps():
+def test_what_does_not_move_costs_nothing_where_it_overlaps() -> None:
     with World([Prism(rectangle((0.0, 0.0), 2.0, 2.0, 0.0), 0.0, 1.0)], 240) as world:
         for pillar in [world.add_pillar(0.06, 0.85) for _ in range(4)][:2]:
             world.move(pillar, 0.0, 0.0, 0.4)

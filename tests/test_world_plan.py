@@ -1,5 +1,7 @@
 """The things of a world: what they cover, and what they leave open."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -25,7 +27,7 @@ def area(footprint: np.ndarray) -> float:
 
 
 @given(radius=st.floats(0.002, 20.0))
-def test_a_cylinder_is_round_within_a_millimetre(radius):
+def test_a_cylinder_is_round_within_a_millimetre(radius: float) -> None:
     (prism,) = Cylinder(center=(1.0, -2.0), radius=radius).prisms()
     middles = (prism.footprint + np.roll(prism.footprint, 1, axis=0)) / 2.0
     distances = np.linalg.norm(np.concatenate([prism.footprint, middles]) - (1.0, -2.0), axis=1)
@@ -35,7 +37,7 @@ def test_a_cylinder_is_round_within_a_millimetre(radius):
 
 
 @given(at=st.floats(0.0, 3.0), width=st.floats(0.3, 1.0), yaw=st.floats(-3.0, 3.0))
-def test_a_doorway_is_open_only_at_its_place(at, width, yaw):
+def test_a_doorway_is_open_only_at_its_place(at: float, width: float, yaw: float) -> None:
     along = np.array([np.cos(yaw), np.sin(yaw)])
     wall = Wall(points=((0, 0), tuple(4.0 * along)), doors=(Door(at=at, width=width),))
     inside, outside = clearance(
@@ -46,7 +48,7 @@ def test_a_doorway_is_open_only_at_its_place(at, width, yaw):
 
 
 @pytest.mark.parametrize("hinge", ["begin", "end"])
-def test_a_shut_door_closes_the_wall(hinge):
+def test_a_shut_door_closes_the_wall(hinge: str) -> None:
     wall = Wall(points=CORNERED, doors=(Door(at=4.5, width=1.0, angle=0.0, hinge=hinge),))
     assert (free(wall, *sample_path(CORNERED, 0.01)) == 0.0).all()
 
@@ -60,13 +62,13 @@ def test_a_shut_door_closes_the_wall(hinge):
         ("end", -0.75 * np.pi, (1.9 + 0.9 * np.sqrt(0.5), -0.05 - 0.9 * np.sqrt(0.5))),
     ],
 )
-def test_an_open_leaf_stands_on_the_side_it_opens_to(hinge, angle, tip):
+def test_an_open_leaf_stands_on_the_side_it_opens_to(hinge: str, angle: float, tip: Any) -> None:
     wall = Wall(points=CORNERED, doors=(Door(at=1.0, angle=angle, hinge=hinge),))
     assert free(wall, tip)[0] < 1e-9
     assert free(wall, (1.45, 0.0))[0] == pytest.approx(0.45, abs=0.021)
 
 
-def test_wall_pieces_beside_doors_keep_sense_and_height():
+def test_wall_pieces_beside_doors_keep_sense_and_height() -> None:
     doors = (Door(at=0.0), Door(at=2.0, angle=2.0), Door(at=4.0, angle=-1.0, hinge="end"))
     prisms = list(Wall(points=CORNERED, height=2.1, doors=doors).prisms())
     assert len(prisms) == 7
@@ -82,13 +84,13 @@ def test_wall_pieces_beside_doors_keep_sense_and_height():
         ([Door(at=2.0), Door(at=1.5)], "the doors at 1.5 m and at 2 m of the wall overlap"),
     ],
 )
-def test_a_door_that_does_not_fit_is_refused(doors, complaint):
+def test_a_door_that_does_not_fit_is_refused(doors: Any, complaint: str) -> None:
     with pytest.raises(ValidationError, match=complaint):
         Wall(points=CORNERED, doors=doors)
 
 
 @given(x=st.floats(-3.0, 3.0), y=st.floats(-3.0, 3.0))
-def test_clearance_is_the_distance_to_the_nearest_solid(x, y):
+def test_clearance_is_the_distance_to_the_nearest_solid(x: float, y: float) -> None:
     boxes = World(boxes=(Box(center=(0, 0), size=(2, 1, 1)), Box(center=(2, 2), size=(1, 1, 1)))).prisms()
     expected = min(
         np.hypot(max(abs(x) - 1.0, 0), max(abs(y) - 0.5, 0)), np.hypot(*np.maximum(np.abs([x - 2, y - 2]) - 0.5, 0))
@@ -96,7 +98,7 @@ def test_clearance_is_the_distance_to_the_nearest_solid(x, y):
     assert clearance(np.array([[x, y]]), obstacle_footprints(boxes))[0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_table_top_is_not_in_the_way_but_its_legs_are():
+def test_a_table_top_is_not_in_the_way_but_its_legs_are() -> None:
     world = World(tables=(Table(center=(0, 0), size=(2, 2, 0.75)),))
     middle, leg = clearance(np.array([[0.0, 0.0], [0.99, 0.99]]), obstacle_footprints(world.prisms()))
     assert middle > 1.0

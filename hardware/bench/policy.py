@@ -19,7 +19,7 @@ class Policy(Protocol):
     env_id: str
     """The environment that it is made for: one of ``hopslam env``."""
     arguments: Mapping[str, Any]
-    """What that is made with: views, reward, ends, settings."""
+    """Arguments that it is made with: views, reward, ends, settings."""
 
     def __call__(self, observation: dict[str, NDArray[Any]], /) -> NDArray[Any]:
         """Choose the action (2,) of a robot, or the actions (N, 2), where the arrays have one more axis in front."""

@@ -17,7 +17,7 @@ from slam.scenario.settings import one_or_several
 
 @dataclass(frozen=True, slots=True)
 class Score:
-    """What one episode came to."""
+    """The outcome of one episode."""
 
     earned: float
     """The return."""

@@ -28,7 +28,7 @@ def doctor(
 ) -> None:
     """Find out which devices answer on the serial ports, or what keeps them from answering. Nothing moves.
 
-    Examined are the ports that are named; without names, those of lidars and of USB adapters, and with --all every
+    It examines the ports that are named; without names, those of lidars and of USB adapters, and with --all every
     one. The exit code is 3 where a named port, or a device that was found, is not fit for use, and where none is found.
 
     [bold]Examples[/bold]

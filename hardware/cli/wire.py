@@ -7,9 +7,9 @@ import typer
 
 
 def wire(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="What --record-wire has written.")],
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="File that --record-wire has written.")],
     port: Annotated[str | None, typer.Option(metavar="PORT", help="Only this port.")] = None,
-    raw: Annotated[bool, typer.Option("--raw", help="The bytes, too.")] = False,
+    raw: Annotated[bool, typer.Option("--raw", help="Show the bytes, too.")] = False,
 ) -> None:
     """List what passed over the ports of the devices, message by message.
 

@@ -15,7 +15,7 @@ from slam.console.terminal import Terminal
 from slam.env.config import EnvConfig
 from slam.env.episode import Episode
 from slam.env.occupancy_grid import Extent
-from slam.errors import RobotError
+from slam.errors import HopslamError, RobotError
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
 from slam.robot import Observation
@@ -28,12 +28,12 @@ Arrays = dict[str, NDArray[Any]]
 
 
 class ScanOfRobot(NamedTuple):
-    """What one robot told in one step."""
+    """The scan and odometry that one robot gave in one step."""
 
     robot: int
     world: int
     seed: int | None
-    """Of the episode that begins; None in one that goes on."""
+    """Seed of the episode that begins; None in one that goes on."""
     scan: LaserScan
     odometry: Odometry
     T_map_base: Pose2D
@@ -41,7 +41,7 @@ class ScanOfRobot(NamedTuple):
 
 
 class Estimated(NamedTuple):
-    """What SLAM says to one scan."""
+    """The estimate of SLAM after one scan."""
 
     robot: int
     views: Arrays
@@ -98,7 +98,7 @@ class SlamPool(Closing):
         except (EOFError, OSError) as error:
             raise RobotError("a process that ran SLAM for the batch has ended; make the environment anew") from error
         for answer in answers:
-            if isinstance(answer, Exception):
+            if isinstance(answer, HopslamError):
                 raise answer
         return [found for answer in answers for found in answer]
 
@@ -121,5 +121,5 @@ def _serve(pipe: Connection, task: SlamTask) -> None:
             return
         try:
             pipe.send([task.take(episodes, told) for told in scans])
-        except Exception as error:  # noqa: BLE001  # the environment raises it
-            pipe.send(error)
+        except HopslamError as error:
+            pipe.send(error)  # for the environment to raise; any other ends this process

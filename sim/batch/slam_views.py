@@ -1,4 +1,4 @@
-"""What SLAM shows to the robots of a batch, and what ``info`` and ends need of it, as arrays of all robots."""
+"""SLAM's views for the robots of a batch, and its part of ``info`` and of the ends, as arrays of all robots."""
 
 from collections.abc import Iterator, Sequence
 

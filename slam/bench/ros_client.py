@@ -1,15 +1,15 @@
 """A node of rclpy, run by the Python of a ROS 2 and not by that of hopslam: the other end of benchmark and tests.
 
 ``ros_client.py listen SECONDS``, ``drive SECONDS [stamped]``, ``flood SECONDS``, ``sleep SECONDS`` or ``play FILE
-[RATE]``. Each prints one line of JSON when it is done.
+[RATE]``. Each prints one line of JSON when it is done; the first two are done as soon as their input is closed, too.
 """
 
 import json
 import os
 import random
+import select
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,8 +20,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import LaserScan
 
 _LATCHED: Final = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-_SILENCE: Final = 3.0
-"""Seconds without a scan after which a listener takes the run to be over."""
+_REST: Final = 1.0
+"""Seconds for which messages are still taken when the input is closed."""
 _DEPTH: Final = 100
 """Messages that wait for this program, or for its readers."""
 
@@ -43,7 +43,7 @@ def listen(node: Any, seconds: str) -> dict[str, Any]:
 
     node.create_subscription(LaserScan, "/scan", hear, _DEPTH)
     node.create_subscription(OccupancyGrid, "/map", hear_map, _LATCHED)
-    _spin(node, float(seconds), lambda: len(stamps))
+    _spin(node, float(seconds))
     return {"stamps": stamps, "ages": ages, "map": grid}
 
 
@@ -65,7 +65,7 @@ def drive(node: Any, seconds: str, stamped: str = "") -> dict[str, Any]:
         commands[0] += 1
 
     node.create_subscription(LaserScan, "/scan", hear, 10)
-    _spin(node, float(seconds), lambda: commands[0])
+    _spin(node, float(seconds))
     return {"commands": commands[0]}
 
 
@@ -104,13 +104,13 @@ def play(node: Any, file: str, rate: str = "10") -> dict[str, Any]:
     return {"sent": len(lines)}
 
 
-def _spin(node: Any, seconds: float, heard: Callable[[], int]) -> None:
-    """Take messages for so long, or until none has come for a while after the first."""
-    until, count, last = time.time() + seconds, 0, time.time()
-    while time.time() < until and not (count and time.time() - last > _SILENCE):
+def _spin(node: Any, seconds: float) -> None:
+    """Take messages for so long, or until the input is closed and a little longer."""
+    until, closed = time.time() + seconds, False
+    while time.time() < until:
         rclpy.spin_once(node, timeout_sec=0.1)
-        if heard() != count:
-            count, last = heard(), time.time()
+        if not closed and select.select([sys.stdin], [], [], 0.0)[0]:
+            closed, until = True, min(until, time.time() + _REST)
 
 
 if __name__ == "__main__":

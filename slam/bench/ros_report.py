@@ -113,7 +113,8 @@ def _figures(sent: Sequence[float], told: dict[str, Any]) -> Iterator[str]:
 def _listener(python: Path, seconds: float) -> Iterator[subprocess.Popen[str]]:
     """A client that listens; InputError where there is no rclpy."""
     command = [str(python), str(_CLIENT), "listen", f"{seconds:g}"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as client:
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, text=True) as client:
         try:
             if client.stdout is None or client.stdout.readline() != "ready\n":
                 raise InputError(f"{python}: no rclpy with sensor_msgs and nav_msgs; make test-ros installs one")

@@ -13,7 +13,7 @@ BenchScenario = Annotated[str, typer.Option(help="Scenario to drive about in.", 
 
 def bench_sweep(
     runs: Annotated[
-        int, typer.Option(min=2, help="Of each executor, with one job and with two, in each of five turns.")
+        int, typer.Option(min=2, help="Runs of each executor, with one job and with two, in each of five turns.")
     ] = 15,
     ray: Annotated[bool, typer.Option("--ray/--no-ray", help="Ray too: pip install 'hopslam\\[cluster]'.")] = True,
 ) -> None:
@@ -34,7 +34,7 @@ def bench_sweep(
 
 def bench_viewer(
     scenario: ScenarioName = "corridor",
-    scans: Annotated[int, typer.Option(min=10, help="For each row at 10 Hz.")] = 150,
+    scans: Annotated[int, typer.Option(min=10, help="Scans for each row, at 10 Hz.")] = 150,
     allow_modules: AllowModules = None,
 ) -> None:
     """Measure what --rerun costs: milliseconds and kilobytes a scan, in a file, and live when nobody looks.
@@ -90,5 +90,5 @@ def bench_ros(
     from slam.bench.ros_report import ros_table
     from slam.scenario.file import load_scenario
 
-    settings = ["physics.engine=plan"]
+    settings = ["physics.engine=plan", "slam.loops=never"]  # a simulated robot waits where a loop is closed
     print_tables([ros_table(load_scenario(scenario, settings, allow_modules or []), pythons, seconds, console)])

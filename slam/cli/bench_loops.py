@@ -17,12 +17,12 @@ def bench_loops(
     ] = None,
     logs: Annotated[
         list[str] | None,
-        typer.Option("--log", metavar="NAME", help="Of logs and stress: only this one; may be given again."),
+        typer.Option("--log", metavar="NAME", help="logs, stress: only this log; may be given again."),
     ] = None,
-    data: Annotated[Path, typer.Option(metavar="DIR", help="Where the recorded logs are.")] = Path("../shared/data"),
+    data: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the recorded logs.")] = Path("../shared/data"),
     variants: Annotated[
         list[str] | None,
-        typer.Option("--variant", metavar="NAME=X,...", help="Of stress: only this one; may be given again."),
+        typer.Option("--variant", metavar="NAME=X,...", help="stress: only this variant; may be given again."),
     ] = None,
     seeds: Annotated[
         int | None,

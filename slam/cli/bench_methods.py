@@ -40,14 +40,14 @@ def bench_lines(
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, max=60, help="Seeds of each family of floor plan.")] = 60,
     sensor: Annotated[
-        str | None, typer.Option(metavar="NAME", help="With --log: whose noise ours expects before it learns.")
+        str | None, typer.Option(metavar="NAME", help="With --log: sensor whose noise ours expects before it learns.")
     ] = None,
     out: TablesFile = None,
 ) -> None:
     """Compare line extractors: the paper's, this project's, split-and-merge, RANSAC and Hough.
 
-    On simulated scans of four families at three levels of noise, with seeds that nothing was tuned on; or on a recorded
-    log, where only the share of the beams near a segment can be told.
+    Scans are simulated, four families at three levels of noise, with seeds that nothing was tuned on; or recorded,
+    where only the share of the beams near a segment can be told.
 
     [bold]Examples[/bold]
 
@@ -65,10 +65,10 @@ def bench_lines(
 
 def bench_match(
     scenario: Annotated[
-        str, typer.Argument(help="Whose world is scanned: by name or file.", autocompletion=complete_scenario)
+        str, typer.Argument(help="Scenario, by name or file, whose world is scanned.", autocompletion=complete_scenario)
     ] = "random_office",
-    places: Annotated[int, typer.Option(min=1, help="Where a scan is matched.")] = 40,
-    seed: Annotated[int, typer.Option(help="Of the places and the noise.")] = 1,
+    places: Annotated[int, typer.Option(min=1, help="Number of places at which a scan is matched.")] = 40,
+    seed: Annotated[int, typer.Option(help="Seed of the places and the noise.")] = 1,
     png: Annotated[Path | None, typer.Option(metavar="FILE", help="Also draw it.")] = None,
     out: TablesFile = None,
 ) -> None:
@@ -101,9 +101,11 @@ def bench_localize(
             metavar="[SCENARIO]...", help="By name or file; two offices without one.", autocompletion=complete_scenario
         ),
     ] = None,
-    trials: Annotated[int, typer.Option(min=1, help="Robots that are set down, and then moved, in each.")] = 100,
+    trials: Annotated[
+        int, typer.Option(min=1, help="Robots that are set down, and then moved, in each scenario.")
+    ] = 100,
     seconds: Annotated[float, typer.Option(min=1.0, help="Simulated time of each stay.")] = 10.0,
-    seed: Annotated[int, typer.Option(help="Of the places, and of the trials' noise.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of the places and of the trials' noise.")] = 1,
     settings: Settings = None,
     allow_modules: AllowModules = None,
 ) -> None:
@@ -130,21 +132,21 @@ def bench_slam(
     logs: Annotated[
         list[str] | None, typer.Argument(metavar="[LOG]...", help="Names such as fr079; all without one.")
     ] = None,
-    data: Annotated[Path, typer.Option(metavar="DIR", help="Where the recorded logs are.")] = Path("../shared/data"),
+    data: Annotated[Path, typer.Option(metavar="DIR", help="Folder of the recorded logs.")] = Path("../shared/data"),
     stress: Annotated[
         bool, typer.Option("--stress", help="Instead, make fr079, fr101, belgioioso and aces harder: minutes.")
     ] = False,
     variants: Annotated[
         list[str] | None,
-        typer.Option("--variant", metavar="NAME=X,...", help="With --stress: only this one; may be given again."),
+        typer.Option("--variant", metavar="NAME=X,...", help="With --stress: only this variant; may be given again."),
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, help="With --stress: runs of each variant.")] = 5,
     settings: Settings = None,
     out: TablesFile = None,
 ) -> None:
-    """Measure the whole method on recorded logs, with one set of settings for all, beside other systems.
+    """Measure the whole method on recorded logs, with the same settings for all, beside other systems.
 
-    Every scan, at the pose that the method had for it then. A log that is not there is skipped.
+    Each scan counts at the pose that was known then. A log that is not there is skipped.
 
     With --stress, logs are made harder: every=N scans, beams=N, jitter=METRES, scale=SHARE, slips=COUNT, blind=COUNT
     and stale=SHARE of the odometry; coarse=METRES, noise=METRES and scatter=SHARE of the ranges. Any log will do that
@@ -185,7 +187,7 @@ def bench_slam_sim(
         ),
     ] = None,
     seeds: Annotated[int, typer.Option(min=0, max=100, help="Runs of each scenario; 0 with --hour alone.")] = 10,
-    first_seed: Annotated[int, typer.Option(min=0, help="Of these runs; the others follow.")] = 0,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run; the others follow.")] = 0,
     hour: Annotated[bool, typer.Option("--hour", help="Also one simulated hour around office_loop: minutes.")] = False,
     settings: Settings = None,
     allow_modules: AllowModules = None,
@@ -219,7 +221,7 @@ def bench_walls(
         ),
     ] = None,
     seeds: Annotated[int, typer.Option(min=1, max=1000, help="Runs of each scenario.")] = 10,
-    first_seed: Annotated[int, typer.Option(min=0, help="Of these runs; the others follow.")] = 0,
+    first_seed: Annotated[int, typer.Option(min=0, help="Seed of the first run; the others follow.")] = 0,
     settings: Settings = None,
     allow_modules: AllowModules = None,
     out: TablesFile = None,

@@ -23,7 +23,7 @@ Onto = Annotated[
     str | None,
     typer.Option(
         metavar="SCENARIO",
-        help="What the file extends; default: the scenario itself.",
+        help="Scenario that the file extends; default: the scenario itself.",
         autocompletion=complete_scenario,
     ),
 ]
@@ -42,9 +42,11 @@ def square(
     scenario: ScenarioName = "umbmark_room",
     size: Annotated[float, typer.Option(min=0.5, max=10.0, metavar="M", help="Side of the squares, metres.")] = 2.0,
     laps: Annotated[int, typer.Option(min=1, max=50, help="Squares to the right, and as many to the left.")] = 2,
-    speed: Annotated[float, typer.Option(min=0.05, max=1.0, metavar="M/S", help="On the sides.")] = 0.3,
+    speed: Annotated[float, typer.Option(min=0.05, max=1.0, metavar="M/S", help="Speed on the sides, m/s.")] = 0.3,
     onto: Onto = None,
-    out: Annotated[Path, typer.Option(metavar="FILE", help="A scenario with the right wheels.")] = Path("wheels.yaml"),
+    out: Annotated[Path, typer.Option(metavar="FILE", help="File for the scenario with the right wheels.")] = Path(
+        "wheels.yaml"
+    ),
     picture: Picture = None,
     settings: Settings = None,
     allow_modules: AllowModules = None,

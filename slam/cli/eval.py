@@ -16,7 +16,7 @@ Relations = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Relations of Kuemmerle et al.: t1 t2 x y z roll pitch yaw.")
 ]
 MaxGap = Annotated[
-    float, typer.Option(min=0.0, help="Seconds to the nearest pose, at most, where one is interpolated.")
+    float, typer.Option(min=0.0, help="Longest gap between poses, seconds, over which one is interpolated.")
 ]
 
 
@@ -24,9 +24,9 @@ def evaluate(
     run: Annotated[Path, typer.Argument(metavar="RUN|FILE.tum", help="The folder of a run, or a TUM trajectory.")],
     reference: Reference = None,
     relations: Relations = None,
-    delta: Annotated[float, typer.Option(min=0.01, help="The relative error is taken over so much ...")] = 1.0,
+    delta: Annotated[float, typer.Option(min=0.01, help="Distance over which the relative error is taken.")] = 1.0,
     delta_unit: Annotated[
-        Literal["m", "frames"], typer.Option(help="... of the true path, in metres, or of poses.")
+        Literal["m", "frames"], typer.Option(help="Unit of --delta: metres of the true path, or poses.")
     ] = "m",
     align: Annotated[bool, typer.Option(help="Align the trajectories rigidly before the absolute error.")] = True,
     max_gap: MaxGap = 1.0,
@@ -34,7 +34,7 @@ def evaluate(
 ) -> None:
     """Score a trajectory: absolute and relative error against a reference, or the relations metric.
 
-    Of a run, that of the poses as they were known on the way, and again as they are known with its loops closed.
+    A run is scored twice: by the poses as they were known on the way, and by those with its loops closed.
 
     [bold]Examples[/bold]
 

@@ -17,13 +17,14 @@ def lines(
     geojson: Annotated[Path | None, typer.Option(metavar="FILE", help="Write GeoJSON.")] = None,
     png: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the scan of --scan.")] = None,
     sensor: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Whose noise to expect at first; it is learnt from scan to scan.")
+        str | None,
+        typer.Option(metavar="NAME", help="Sensor whose noise to expect at first; it is learnt from scan to scan."),
     ] = None,
     lenient: Lenient = False,
 ) -> None:
-    """The line segments of the scans of a recorded log.
+    """Find the line segments in the scans of a recorded log.
 
-    As CSV, on the standard output unless a file is named, or as GeoJSON: metres and radians in the frame of the sensor.
+    They are written as CSV, to standard output unless a file is named, or as GeoJSON. Metres, radians, sensor frame.
     The columns are scan, start_x, start_y, end_x, end_y, beams, rho, theta, var_rho, var_theta, cov_rho_theta; the line
     is x cos(theta) + y sin(theta) = rho. The last three are empty where the method gives no covariance.
 

@@ -25,14 +25,14 @@ Source = Annotated[
     str,
     typer.Argument(
         metavar="LOG|SCENARIO",
-        help="What hopslam replay takes: a log, a bag or a run folder; or a scenario.",
+        help="A log, a bag or a run folder, as for hopslam replay; or a scenario.",
         autocompletion=complete_scenario,
     ),
 ]
 SettingsSource = Annotated[
     str | None,
     typer.Option(
-        help="Of a log: where the settings of the method come from; default: the run's own, or replay.",
+        help="Scenario with the settings of the method for a log; default: the run's own, or replay.",
         autocompletion=complete_scenario,
     ),
 ]
@@ -41,7 +41,9 @@ SettingsSource = Annotated[
 def localize(
     source: Source,
     saved_map: Annotated[Path, typer.Option("--map", metavar="FILE", help="The map.json of another run.")],
-    seed: Annotated[int | None, typer.Option(help="Of a scenario: of all that is random; default: its own.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of all that is random in a scenario; default: its own.")
+    ] = None,
     scenario: SettingsSource = None,
     out: Out = None,
     settings: Settings = None,

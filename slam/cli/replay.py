@@ -32,12 +32,12 @@ RecordedLog = Annotated[
 SettingsSource = Annotated[
     str | None,
     typer.Option(
-        help="Where the settings of the method come from; default: the run's own, or replay.",
+        help="Scenario with the settings of the method; default: the run's own, or replay.",
         autocompletion=complete_scenario,
     ),
 ]
 Start = Annotated[
-    Literal["search", "saved"], typer.Option(help="Where in that map: to be found, or where the other run ended.")
+    Literal["search", "saved"], typer.Option(help="Start in that map: search for it, or where the other run ended.")
 ]
 
 

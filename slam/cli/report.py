@@ -50,8 +50,8 @@ def animate(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help=".webp, or .gif; default map.webp in the run's folder.")
     ] = None,
-    seconds: Annotated[float, typer.Option(min=1.0, max=60.0, help="How long it plays.")] = 8.0,
-    width: Annotated[int, typer.Option(min=200, max=1920, help="Pixels.")] = 960,
+    seconds: Annotated[float, typer.Option(min=1.0, max=60.0, help="Length of the animation in seconds.")] = 8.0,
+    width: Annotated[int, typer.Option(min=200, max=1920, help="Width in pixels.")] = 960,
 ) -> None:
     """Draw the map of a run as it grows, as a short animation.
 

@@ -23,7 +23,7 @@ app = typer.Typer(no_args_is_help=True, add_completion=False, rich_markup_mode="
 SettingsSource = Annotated[
     str,
     typer.Option(
-        help="Where the settings of the method and the names of the topics come from.",
+        help="Scenario with the settings of the method and the names of the topics.",
         autocompletion=complete_scenario,
     ),
 ]
@@ -39,7 +39,7 @@ Mount = Annotated[
     ),
 ]
 Start = Annotated[
-    Literal["search", "saved"], typer.Option(help="Where in that map: to be found, or where the other run ended.")
+    Literal["search", "saved"], typer.Option(help="Start in that map: search for it, or where the other run ended.")
 ]
 Localize = Annotated[
     bool, typer.Option("--localize", help="Find the robot in that map and track it; the map stays as it is.")

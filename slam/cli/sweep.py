@@ -73,8 +73,10 @@ Jobs = Annotated[int | None, typer.Option(min=1, metavar="N", help="Runs at a ti
 RayAddress = Annotated[
     str | None, typer.Option(metavar="[ADDRESS]", help="On a Ray cluster: auto, or host:port; alone: a local one.")
 ]
-Out = Annotated[str | None, typer.Option(metavar="DIR", help="Of the results, a path or a URL; default sweeps/<name>.")]
-SweepFolder = Annotated[str, typer.Argument(metavar="DIR", help="Of a sweep: a path, or a URL.")]
+Out = Annotated[
+    str | None, typer.Option(metavar="DIR", help="Folder for the results, a path or a URL; default sweeps/<name>.")
+]
+SweepFolder = Annotated[str, typer.Argument(metavar="DIR", help="Folder of a sweep: a path or a URL.")]
 
 
 @app.command()
@@ -89,7 +91,7 @@ def run(
     jobs: Jobs = None,
     ray: RayAddress = None,
     out: Out = None,
-    retry: Annotated[int, typer.Option(min=0, metavar="N", help="Try a run that failed so often again.")] = 2,
+    retry: Annotated[int, typer.Option(min=0, metavar="N", help="Times that a failed run is tried again.")] = 2,
     pictures: Annotated[bool, typer.Option("--pictures", help="Draw map and errors of every run.")] = False,
     plan: Annotated[bool, typer.Option("--plan", help="Only show what would run, and how long it takes.")] = False,
 ) -> None:
@@ -129,7 +131,7 @@ def run(
 def report(
     out: SweepFolder,
     metric: Annotated[
-        str | None, typer.Option(metavar="COLUMN", help="Of results.parquet; default ate_rmse_m.")
+        str | None, typer.Option(metavar="COLUMN", help="Column of results.parquet; default ate_rmse_m.")
     ] = None,
 ) -> None:
     """Tables, comparisons and pictures of a sweep, as report.html and PNG in DIR/report.
@@ -158,7 +160,7 @@ def report(
 @app.command()
 def repeat(
     out: SweepFolder,
-    run_id: Annotated[str, typer.Argument(metavar="ID", help="Of a row; its first digits will do.")],
+    run_id: Annotated[str, typer.Argument(metavar="ID", help="The run_id of a row, or its first digits.")],
     pictures: Annotated[bool, typer.Option("--pictures", help="Draw map and errors.")] = False,
     allow_modules: AllowModules = None,
 ) -> None:

@@ -19,7 +19,7 @@ def world(
 ) -> None:
     """Draw the world of a scenario, and what moves in it.
 
-    Dark is what the lidar sees, light what is lower or higher than its plane; the start pose, the route and the ways of
+    Solids that the lidar sees are dark, those below or above its plane light; the start pose, the route and the ways of
     people are drawn over it. Metres, map frame.
 
     [bold]Examples[/bold]

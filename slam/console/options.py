@@ -55,7 +55,9 @@ Foxglove = Annotated[
 ]
 FoxgloveAt = Annotated[
     str | None,
-    typer.Option(metavar="[HOST:]PORT", help="Where to serve Foxglove; default: port 8765 of this machine only."),
+    typer.Option(
+        metavar="[HOST:]PORT", help="Address at which Foxglove is served; default: port 8765, for this machine only."
+    ),
 ]
 Pace = Annotated[
     float | None,
@@ -71,10 +73,8 @@ RecordWire = Annotated[
         metavar="FILE", help="Append every byte that passes over the ports to FILE, with times: see hopslam wire."
     ),
 ]
-ScanTopic = Annotated[
-    str | None, typer.Option(metavar="NAME", help="Of a bag: the topic of the scans, where there are several.")
-]
-OdomTopic = Annotated[str | None, typer.Option(metavar="NAME", help="Of a bag: the topic of the odometry, likewise.")]
+ScanTopic = Annotated[str | None, typer.Option(metavar="NAME", help="Topic of a bag's scans, where it has several.")]
+OdomTopic = Annotated[str | None, typer.Option(metavar="NAME", help="Topic of a bag's odometry, where it has several.")]
 SavedMap = Annotated[
     Path | None, typer.Option("--map", metavar="FILE", help="Go on mapping in this map.json of another run.")
 ]

@@ -10,6 +10,7 @@ import site
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,8 @@ class Program:
     """A program that is ended with its block, and what it printed."""
 
     def __init__(self, *words: object) -> None:
-        self.process = subprocess.Popen(list(map(str, words)), stdout=subprocess.PIPE, text=True, cwd=ROOT)
+        pipe = subprocess.PIPE
+        self.process = subprocess.Popen(list(map(str, words)), stdin=pipe, stdout=pipe, text=True, cwd=ROOT)
 
     def __enter__(self) -> "Program":
         return self
@@ -120,7 +122,7 @@ def test_the_lidar_is_placed_in_the_map_at_every_scan(tmp_path: Path, monkeypatc
     topics = (names.TF_STATIC, names.TF, names.SCAN)
     with open_ros_bus() as bus, run_robot(tmp_path / "run", 5.0) as robot:
         for topic in topics:
-            bus.subscribe(topic, lambda message, name=topic.name: heard.append((name, message)))
+            bus.subscribe(topic, partial(lambda name, message: heard.append((name, message)), topic.name))
         robot.output()
         time.sleep(0.5)
     kinds = {topic.name: topic.type for topic in topics}

@@ -1,4 +1,4 @@
-"""What the topics of a robot say, kept until it is asked for."""
+"""The last messages of a robot's topics, kept until they are asked for."""
 
 import logging
 import threading

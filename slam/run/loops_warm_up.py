@@ -12,7 +12,7 @@ from slam.compiled import is_cold
 from slam.config import SlamConfig
 from slam.graph.back_end import BackEnd
 from slam.graph.key_scan import KeyScan
-from slam.graph.place_search import find_places
+from slam.graph.wall_landmarks import wall_spans
 from slam.lidars import TABLE1
 from slam.lines.facets import COUNT, NY, VARIANCE, X, Y
 from slam.mappers import make_mapper
@@ -43,7 +43,7 @@ def close_loops(config: SlamConfig) -> None:
 @contextmanager
 def compiled_beside() -> Iterator[None]:
     """Compile the back end in another process while the block runs, where no run on this machine has done so yet."""
-    process = _started() if is_cold(find_places) else None
+    process = _started() if is_cold(wall_spans) else None
     try:
         yield
         if process is not None:

@@ -51,6 +51,12 @@ def compiled_on_views(function: F) -> F:
     return _compiled(function, counts_references=False)
 
 
+def is_cold(function: Callable[..., Any]) -> bool:
+    """Return True where the first call of this compiled function will compile it and keep the result."""
+    kept = cast(Any, function)._cache
+    return isinstance(kept, KeptCode) and kept.is_empty()
+
+
 def _compiled(function: F, *, counts_references: bool) -> F:
     """Make the dispatcher; ``_nrt`` is numba's own name for its run time, which counts references to arrays.
 

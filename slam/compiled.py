@@ -62,7 +62,7 @@ def _compiled(function: F, *, counts_references: bool) -> F:
 
     With ``NUMBA_DISABLE_JIT=1`` the function stays Python, for debuggers and for coverage.
     """
-    if config.DISABLE_JIT:
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba sets it as it is imported
         return function
     return cast(F, _HotLoop(function, _OPTIONS | {"_nrt": counts_references}))
 

@@ -143,7 +143,7 @@ def _inside(first: int, size: int, blocks: int) -> tuple[int, int]:
 
 @compiled
 def _scores(bounds: NDArray[np.uint16], window: Window, facets: int, least: float) -> FloatArray:
-    """Return the bounds of the shares, less what the prior takes off in the middle of each block; -1e9 below ``least``."""
+    """Return the bounds of the shares, less the cost of the prior in the middle of each block; -1e9 below ``least``."""
     scores = np.empty(bounds.size)
     angles, blocks, _ = bounds.shape
     k = 0
@@ -161,7 +161,7 @@ def _scores(bounds: NDArray[np.uint16], window: Window, facets: int, least: floa
 
 
 def _highest(scores: FloatArray) -> IntArray:
-    """Numbers of the blocks with the highest scores."""
+    """Return the numbers of the blocks with the highest scores."""
     kept = min(MOST_BLOCKS, len(scores) - 1)
     threshold = np.partition(scores, len(scores) - 1 - kept)[len(scores) - 1 - kept]
     return np.flatnonzero((scores > threshold) & (scores > -1e9))

@@ -51,12 +51,18 @@ def compiled_on_views(function: F) -> F:
     return _compiled(function, counts_references=False)
 
 
+def is_cold(function: Callable[..., Any]) -> bool:
+    """Return True where the first call of this compiled function will compile it and keep the result."""
+    kept = cast(Any, function)._cache
+    return isinstance(kept, KeptCode) and kept.is_empty()
+
+
 def _compiled(function: F, *, counts_references: bool) -> F:
     """Make the dispatcher; ``_nrt`` is numba's own name for its run time, which counts references to arrays.
 
     With ``NUMBA_DISABLE_JIT=1`` the function stays Python, for debuggers and for coverage.
     """
-    if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba sets it from the environment
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba sets it as it is imported
         return function
     return cast(F, _HotLoop(function, _OPTIONS | {"_nrt": counts_references}))
 

@@ -30,12 +30,20 @@ class KeptCode(FunctionCache):
         self.file_stamp = self._cache_file._source_stamp
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
+        self._look_up_sources()
+        return super().load_overload(signature, target_context)
+
+    def is_empty(self) -> bool:
+        """Return True where there is a place for this function's code, and none that is still valid in it."""
+        self._look_up_sources()
+        return self._enabled and not self._cache_file._load_index()
+
+    def _look_up_sources(self) -> None:
         sources: dict[str, Any] = dict(_STAMPS)
         _add_sources(self._py_func, self, sources)
         self._cache_file._source_stamp = sources
         if None in sources.values():  # a callee without a place on disk: nothing tells when it changes
             self.disable()
-        return super().load_overload(signature, target_context)
 
 
 def _add_sources(function: Any, cache: Any, sources: dict[str, Any]) -> None:

@@ -10,16 +10,20 @@ from typing import Any
 
 from llvmlite.binding import Linkage  # type: ignore[import-untyped]
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
+from numba.extending import overload
+from numba.np import arrayobj
 
 
 @contextmanager
 def making_code(target_context: Any) -> Iterator[None]:
     """Let numba make the code of this module; the caller holds numba's lock."""
     usual, target_context._internal_codegen = target_context.codegen(), _code_generator()
+    shapes_differ, arrayobj.raise_with_shape_context = arrayobj.raise_with_shape_context, _shapes_differ
     try:
         yield
     finally:
         target_context._internal_codegen = usual
+        arrayobj.raise_with_shape_context = shapes_differ
 
 
 def makes_code(target_context: Any) -> bool:
@@ -90,6 +94,18 @@ class _CodeGenerator(JITCPUCodegen):
     def set_env(self, env_name: str, env: Any) -> None:
         if self._engine.is_symbol_defined(env_name):  # it is not in a part
             super().set_env(env_name, env)
+
+
+def _shapes_differ(from_shape: Any, to_shape: Any) -> None:
+    """Raise the error of an assignment to a slice; numba's own words name the shapes, and take 3 s to compile."""
+
+
+@overload(_shapes_differ)
+def _raise_shapes_differ(from_shape: Any, to_shape: Any) -> Any:
+    def code(from_shape: Any, to_shape: Any) -> None:
+        raise ValueError("cannot assign slice from input of different size")
+
+    return code
 
 
 @cache

@@ -37,17 +37,19 @@ def propagate(covariance: FloatArray, start: Pose2D, end: Pose2D) -> FloatArray:
 
     An error of the heading becomes one of the position.
     """
-    return _carried(covariance, start.y - end.y, end.x - start.x)
+    return _carried(np.ascontiguousarray(covariance), start.y - end.y, end.x - start.x)
 
 
 @compiled
 def _carried(covariance: FloatArray, x_by_turn: float, y_by_turn: float) -> FloatArray:
     """F C F^T for F = [[1, 0, x_by_turn], [0, 1, y_by_turn], [0, 0, 1]]."""
     C = covariance.copy()
-    C[0] += x_by_turn * C[2]
-    C[1] += y_by_turn * C[2]
-    C[:, 0] += x_by_turn * C[:, 2]
-    C[:, 1] += y_by_turn * C[:, 2]
+    for j in range(3):
+        C[0, j] += x_by_turn * C[2, j]
+        C[1, j] += y_by_turn * C[2, j]
+    for i in range(3):
+        C[i, 0] += x_by_turn * C[i, 2]
+        C[i, 1] += y_by_turn * C[i, 2]
     return C
 
 

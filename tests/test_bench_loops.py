@@ -206,7 +206,7 @@ def test_the_command_drives_both_ways(tmp_path: Path) -> None:
 def test_missing_logs_are_skipped_unknown_parts_named(tmp_path: Path) -> None:
     shown = CliRunner().invoke(app, ["bench", "loops", "logs", "--stress", "--log", "fr079", "--data", str(tmp_path)])
     assert shown.exit_code == 0
-    assert shown.output.count("skipped") == 2
+    assert shown.output.count("; skipped") == 2
     shown = CliRunner().invoke(app, ["bench", "loops", "logs", "--variant", "every=5"])
     assert isinstance(shown.exception, InputError)
     with pytest.raises(InputError, match="no part 'log'; did you mean logs"):

@@ -44,7 +44,7 @@ class KeyScan:
         fan = None
         if self.bearings is not None:
             bearings = self.bearings.astype(np.float64)
-            fan = np.vstack([bearings, unit_vectors(bearings).T])
+            fan = np.ascontiguousarray(np.vstack([bearings, unit_vectors(bearings).T]))
         lidar = self.lidar
         return LaserScan(
             0.0, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max,

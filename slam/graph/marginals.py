@@ -57,7 +57,7 @@ def _pattern(begins: IntArray, rows: IntArray, place: IntArray) -> tuple[IntArra
     below theirs.
     """
     count = len(place)
-    node = np.argsort(place)
+    node = _node_at(place)
     first_child, next_child = np.full(count, -1, np.int64), np.full(count, -1, np.int64)
     mark = np.full(count, -1, np.int64)
     columns, members, size = np.zeros(count + 1, np.int64), np.empty(len(rows), np.int64), 0
@@ -81,6 +81,15 @@ def _pattern(begins: IntArray, rows: IntArray, place: IntArray) -> tuple[IntArra
 
 
 @compiled
+def _node_at(place: IntArray) -> IntArray:
+    """Return the node at each place: the inverse of a permutation."""
+    node = np.empty(len(place), np.int64)
+    for k in range(len(place)):
+        node[place[k]] = k
+    return node
+
+
+@compiled
 def _note(i: int, j: int, mark: IntArray, members: IntArray, size: int) -> int:
     """Write row ``i`` of column ``j``, if it is below the diagonal and not there yet; returns the size then."""
     if i > j and mark[i] != j:
@@ -95,7 +104,7 @@ def _factors(
 ) -> tuple[FloatArray, FloatArray]:
     """The inverse of D (N, 3, 3), and the blocks of L, (B, 3, 3)."""
     count = len(place)
-    node, at = np.argsort(place), np.zeros(count, np.int64)
+    node, at = _node_at(place), np.zeros(count, np.int64)
     D, L = np.zeros((count, 3, 3)), np.zeros((len(members), 3, 3))
     for j in range(count):
         for b in range(columns[j], columns[j + 1]):

@@ -61,7 +61,6 @@ def draw_submap(grid: Grid, path: FloatArray, reach: float) -> Pictures:
     return Pictures(drawn, _pooled(drawn), float(low[0]), float(low[1]))
 
 
-@compiled
 def find_places(facets: FloatArray, window: Window, pictures: Pictures, least: float, most: int) -> FloatArray:
     """Find up to ``most`` different poses, (N, 4), the best first.
 
@@ -71,11 +70,10 @@ def find_places(facets: FloatArray, window: Window, pictures: Pictures, least: f
     blocks = (2 * window.places + BLOCK) // BLOCK
     shifts = _shifts(facets, window, pictures.x0, pictures.y0)
     bounds = _bounds(shifts, pictures, blocks)
-    chosen = _highest(bounds, window, len(facets), least)
-    places, shares = np.empty((len(chosen), 4)), np.empty(len(chosen))
-    for b in range(len(chosen)):
-        shares[b] = _best_of_block(chosen[b], blocks, shifts, pictures.drawn, window, places[b])
-    return _distinct(places, shares, least, most)
+    scores = _scores(bounds, window, len(facets), least)
+    places, shares = _best_of_blocks(_highest(scores), blocks, shifts, pictures.drawn, window)
+    best_first = np.argsort(-places[:, SCORE], kind="stable")
+    return _distinct(places[best_first], shares[best_first], least, most)
 
 
 def _pooled(pictures: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -144,8 +142,8 @@ def _inside(first: int, size: int, blocks: int) -> tuple[int, int]:
 
 
 @compiled
-def _highest(bounds: NDArray[np.uint16], window: Window, facets: int, least: float) -> IntArray:
-    """Return the numbers in ``bounds`` of the highest blocks, after the prior of their middle is taken off."""
+def _scores(bounds: NDArray[np.uint16], window: Window, facets: int, least: float) -> FloatArray:
+    """Return the bounds of the shares, less the cost of the prior in the middle of each block; -1e9 below ``least``."""
     scores = np.empty(bounds.size)
     angles, blocks, _ = bounds.shape
     k = 0
@@ -159,9 +157,25 @@ def _highest(bounds: NDArray[np.uint16], window: Window, facets: int, least: flo
                     share - _cost(dx, dy, (a - window.headings) * HEADING_STEP, window) if share >= least else -1e9
                 )
                 k += 1
+    return scores
+
+
+def _highest(scores: FloatArray) -> IntArray:
+    """Return the numbers of the blocks with the highest scores."""
     kept = min(MOST_BLOCKS, len(scores) - 1)
     threshold = np.partition(scores, len(scores) - 1 - kept)[len(scores) - 1 - kept]
     return np.flatnonzero((scores > threshold) & (scores > -1e9))
+
+
+@compiled
+def _best_of_blocks(
+    chosen: IntArray, blocks: int, shifts: IntArray, pictures: NDArray[np.uint8], window: Window
+) -> tuple[FloatArray, FloatArray]:
+    """The best place of each block (N, 4), and the share of the facets on walls there (N,)."""
+    places, shares = np.empty((len(chosen), 4)), np.empty(len(chosen))
+    for b in range(len(chosen)):
+        shares[b] = _best_of_block(chosen[b], blocks, shifts, pictures, window, places[b])
+    return places, shares
 
 
 @compiled
@@ -200,9 +214,9 @@ def _best_of_block(
 
 @compiled
 def _distinct(places: FloatArray, shares: FloatArray, least: float, most: int) -> FloatArray:
-    """The places (N, 4), the best first, without those near a better one; ``most`` at most."""
+    """The places (N, 4), which come the best first, without those near a better one; ``most`` at most."""
     chosen, count = np.empty((most, 4)), 0
-    for k in np.argsort(-places[:, SCORE], kind="mergesort"):
+    for k in range(len(places)):
         alone = shares[k] >= least and count < most
         for other in range(count):
             if not alone:

@@ -52,7 +52,8 @@ def _surest(source: int, poses: FloatArray, begins: IntArray, end: IntArray, hop
             other = end[k]
             if known[other]:
                 continue
-            J = np.eye(3)
+            J = np.zeros((3, 3))
+            J[0, 0] = J[1, 1] = J[2, 2] = 1.0
             J[0, 2], J[1, 2] = poses[n, 1] - poses[other, 1], poses[other, 0] - poses[n, 0]
             C = J @ best[n] @ J.T + hop[k]
             total = C[0, 0] + C[1, 1] + TURN_COST * C[2, 2]

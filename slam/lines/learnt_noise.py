@@ -133,9 +133,12 @@ def _count_differences(counts: FloatArray, ranges: FloatArray, fan: FloatArray, 
         c_1, s_1, u_1, c_0, s_0, u_0 = c_0, s_0, u_0, c, s, u
         echoes += 1
     for band in range(BANDS):
-        total = counts[band].sum()
+        total = 0.0
+        for size in range(SIZES):
+            total += counts[band, size]
         if total > MEMORY:
-            counts[band] *= MEMORY / total
+            for size in range(SIZES):
+                counts[band, size] *= MEMORY / total
 
 
 @compiled
@@ -163,14 +166,14 @@ def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
         short = BAND * max(BAND_OF_1_M - band, 0)
         for j in range(EDGES):
             far[band, j] = far[band + 1, j] + scores[band, max(j - short, 0)]
-    total = np.empty((EDGES, EDGES))
+    total, best_i, best_j = np.empty((EDGES, EDGES)), 0, 0
     for i in range(EDGES):
         for j in range(EDGES):
             begin = min(max((i - j) // BAND + 1 + BAND_OF_1_M, 0), BANDS)
             total[i, j] = near[begin, i] + far[begin, j]
-    k = int(np.argmax(total))
-    i, j = k // EDGES, k % EDGES
-    return i + _peak(total[:, j], i), j + _peak(total[i], j)
+            if total[i, j] > total[best_i, best_j]:
+                best_i, best_j = i, j
+    return best_i + _peak(total[:, best_j].copy(), best_i), best_j + _peak(total[best_i], best_j)
 
 
 @compiled

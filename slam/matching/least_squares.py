@@ -59,7 +59,7 @@ def solve(
     """Find the pose of the sensor that fits best from ``start`` (3,), given a prior (3,) and its information (3, 3)."""
     pose, H, g = start.copy(), np.zeros((3, 3)), np.zeros(3)
     scale = np.array([1.0, 1.0, settings.lever])
-    L = prior_information / np.outer(scale, scale)
+    L = _scaled(prior_information, settings.lever)
     projector, inliers, kernel, done, q = np.zeros((3, 3)), 0.0, settings.first_kernel, False, 0
     while q < settings.max_iterations and not done:
         wide = q < WIDE_ITERATIONS
@@ -67,12 +67,12 @@ def solve(
             facets, pose, grid, settings.gate, settings.floor, kernel, wide, settings.standing_way, H, g
         )
         q += 1
-        A = H / np.outer(scale, scale)
+        A = _scaled(H, settings.lever)
         d = pose - prior
         d[2] = wrapped(d[2])
         d *= scale
         if _surely_constrained(A, settings.weak):
-            projector = np.eye(3)
+            projector = _identity()
             moved = _solved(A + L, g / scale - L @ d)
         else:
             B = _constrained(A, settings.weak)
@@ -85,6 +85,24 @@ def solve(
         last_kernel, kernel = kernel, max(0.5 * kernel, settings.kernel)
         done = q > WIDE_ITERATIONS and last_kernel == kernel and np.abs(moved).sum() < settings.tolerance
     return Fit(pose, H, projector, inliers, q, done)
+
+
+@compiled
+def _scaled(information: FloatArray, lever: float) -> FloatArray:
+    """An information (3, 3) of x, y, theta as one of x, y, lever theta."""
+    scaled = information.copy()
+    for i in range(2):
+        scaled[i, 2] /= lever
+        scaled[2, i] /= lever
+    scaled[2, 2] /= lever * lever
+    return scaled
+
+
+@compiled
+def _identity() -> FloatArray:
+    one = np.zeros((3, 3))
+    one[0, 0] = one[1, 1] = one[2, 2] = 1.0
+    return one
 
 
 @compiled
@@ -140,9 +158,12 @@ def fuse(
     three dimensions, so that 1 is expected.
     """
     scale = np.array([1.0, 1.0, lever])
-    constrained = projector * np.outer(1.0 / scale, scale)
+    constrained = projector.copy()
+    for i in range(3):
+        for j in range(3):
+            constrained[i, j] *= scale[j] / scale[i]
     posterior = np.linalg.inv(np.linalg.inv(predicted) + constrained.T @ information @ constrained / correlation)
-    expected = motion + correlation * np.linalg.inv(information + np.eye(3))
+    expected = motion + correlation * np.linalg.inv(information + _identity())
     innovation_squared = offset @ np.linalg.solve(expected, offset) / 3.0
     values, vectors = np.linalg.eigh(projector)
     free = 0

@@ -1,15 +1,11 @@
 """The hot loops, compiled before the clock of a run starts."""
 
-from dataclasses import replace
+from contextlib import nullcontext
 from time import perf_counter
 from typing import Final
 
-import numpy as np
-
 from slam.config import SlamConfig
 from slam.console.terminal import Terminal
-from slam.graph.back_end import BackEnd
-from slam.graph.key_scan import KeyScan
 from slam.graph.submap_mapper import SubmapMapper
 from slam.lidars import TABLE1
 from slam.line_localizer import LineLocalizer
@@ -17,12 +13,11 @@ from slam.line_slam import LineSlam
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
+from slam.run.loops_warm_up import close_loops, compiled_beside, corridor_ranges
 from slam.scan import LaserScan
 
 _PLACES: Final = (*(0.06 * k for k in range(8)), 2.0)
 """Metres along the way; odometry says that the last one is far from the others."""
-_LAPS, _KEYS = 6, 3
-"""Submaps of the same place, each of so many key scans."""
 _BEAM_TIME: Final = 1e-4
 """Seconds."""
 
@@ -35,9 +30,11 @@ def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None
     began = perf_counter()
     with console.waiting("loading the hot loops (the first run on a machine compiles them)"):
         slam = LineSlam(config.model_copy(update={"update_distance": 0.0}), Pose2D())
-        key = _run(slam)
-        if key is not None and isinstance(slam.mapper, SubmapMapper):
-            _close_loops(slam.mapper, key)
+        closes_loops = isinstance(slam.mapper, SubmapMapper)
+        with compiled_beside() if closes_loops else nullcontext():
+            _run(slam)
+        if closes_loops:
+            close_loops(config)
         if search and isinstance(slam.mapper, SurfelMapper):
             _run(LineLocalizer(config, Pose2D(), slam.mapper.map))
     taken = perf_counter() - began
@@ -45,28 +42,16 @@ def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None
         console.print(f"compiled the hot loops in {taken:.0f} s; they are kept for the next run")
 
 
-def _run(slam: LineSlam | LineLocalizer) -> KeyScan | None:
+def _run(slam: LineSlam | LineLocalizer) -> None:
     """Drive along a corridor, until enough wall was seen for the building to have main directions, and then jump.
 
     Every hot loop has run then, those too that wait for motion, long walls or a doubtful pose.
     """
     lidar = TABLE1.lidar
-    across = 1.0 / np.maximum(np.abs(np.sin(lidar.angles)), 1e-3)
-    walls, key = np.where(across < 3.0, across, np.inf), None
+    walls = corridor_ranges()
     for index, x in enumerate(_PLACES):
         stamp = index * lidar.scan_time
         scan = LaserScan(
             stamp, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, walls, _BEAM_TIME
         )
         slam.update(scan, Odometry(stamp, Pose2D(x), Twist2D(0.6, 1e-6)))
-        key = (slam.mapper.key if isinstance(slam, LineSlam) and isinstance(slam.mapper, SubmapMapper) else None) or key
-    return key
-
-
-def _close_loops(mapper: SubmapMapper, key: KeyScan) -> None:
-    """Find a place again, as the back end does: a key scan of the corridor, as if it had been driven along often."""
-    back_end = BackEnd(mapper.config, mapper.map.config)
-    for index in range(_LAPS * _KEYS):
-        T_local_laser = np.array([0.3 * (index % _KEYS), 0.0, 0.0])
-        back_end.take(replace(key, T_local_laser=T_local_laser, submaps=(index // _KEYS,), index=index))
-    back_end.finish(np.zeros(3))

@@ -1,0 +1,80 @@
+"""The hot loops of the back end, compiled before a run needs them: the first time in a process of their own."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+
+from slam.compiled import is_cold
+from slam.config import SlamConfig
+from slam.graph.back_end import BackEnd
+from slam.graph.key_scan import KeyScan
+from slam.graph.wall_landmarks import wall_spans
+from slam.lidars import TABLE1
+from slam.lines.facets import COUNT, NY, VARIANCE, X, Y
+from slam.mappers import make_mapper
+from slam.matching.surfel_mapper import SurfelMapper
+from slam.pose import FloatArray, Pose2D
+
+_LAPS, _KEYS = 6, 3
+"""Submaps of the same place, each of so many key scans."""
+
+
+def corridor_ranges() -> FloatArray:
+    """Return the ranges of TABLE1 in the middle of a corridor 2 m wide."""
+    across = 1.0 / np.maximum(np.abs(np.sin(TABLE1.lidar.angles)), 1e-3)
+    return np.where(across < 3.0, across, np.inf)
+
+
+def close_loops(config: SlamConfig) -> None:
+    """Find a place again, as the back end does: a key scan of the corridor, as if it had been driven along often."""
+    mapper = make_mapper(config, Pose2D(), 0)
+    assert isinstance(mapper, SurfelMapper)
+    back_end, key = BackEnd(mapper.config, mapper.map.config), _key_scan()
+    for index in range(_LAPS * _KEYS):
+        T_local_laser = np.array([0.3 * (index % _KEYS), 0.0, 0.0])
+        back_end.take(replace(key, T_local_laser=T_local_laser, submaps=(index // _KEYS,), index=index))
+    back_end.finish(np.zeros(3))
+
+
+@contextmanager
+def compiled_beside() -> Iterator[None]:
+    """Compile the back end in another process while the block runs, where no run on this machine has done so yet."""
+    process = _started() if is_cold(wall_spans) else None
+    try:
+        yield
+        if process is not None:
+            process.wait()
+    finally:
+        if process is not None:
+            process.kill()
+            process.wait()
+
+
+def _started() -> "subprocess.Popen[bytes] | None":
+    """Start the process; None where there can be none: what it would have compiled is compiled here."""
+    command, nothing = [sys.executable, "-m", "slam.run.loops_warm_up"], subprocess.DEVNULL
+    try:
+        return subprocess.Popen(command, stdin=nothing, stdout=nothing, stderr=nothing)
+    except OSError:
+        return None
+
+
+def _key_scan() -> KeyScan:
+    """A key scan as the front end makes them: the walls of the corridor in facets of 0.2 m."""
+    along = np.arange(-1.6, 1.7, 0.2)
+    facets = np.zeros((2 * len(along), 7))
+    facets[:, X] = np.tile(along, 2)
+    facets[:, Y] = facets[:, NY] = np.repeat([-1.0, 1.0], len(along))
+    facets[:, VARIANCE], facets[:, COUNT] = 1e-5, 5.0
+    ranges, lidar = corridor_ranges().astype(np.float32), TABLE1.lidar
+    return KeyScan(
+        np.zeros(3), (0,), facets, ranges, lidar, lidar.angles.astype(np.float32), information=1e4 * np.eye(3)
+    )
+
+
+if __name__ == "__main__":
+    close_loops(SlamConfig())

@@ -1,4 +1,4 @@
-"""The battery of the robot, watched: it is said in time when it is low, and known when it is at its end."""
+"""Watch of the robot's battery: it warns once when the battery is low, and tells when it is empty."""
 
 import logging
 from typing import Final, Literal

@@ -20,7 +20,7 @@ from slam.scenario.schema import Scenario
 
 _LOG: Final = logging.getLogger("hopslam.robot")
 _LOST_SCANS: Final = 3.0
-"""Scan periods without a scan, at least, after which the robot is stopped: one lost scan of a slow lidar is none."""
+"""Least scan periods without a scan after which the robot is stopped: a slow lidar may lose one."""
 
 
 @cache

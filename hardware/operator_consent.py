@@ -11,7 +11,7 @@ from slam.errors import RobotError
 
 _QUESTION: Final = "The robot is about to move. Is its way free, and a hand at the emergency stop? [y/N] "
 _LOOK: Final = 0.1
-"""Seconds between two checks that the program need not end instead."""
+"""Seconds between two checks whether the program must end."""
 
 
 class OperatorConsent:

@@ -54,7 +54,7 @@ def connect_lidar(line: ScipLine, baud: int) -> None:
 
 
 def identify(line: ScipLine) -> tuple[VersionInfo, SensorParameters]:
-    """Ask the sensor for its identity, which informs people only, and for its abilities, without which nothing goes."""
+    """Ask the sensor for its identity, which is only shown, and for its parameters, which the driver needs."""
     version = _version(line)
     try:
         return version, SensorParameters.decode(line.ask_until_answered("PP"))

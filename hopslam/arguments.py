@@ -11,11 +11,11 @@ from slam.limits import BEAMS
 from slam.pose import FloatArray, Pose2D
 
 LEAST_BEAMS: Final = 3
-"""Two points always lie on a line."""
+"""Fewest beams of a scan, for two points always lie on a line."""
 FULL_TURN: Final = 2.0 * pi + 1e-6
-"""Radians, and what rounding adds."""
+"""A full turn in radians, with room for rounding."""
 _FARTHEST: Final = 200.0
-"""Metres: half of the ranges of a scan are shorter than this, or they are no metres."""
+"""Metres; where half of the ranges are longer, they are not in metres."""
 _FARTHEST_WHOLE: Final = 20.0
 """The same where all ranges are whole numbers, as millimetres are and metres are not."""
 _WHAT_MISSES: Final = "write inf where nothing came back, nan for an erroneous reading"
@@ -65,7 +65,7 @@ def checked_pose(name: str, given: Any) -> Pose2D:
 
 
 def checked_start(name: str, given: Any) -> Pose2D:
-    """A pose whose angle is within one turn, or it is in degrees."""
+    """Return the pose; InputError for an angle beyond one turn, which must be degrees."""
     pose = checked_pose(name, given)
     if abs(pose.theta) > FULL_TURN:
         raise InputError(f"{name}[2], theta, is {pose.theta:g} and looks like degrees; give radians")

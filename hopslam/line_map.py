@@ -84,7 +84,7 @@ class Map:
 
 
 def _write(folder: Path, saved: SavedSlam) -> None:
-    """Write a map whose run is not over, or that was loaded, in the place of one that may be there."""
+    """Write a map that was loaded or whose run goes on, in the place of one that may be there."""
     for other in ("graph.json", "key_scans.npz", "closed.tum", "walls.geojson"):
         (folder / other).unlink(missing_ok=True)
     write_map(folder / _FILE, saved)

@@ -41,7 +41,7 @@ class Segments:
         return self._found.covariance
 
     def moved(self, pose: Pose2D) -> "Segments":
-        """The segments as seen from where ``pose`` is given: of the sensor in the map, the segments in the map."""
+        """The segments in the frame of ``pose``: with the pose of the sensor in the map, the segments in the map."""
         return Segments(self._found.transformed(pose), pose.transform(self._points))
 
     def __len__(self) -> int:

@@ -37,7 +37,7 @@ class Furniture:
         self._find = [world.bullet.prepared(pybullet.getBasePositionAndOrientation, body) for body in self._bodies]
 
     def park_far_away(self) -> None:
-        """Move all pieces far from everything and from each other: see ``P3dx.send_away``."""
+        """Move all pieces far from everything and from each other: see ``P3dx.park_far_away``."""
         for number, body in enumerate(self._bodies):
             self._world.park_far_away(body, number + 1)
 
@@ -85,7 +85,7 @@ def _compound(world: World, parts: Sequence[dict[str, Any]]) -> Any:
 
 
 def _fixed_link(shape: int) -> dict[str, Any]:
-    """Arguments by which PyBullet adds a part without mass of its own, which other things meet than meet the base."""
+    """Arguments by which PyBullet adds a massless part, which collides with other things than the base does."""
     origin, upright = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
     return {
         "linkMasses": [0.0],

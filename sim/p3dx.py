@@ -15,7 +15,7 @@ from slam.scenario.robot_config import RobotConfig
 
 
 class P3dx:
-    """Call ``control`` before every control step, that is ``control_rate`` times a second.
+    """The base in the engine, with its motors; call ``control`` before every control step, ``control_rate`` a second.
 
     Frames: base_link lies on the floor under the axle's middle.
     """

@@ -44,7 +44,7 @@ def mixed(counter: np.uint64) -> np.uint64:
 
 @compiled_on_views
 def _share(bits: np.uint64) -> float:
-    """A number from 0 to 1, below 1, of the upper 53 bits."""
+    """A number in [0, 1), from the upper 53 bits."""
     return float(np.int64(bits >> np.uint64(11)) * UNIT)
 
 
@@ -56,7 +56,7 @@ def stream_of(seed: int) -> np.uint64:
 
 @compiled_on_views
 def fill_uniform(stream: np.uint64, numbers: FloatArray) -> np.uint64:
-    """Fill with numbers even from 0 to 1, below 1; where the stream is then."""
+    """Fill with uniform numbers in [0, 1), and return the stream behind them."""
     for k in range(len(numbers)):
         numbers[k] = _share(mixed(stream + GOLDEN * np.uint64(k + 1)))
     return stream + GOLDEN * np.uint64(len(numbers))
@@ -64,7 +64,7 @@ def fill_uniform(stream: np.uint64, numbers: FloatArray) -> np.uint64:
 
 @compiled_on_views
 def fill_normal(stream: np.uint64, numbers: FloatArray) -> np.uint64:
-    """Fill with standard normal numbers; where the stream is then."""
+    """Fill with standard normal numbers, and return the stream behind them."""
     for k in range(len(numbers)):
         numbers[k], stream = next_normal(stream)
     return stream
@@ -72,7 +72,7 @@ def fill_normal(stream: np.uint64, numbers: FloatArray) -> np.uint64:
 
 @compiled_on_views
 def next_normal(stream: np.uint64) -> tuple[float, np.uint64]:
-    """The next standard normal number, and where the stream is then."""
+    """Return the next standard normal number, and the stream behind it."""
     while True:
         stream += GOLDEN
         bits = mixed(stream)
@@ -90,7 +90,7 @@ def next_normal(stream: np.uint64) -> tuple[float, np.uint64]:
 
 @compiled_on_views
 def _tail(side: float, stream: np.uint64) -> tuple[float, np.uint64]:
-    """A number beyond TAIL, on this side of 0, and where the stream is then (Marsaglia, 1964)."""
+    """Return a number beyond TAIL, on this side of 0, and the stream behind it (Marsaglia, 1964)."""
     while True:
         x = -log(1.0 - _share(mixed(stream + GOLDEN))) / TAIL
         y = -log(1.0 - _share(mixed(stream + GOLDEN + GOLDEN)))

@@ -35,7 +35,7 @@ def robot_in_world(scenario: Scenario, robot: RobotConfig, rate: int) -> "RobotI
 
 @cache
 def _say_what_is_missing() -> None:
-    """Say so once a process."""
+    """Warn, once a process, that PyBullet is missing."""
     _LOG.warning("PyBullet is not installed: the robot is moved by the kinematic model, physics.engine: plan")
 
 

@@ -1,6 +1,6 @@
-"""An interval z-buffer: walls and legs are tried against those rays of a fan alone that can meet them.
+"""An interval z-buffer: each wall and leg is tried against those rays of a fan alone that can meet it.
 
-Exact for any rays: how far they are from a fan, all from one place and evenly spaced, only costs time.
+It is exact for any rays, and fastest for a fan: rays from one place, evenly spaced.
 """
 
 from math import asin, ceil, hypot
@@ -14,7 +14,7 @@ from slam.pose import FloatArray
 
 
 class Fan(NamedTuple):
-    """Bounds of rays of which the bearings are about evenly spaced; how far they are from that only costs time."""
+    """Bounds of rays whose bearings are about evenly spaced; the farther from that, the slower."""
 
     x: float
     """Middle of the origins."""

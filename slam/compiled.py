@@ -8,6 +8,7 @@ from contextlib import suppress
 from typing import Any, Final, TypeVar, cast
 
 import numpy as np
+from numba import config
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]  # it has no types
@@ -57,7 +58,12 @@ def is_cold(function: Callable[..., Any]) -> bool:
 
 
 def _compiled(function: F, *, counts_references: bool) -> F:
-    """Make the dispatcher; ``_nrt`` is numba's own name for its run time, which counts references to arrays."""
+    """Make the dispatcher; ``_nrt`` is numba's own name for its run time, which counts references to arrays.
+
+    With ``NUMBA_DISABLE_JIT=1`` the function stays Python, for debuggers and for coverage.
+    """
+    if config.DISABLE_JIT:
+        return function
     return cast(F, _HotLoop(function, _OPTIONS | {"_nrt": counts_references}))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from slam.pose import FloatArray
 
 _SEVEN_DIGITS: Final = 1.5e-7
-"""Relative; also that of single precision."""
+"""Relative error of a number with seven digits, and of single precision."""
 _LEAST_STEP: Final = 1e-6
 """Radians."""
 

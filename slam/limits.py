@@ -34,7 +34,7 @@ class Limit:
 
 CHUNK: Final = Limit(64 * _MIB, "bytes", "recorders close a chunk at 1 to 16 MB, and one is in memory as a whole")
 UNPACKED_AT_ONCE: Final = Limit(
-    64 * _MIB, "unpacked bytes", "of a small file so much is unpacked, however well it is packed"
+    64 * _MIB, "unpacked bytes", "a small file may unpack to this size, however well it is packed"
 )
 UNPACKED_PER_BYTE: Final = Limit(
     1_000, "times the packed size", "scans pack to a fifth, and those of a simulated robot that stands to a 300th"

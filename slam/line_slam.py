@@ -41,7 +41,7 @@ class Estimate:
     closure: Closure | None = None
     """The closure that was taken over at this scan: pose and map have changed as a whole."""
     back_end_lost: str = ""
-    """Words on how the process that closes loops ended before its time; empty where it goes on or none is there."""
+    """Reason why the process that closes loops ended too early; empty while it runs, or where there is none."""
 
     @property
     def T_local_base(self) -> Pose2D:
@@ -135,7 +135,7 @@ class LineSlam:
         return self._estimate(scan.stamp, began, segments, match, extraction_time, closure)
 
     def finish(self) -> ClosedRun | None:
-        """There are no more scans: close the last loops, and refine all of the run; None where none are closed.
+        """Close the last loops after the last scan, and refine all of the run; None where loops are not closed.
 
         BackEndLost where the process that closes them ended before its time: the run stays as it was known on the way.
         """
@@ -145,7 +145,7 @@ class LineSlam:
         self, stamp: float, began: float, segments: Segments | None = None, match: Match = NO_MATCH,
         extraction_time: float = 0.0, closure: Closure | None = None,
     ) -> Estimate:  # fmt: skip
-        """The estimate in the map frame; what a stepped run waits for the back end is no cost of the method."""
+        """Return the estimate in the map frame; the time that a stepped run waits for the back end does not count."""
         waited = self.loops.waited if self.loops and segments is not None else 0.0
         return Estimate(
             stamp, self.T_map_base, segments, match.turned(self.T_map_local.theta), len(self.points), extraction_time,
@@ -153,7 +153,7 @@ class LineSlam:
         )  # fmt: skip
 
     def _predict(self, odometry: Odometry) -> Pose2D:
-        """The base before the scan is looked at: moved as the wheels say, or where it was, as in eq. (20)."""
+        """Predict the pose of the base: moved as the wheels say, or where it was, as in eq. (20)."""
         last, self.T_odom_base = self.T_odom_base, odometry.T_odom_base
         if last is None or not self.config.odometry:
             return self.T_local_base

@@ -21,7 +21,7 @@ def make_mapper(config: SlamConfig, T_base_laser: Pose2D, seed: int) -> Mapper:
 
 
 def surfel_mapper(config: SlamConfig, T_base_laser: Pose2D, state: SurfelMapperState, submap: int = 0) -> SurfelMapper:
-    """This project's own, which goes on from a state; on rolling submaps from this number on where loops are closed."""
+    """This project's own mapper from a state; where loops are closed, on rolling submaps from this number on."""
     assert isinstance(config.matching, LeastSquaresConfig)
     if config.loops == "never":
         return SurfelMapper(state, config.matching, T_base_laser, config.odometry)

@@ -9,7 +9,7 @@ from slam.config import LeastSquaresConfig, MotionConfig
 from slam.pose import FloatArray, Pose2D
 
 BEYOND = 9.0
-"""Variances: a squared correction below so many is what the model of odometry expects."""
+"""The model of odometry expects squared corrections of up to this many variances."""
 
 
 def motion_covariance(motion: Pose2D, heading: float, config: MotionConfig) -> FloatArray:

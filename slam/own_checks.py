@@ -12,7 +12,7 @@ from slam.errors import HopslamError, InputError
 
 
 def expect(place: str, value: Any, kind: type, raises: type[HopslamError] = InputError) -> None:
-    """Require a value of this kind; ``raises``, which names the place and what it returned, where it is another."""
+    """Require a value of this kind; else raise ``raises``, which names the place and what it returned."""
     if not isinstance(value, kind):
         raise raises(f"{place} returned {type_name(value)}, not {kind.__name__}; see docs/extend.md")
 
@@ -31,7 +31,7 @@ def type_name(value: Any) -> str:
 def expect_array(what: str, value: Any, shape: tuple[int | None, ...], kind: type[float] = float) -> NDArray[Any]:
     """Return the array with this kind of numbers, ``float`` or ``int``; None in the shape stands for any length.
 
-    InputError, which begins with ``what``, where the shape or the kind is another, or a number is not finite.
+    InputError, which begins with ``what``, for another shape or kind, or a number that is not finite.
     """
     if not isinstance(value, np.ndarray) or not _fits(value.shape, shape):
         found = f"of shape {value.shape}" if isinstance(value, np.ndarray) else f"of type {type_name(value)}"

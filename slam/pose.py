@@ -107,7 +107,7 @@ def relative_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
 
 
 def compose_poses(origin: FloatArray, poses: FloatArray) -> FloatArray:
-    """Poses (..., 3) given in the frames of ``origin``, in the frame of that: undoes relative_poses."""
+    """Poses (..., 3) given relative to ``origin``, in the frame that ``origin`` is given in: undoes relative_poses."""
     out = np.empty(np.broadcast_shapes(origin.shape, poses.shape))
     x, y, c, s = poses[..., 0], poses[..., 1], np.cos(origin[..., 2]), np.sin(origin[..., 2])
     out[..., 0], out[..., 1] = origin[..., 0] + c * x - s * y, origin[..., 1] + s * x + c * y
@@ -121,5 +121,5 @@ def inverse_poses(poses: FloatArray) -> FloatArray:
 
 
 def path_lengths(poses: FloatArray) -> FloatArray:
-    """Metres from the first of these poses (K, 3), or points (K, 2), to each, from one to the next; shape (K,)."""
+    """Metres of path from the first of these poses (K, 3), or points (K, 2), to each of them; shape (K,)."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(poses[:, :2], axis=0).T))])

@@ -1,4 +1,4 @@
-"""The method saved: resumed later where it stopped, or relocated to another place in the same map.
+"""A saved state of the method, resumed where it stopped or relocated to another place in the same map.
 
 Where the graph of the map is known, a relocated robot closes loops with it, and the map as a whole may move; else it
 stays as it is.
@@ -43,7 +43,7 @@ class SavedSlam:
 
 
 def save(slam: LineSlam, closed: ClosedRun | None = None) -> SavedSlam | None:
-    """Save the state for ``resume`` and ``relocate``; None where the map is not this project's own.
+    """Save the state for ``resume`` and ``relocate``; None for a map that is not this project's own.
 
     Where loops are closed, the map is that of the run that is over, or, without it, the map as it is known until now.
     """

@@ -77,7 +77,7 @@ class LaserScan:
 
     @property
     def reach(self) -> tuple[float, float]:
-        """Least and greatest range of an echo, metres; finite, so that ``inf`` is beyond it for every lidar."""
+        """Least and greatest range of an echo, metres; both are finite, so that ``inf`` lies beyond."""
         return self.range_min, min(self.range_max, float_info.max)
 
     @property

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from math import inf, pi, radians
 from pathlib import Path
 
-import gymnasium
 import numpy as np
 import pytest
 from hypothesis import given
@@ -22,7 +21,6 @@ from sim.robot import SimRobot
 from slam.console.terminal import Terminal
 from slam.deskew import deskewed
 from slam.env.p3dx_env import P3DXEnv
-from slam.errors import ScenarioError
 from slam.lidars import LD19, LIDARS, Lidar
 from slam.odometry import Twist2D
 from slam.pose import FloatArray
@@ -225,16 +223,6 @@ def test_an_environment_keeps_its_fan() -> None:
             counts.add(len(info["observation"].scan.ranges))
             seen, *_, info = env.step(np.array([0.3, 0.5], np.float32))
     assert len(counts) > 1
-
-
-def test_many_robots_at_once_refuse_it() -> None:
-    with pytest.raises(ScenarioError, match="give vectorization_mode='async'"):
-        gymnasium.make_vec(
-            "sim:hopslam/Corridor-v0",
-            num_envs=2,
-            vectorization_mode="vector_entry_point",
-            settings=["lidar.model=ld19"],
-        ).reset(seed=0)
 
 
 def test_simulated_turns_vary_and_repeat() -> None:

@@ -7,12 +7,17 @@ from typing import Any
 import numpy as np
 import pytest
 
-from slam.config import SlamConfig
+from slam.config import ChiSquareConfig, SlamConfig
 from slam.graph.back_end import BackEnd
 from slam.graph.closure import ClosedRun
+from slam.graph.constellation import Constellation
 from slam.graph.submap_mapper import SubmapMapper
+from slam.graph.wall_places import propose_places
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import LineSlam
+from slam.lines.chi_square import segments_by_chi_square, segments_of_scans
+from slam.lines.learnt_noise import ASSUMED
+from slam.matching.coarse_search import PLACE_X
 from slam.odometry import Odometry
 from slam.pose import FloatArray, Pose2D, stack_poses
 from slam.scan import LaserScan
@@ -78,3 +83,30 @@ def test_paper_mode_follows_small_fans(settings: dict[str, Any]) -> None:
     for k, pose in enumerate(path):
         estimate = slam.update(scan_at(pose, k), Odometry(0.1 * k, pose))
     assert estimate.T_map_base.distance(path[-1]) < 0.2
+
+
+def test_a_room_is_found_by_its_walls_alone() -> None:
+    corners = np.array([[-3, -2], [4, -2], [4, 1], [1, 1], [1, 4], [-3, 4]], float)
+    walls, T = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1), Pose2D(1.0, -0.5, 0.7)
+    found = propose_places(Constellation.of(walls), Constellation.of(T.transform(walls)))
+    off = T.between(Pose2D.from_array(found[0, PLACE_X:]))
+    assert off.distance(Pose2D()) < 0.05
+    assert abs(off.theta) < 0.02
+
+
+def test_somebody_who_walks_ahead_carries_no_robot_away() -> None:
+    path = around(0.25)[:12]
+    slam = LineSlam(SlamConfig(), Pose2D(), path[0])
+    for k, pose in enumerate(path):
+        scan = scan_at(pose, k)
+        scan.ranges[38:42] = 1.2 + 0.02 * k
+        estimate = slam.update(scan, Odometry(0.1 * k, pose))
+    assert estimate.T_map_base.distance(path[-1]) < 0.05
+
+
+def test_many_scans_at_once_give_the_lines_of_each() -> None:
+    scans, config = [scan_at(pose, k) for k, pose in enumerate(around(0.25)[:3])], ChiSquareConfig()
+    together, begins = segments_of_scans(scans, config, ASSUMED, threads=1)
+    for k, scan in enumerate(scans):
+        own = together.rho[begins[k] : begins[k + 1]]
+        np.testing.assert_array_equal(own, segments_by_chi_square(scan, config, ASSUMED).rho)

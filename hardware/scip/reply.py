@@ -17,7 +17,7 @@ _INFORMATION: Final = ("VV", "PP", "II")
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """An answer whose sums are right, without them. A status of one character is SCIP 1.1's, which has no sums."""
+    """An answer with right sums, which are left out. A status of one character is SCIP 1.1's, which has no sums."""
 
     echo: str
     status: str

@@ -1,9 +1,11 @@
 """A node of rclpy, run by the Python of a ROS 2 and not by that of hopslam: the other end of benchmark and tests.
 
-``ros_client.py listen SECONDS``, ``drive SECONDS [stamped]``, ``flood SECONDS``, ``sleep SECONDS`` or ``play FILE
-[RATE]``. Each prints one line of JSON when it is done; the first two are done as soon as their input is closed, too.
+``ros_client.py listen SECONDS``, ``record SECONDS``, ``drive SECONDS [stamped]``, ``flood SECONDS``, ``sleep SECONDS``
+or ``play FILE [RATE]``. Each prints one line of JSON when it is done; the first three are done as soon as their input
+is closed, too.
 """
 
+import functools
 import json
 import os
 import random
@@ -45,6 +47,16 @@ def listen(node: Any, seconds: str) -> dict[str, Any]:
     node.create_subscription(OccupancyGrid, "/map", hear_map, _LATCHED)
     _spin(node, float(seconds))
     return {"stamps": stamps, "ages": ages, "map": grid}
+
+
+def record(node: Any, seconds: str) -> dict[str, Any]:
+    """Keep the bytes of all scans and odometry, in the order in which they come."""
+    heard: list[tuple[str, str]] = []
+    for kind, topic in ((LaserScan, "/scan"), (Odometry, "/odom")):
+        hear = functools.partial(lambda name, message: heard.append((name, message.hex())), topic)
+        node.create_subscription(kind, topic, hear, _DEPTH, raw=True)
+    _spin(node, float(seconds))
+    return {"messages": heard}
 
 
 def drive(node: Any, seconds: str, stamped: str = "") -> dict[str, Any]:

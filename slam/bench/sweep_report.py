@@ -12,7 +12,7 @@ from slam.sweep.executor import Executor
 from slam.sweep.process_pool import ProcessPool
 
 TURNS: Final = 5
-"""Others load the machine meanwhile, now more and now less: ratios are of one turn, and the middle one is told."""
+"""Turns of all executors. As the load of a machine varies, ratios are taken within a turn, and the median is shown."""
 
 
 def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTable]:

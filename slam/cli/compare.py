@@ -90,7 +90,7 @@ def _cells(values: list[Any]) -> list[str]:
 
 
 def _difference(value: Any, first: Any) -> str:
-    """A difference in percent, as a factor from twice or half on, as it is where the first is 0 or of another sign."""
+    """A difference in percent; a factor from twice or half on; as it is where the first is 0 or of another sign."""
     if not _is_number(value) or not _is_number(first) or value == first:
         return ""
     if not first or value / first <= 0.0:

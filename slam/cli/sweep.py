@@ -1,4 +1,4 @@
-"""``hopslam sweep``: many runs, and what they have in common."""
+"""``hopslam sweep``: many runs, their table and their report."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class _SweepGroup(TyperGroup):
 
 
 def _with_addresses(args: list[str]) -> list[str]:
-    """``--ray`` is followed by an address, or by something else."""
+    """Put ``local`` after a ``--ray`` that no address follows."""
     whole: list[str] = []
     for word, after in pairwise([*args, ""]):
         whole.append(word)

@@ -32,7 +32,7 @@ def signal_handler(handler: Callable[[int, FrameType | None], object], numbers: 
 
 
 def count_suspensions() -> int:
-    """Suspensions since the first call, which begins to count; only in the main thread can it."""
+    """Count the suspensions since the first call, which must come from the main thread."""
     if threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGCONT) is signal.SIG_DFL:
         signal.signal(signal.SIGCONT, _count_suspension)
     return _suspensions

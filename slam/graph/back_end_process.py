@@ -1,4 +1,4 @@
-"""The back end in a process of its own: what it searches costs the loop of the robot nothing.
+"""The back end in a process of its own, so that its search costs the loop of the robot nothing.
 
 Key scans go in by its standard input, closures come out by its standard output, both in order. Two threads move them,
 so that neither side waits for the other. It ends with its input, however this process ends. Signals that end a program
@@ -84,7 +84,7 @@ class BackEndProcess:
         return True, closure
 
     def finish(self, T_base_laser: FloatArray) -> ClosedRun:
-        """There are no more key scans: the whole run, refined; results that nobody asked for are dropped."""
+        """Return the whole run, refined, after the last key scan; results that nobody asked for are dropped."""
         self._out.put(T_base_laser)
         while not isinstance(result := self._received(wait=True), ClosedRun):
             pass
@@ -146,7 +146,7 @@ def _end(queue: "SimpleQueue[Any]", process: "subprocess.Popen[bytes]", threads:
 
 
 def main() -> None:
-    """The process: take key scans until there are no more."""
+    """Run the process: take key scans until there are no more."""
     for number in IGNORED:
         signal.signal(number, signal.SIG_IGN)
     messages, results = sys.stdin.buffer, os.fdopen(os.dup(sys.stdout.fileno()), "wb")

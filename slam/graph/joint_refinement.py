@@ -40,7 +40,7 @@ class RefinementSettings(NamedTuple):
     first_width: float = 4.0
     """Kernel, straight and gap are so many times wider in the first round; the factor is halved until it is 1."""
     reused: float = 0.03
-    """Weight of the edges that come from matching: what the scans matched, their facets say again of the walls."""
+    """Weight of the edges that come from matching, for the facets say the same again of the walls."""
     directions: bool = True
     """Walls are held softly to the main directions of the building, where it has any."""
     rounds: int = 6

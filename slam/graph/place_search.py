@@ -62,7 +62,7 @@ def draw_submap(grid: Grid, path: FloatArray, reach: float) -> Pictures:
 
 
 def find_places(facets: FloatArray, window: Window, pictures: Pictures, least: float, most: int) -> FloatArray:
-    """Up to ``most`` different poses, (N, 4), the best first.
+    """Find up to ``most`` different poses, (N, 4), the best first.
 
     At least the share ``least`` of the facets (F, 7) lies on walls at each. SCORE is that share less the cost of the
     prior.
@@ -77,7 +77,7 @@ def find_places(facets: FloatArray, window: Window, pictures: Pictures, least: f
 
 
 def _pooled(pictures: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The greatest value of the block that begins at each pixel, see Pictures; less at the far borders."""
+    """Return the greatest value of the block that begins at each pixel, see Pictures; far borders have less."""
     layers, rows, columns = pictures.shape
     wide, high = columns - BLOCK + 1, rows - BLOCK + 1
     along = pictures.copy()
@@ -143,7 +143,7 @@ def _inside(first: int, size: int, blocks: int) -> tuple[int, int]:
 
 @compiled
 def _scores(bounds: NDArray[np.uint16], window: Window, facets: int, least: float) -> FloatArray:
-    """Bounds of the shares, less what the prior takes off in the middle of each block; -1e9 below ``least``."""
+    """Return the bounds of the shares, less what the prior takes off in the middle of each block; -1e9 below ``least``."""
     scores = np.empty(bounds.size)
     angles, blocks, _ = bounds.shape
     k = 0

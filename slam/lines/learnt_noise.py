@@ -42,9 +42,9 @@ GROUNDS: Final = (0.1, 0.4, 0.9)
 MEMORY: Final = 1e4
 """Differences in a band that are remembered: they tell its noise to 1 %, and come from some fifty scans."""
 PRIOR: Final = 2.5
-"""Differences in each band that the noise is worth with which one begins: a scan has some hundred in a few bands."""
+"""Weight of the noise one begins with, in differences a band; a scan has some hundred in a few bands."""
 ASSUMED: Final = RangeNoise(0.01, 1.0, 0.01, ROUGHNESS)
-"""The noise with which one begins where no sensor is named."""
+"""Noise to begin with where no sensor is named."""
 
 
 def named_noise(config: LineConfig | None) -> RangeNoise | None:
@@ -66,7 +66,7 @@ def _peak_of_noise(sigma: float) -> FloatArray:
 
 
 def _log_likelihood() -> FloatArray:
-    """Log likelihood of a difference in each bin, by the edge where the noise is and the share of the ground.
+    """Log likelihood of a difference in each bin, by the edge of the noise and the share of the ground.
 
     On the ground half of the differences are of all sizes alike, in metres, and half in octaves.
     """
@@ -90,7 +90,7 @@ LOG_LIKELIHOOD: Final = _log_likelihood()
 
 
 class LearntNoise:
-    """The noise of one sensor: to begin with that of its name, or what is usual; then what its scans say."""
+    """The noise of one sensor: at first that of its name, or ASSUMED; then that of its scans."""
 
     def __init__(self, counts: FloatArray) -> None:
         self.counts = counts
@@ -178,7 +178,7 @@ def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
 
 @compiled
 def _peak(values: FloatArray, k: int) -> float:
-    """Return where the parabola through a greatest value and its neighbours peaks, seen from there."""
+    """Return the offset from a greatest value to the peak of the parabola through it and its neighbours."""
     if k == 0 or k == len(values) - 1:
         return 0.0
     bend = values[k - 1] - 2.0 * values[k] + values[k + 1]

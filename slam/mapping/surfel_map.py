@@ -18,7 +18,7 @@ from slam.pose import FloatArray, Pose2D
 from slam.scan import LaserScan
 
 WEIGHED_EVERY = 0.1
-"""Metres and radians of way, after which a scan tells again where there is wall: one from nearer tells the same."""
+"""Metres and radians of way between two scans that tell where there is wall; one from nearer tells the same."""
 
 
 class SurfelMap:

@@ -1,4 +1,4 @@
-"""Walls that are there twice: of two that show the same, the one with less support goes, compiled."""
+"""Walls that are mapped twice: of two that show the same wall, the one with less support goes. Compiled."""
 
 import numpy as np
 
@@ -67,7 +67,7 @@ def _overlap(boxes: FloatArray, m: int, k: int) -> bool:
 
 @compiled
 def _shown_twice(wall: FloatArray, better: FloatArray, hardly_seen: bool) -> tuple[float, float]:
-    """Return from where to where along a wall (2, 2), metres, a better one shows the same; begin >= end for nowhere."""
+    """Return begin and end, metres along a wall (2, 2), of the part that a better one shows; begin >= end for none."""
     ux, uy = wall[1, 0] - wall[0, 0], wall[1, 1] - wall[0, 1]
     bx, by = better[1, 0] - better[0, 0], better[1, 1] - better[0, 1]
     length, reach = np.hypot(ux, uy), np.hypot(bx, by)

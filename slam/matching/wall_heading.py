@@ -1,4 +1,4 @@
-"""The heading that the long walls of a scan tell, where the building has main directions: one that does not drift."""
+"""A heading that does not drift, from the long walls of a scan and the main directions of a building."""
 
 import numpy as np
 
@@ -90,7 +90,7 @@ def turn_to_main(walls: FloatArray, main: FloatArray, heading: float, widest: fl
 
 @compiled
 def _has_rival(walls: FloatArray, main: FloatArray, heading: float, widest: float, turn: float, enough: float) -> bool:
-    """True where at another heading of the window enough metres agree."""
+    """True where another heading of the window has enough metres of agreeing wall."""
     for m in range(len(walls)):
         for k in range(len(main)):
             off = quarter_turn_difference(walls[m, THETA] + heading, main[k, THETA])
@@ -102,7 +102,7 @@ def _has_rival(walls: FloatArray, main: FloatArray, heading: float, widest: floa
 
 @compiled
 def _agreeing(walls: FloatArray, main: FloatArray, heading: float) -> float:
-    """Metres of wall in main directions at this heading, less where they lie less well."""
+    """Metres of wall in main directions at this heading, each weighed by how well it fits."""
     metres = 0.0
     for m in range(len(walls)):
         off, _ = _nearest(walls[m, THETA] + heading, main)
@@ -112,7 +112,7 @@ def _agreeing(walls: FloatArray, main: FloatArray, heading: float) -> float:
 
 @compiled
 def _mean(walls: FloatArray, main: FloatArray, heading: float, turn: float) -> tuple[float, float]:
-    """The turn, as the robust mean (Tukey) of what the walls ask for, and its variance.
+    """Return the robust mean (Tukey) of the turns that the walls ask for, and its variance.
 
     Walls of one building may all be off by the same, so that many of them are no surer than one.
     """

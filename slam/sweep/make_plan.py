@@ -23,8 +23,8 @@ _CALL: Final = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 def make_plan(names: str | Sequence[str], changes: dict[str, Any], allow_modules: str | Sequence[str] = ()) -> Plan:
     """Plan the runs of scenarios and logs, or of one sweep file, which ``changes`` then overrule key by key.
 
-    What ``changes`` name as ``module:name`` may run, and what the files name so where ``allow_modules`` has its module.
-    InputError, where the fault is in a file with file, line and key.
+    Code that ``changes`` name may run; code that files name may run where ``allow_modules`` has its module.
+    InputError names file, line and key of a fault in a file.
     """
     names = one_or_several(names)
     allowed = [*one_or_several(allow_modules), *(place for _, place in _code_in(changes))]

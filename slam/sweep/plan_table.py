@@ -24,9 +24,9 @@ _TRIAL_TIME: Final = 2.0
 
 
 def plan_table(plan: Plan, out: str, jobs: int) -> ResultTable:
-    """A row a case: its runs, those that are over, seconds of one; and the time of what is left, ``jobs`` at a time.
+    """Make a row for each case: its runs, those that are over, seconds of one; then the time that is left.
 
-    Seconds are those of the runs that are over, and where none is, of a first look. ScenarioError for wrong settings.
+    Seconds are those of the runs that are over; without any, a first look takes them. ScenarioError for wrong settings.
     """
     plan.check()
     found = ResultStore(Folder(out)).rows(["id", "status", "seconds"])

@@ -63,7 +63,7 @@ def loop_errors(closed: ClosedRun, reference: InterpolatedPoses) -> PoseErrors:
 def measured_motions(loop: Loop, closed: ClosedRun) -> tuple[IntArray, IntArray, FloatArray]:
     """Numbers of key scans of the other submap (P,) and of its own (P,), and ``T_other_own`` (P, 3) of the laser.
 
-    Each scan is paired with the nearest one of the other submap, as the loop lays them; the nearest pairs of all.
+    Each scan is paired with the nearest one of the other submap, as the loop lays them; the PAIRS nearest are kept.
     """
     of = {submap.number: np.array(submap.keys, np.int64) for submap in closed.submaps}
     own, others = of[loop.submap], of[loop.other]

@@ -30,7 +30,7 @@ KERNELS: Final[dict[str, Callable[[FloatArray, int], object]]] = {
 }
 ROUNDS: Final = {"full_u": 2, "values": 10, "prefix_sums": 200}
 _STEP: Final = 0.002
-"""Share of the work after which it is told, so that telling costs no time that is measured."""
+"""Share of the work between two reports of progress, so that reporting costs no measured time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +91,7 @@ def measure(count: int = POINTS, advance: Callable[[float], object] = lambda sha
 
 
 def _watched(points: FloatArray, advance: Callable[[float], object]) -> Callable[[FloatArray, int], object]:
-    """The kernel of the full U, nearly all of the work, which tells how far it is: U of l points has l x l entries."""
+    """Return the kernel of the full U, nearly all of the work, with its progress: U of l points has l x l entries."""
     whole = ROUNDS["full_u"] * sum(l * l for psi in PSI for l in tested_lengths(points, SIGMA_TH, psi))
     untold = 0.0
 

@@ -19,7 +19,7 @@ from slam.pose import FloatArray
 _INTERVAL: Final = 0.1
 """Seconds between two scans where nothing tells: most lidars turn ten times a second."""
 _RUN: Final = 3
-"""So many stamps that increase among themselves are a clock that was set back; fewer are garbled."""
+"""This many stamps that increase among themselves show a clock that was set back; fewer are garbled."""
 _LATE: Final = 1.0
 """Seconds from a stamp to its receipt that may vary."""
 
@@ -74,7 +74,7 @@ class Clock(NamedTuple):
 
 
 def drop_repeats(rows: Sequence[Row], statistics: ReadStatistics) -> list[Row]:
-    """The rows without those that were written twice: stamp and readings are those of an earlier one."""
+    """Drop rows that were written twice, whose stamp and readings are those of an earlier one."""
     if _mostly_equal(np.array([row.stamp for row in rows])):
         return list(rows)
     seen: dict[float, Row] = {}

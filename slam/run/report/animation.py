@@ -1,4 +1,4 @@
-"""The map of a run as it grows, as an animated WebP or GIF."""
+"""An animated WebP or GIF of the map of a run as it grows."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -25,7 +25,7 @@ _NEAR: Final = 0.12
 _RATE: Final = 10.0
 """Pictures a second."""
 _STILL: Final = 2500
-"""Milliseconds for which the last one stands."""
+"""Milliseconds for which the last picture stands."""
 _FORMATS: Final = {".webp": "WEBP", ".gif": "GIF"}
 
 
@@ -63,8 +63,8 @@ class AppearingSegments:
 class GrowingMap:
     """The map as it was known scan by scan.
 
-    What was seen since the last closed loop is where it was taken to be then, and all that was seen before where it is
-    known to be in the end.
+    Walls seen since the last closed loop lie where they were believed to be then, all earlier ones where they are known
+    to be in the end.
     """
 
     def __init__(self, record: RunRecord, canvas: MapCanvas) -> None:
@@ -98,7 +98,7 @@ class GrowingMap:
 
 
 def _closures(traces: Traces) -> IntArray:
-    """For each scan the last one, it or an earlier one, at which a closure was taken over, (K,); 0 for none."""
+    """Return for each scan the last one up to it at which a closure was taken over, (K,); 0 for none."""
     jumps = traces.jumps if traces.closed is not None else np.zeros(len(traces.stamps), np.bool_)
     return np.asarray(np.maximum.accumulate(np.where(jumps, np.arange(len(jumps)), 0)))
 

@@ -15,10 +15,12 @@ from hopslam.line_map import Map, closed_map, state_of
 from hopslam.scan import RANGE_MIN
 from hopslam.segments import Segments
 from hopslam.settings import SettingsLike, slam_config
+from slam.console.terminal import Terminal
 from slam.errors import InputError
 from slam.line_slam import LineSlam
 from slam.pose import FloatArray, Pose2D
 from slam.run.closing_loops import LoopCloser
+from slam.run.warm_up import is_first_run, warm_up
 from slam.saved_slam import relocate, save
 
 
@@ -151,6 +153,8 @@ class Slam:
         """The method, made at the first scan: with odometry or without."""
         if self._method is None or self._closer is None:
             config = self._config if measured else self._config.without_odometry()
+            if is_first_run(config):
+                warm_up(Terminal(stderr=True), config)
             if self._saved is None:
                 self._method = LineSlam(config, self._T_base_laser, self._start, self._seed)
             else:

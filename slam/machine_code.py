@@ -3,6 +3,7 @@
 # mypy: disable-error-code="no-untyped-call"
 # numba's classes have types in part.
 
+import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache, cached_property
@@ -16,7 +17,12 @@ from numba.np import arrayobj
 
 @contextmanager
 def making_code(target_context: Any) -> Iterator[None]:
-    """Let numba make the code of this module; the caller holds numba's lock."""
+    """Let numba make the code of this module; the caller holds numba's lock.
+
+    Garbage waits until then: numba makes so many objects that looking for it takes a twelfth of the time.
+    """
+    collects = gc.isenabled()
+    gc.disable()
     usual, target_context._internal_codegen = target_context.codegen(), _code_generator()
     shapes_differ, arrayobj.raise_with_shape_context = arrayobj.raise_with_shape_context, _shapes_differ
     try:
@@ -24,6 +30,8 @@ def making_code(target_context: Any) -> Iterator[None]:
     finally:
         target_context._internal_codegen = usual
         arrayobj.raise_with_shape_context = shapes_differ
+        if collects:
+            gc.enable()
 
 
 def makes_code(target_context: Any) -> bool:

@@ -26,7 +26,7 @@ class Terminal(Console):
 
     def waiting(self, text: str) -> AbstractContextManager[object]:
         """A spinner beside the text while the block runs, drawn where ``progress`` draws its bar."""
-        if self.quiet:
+        if self.quiet or self.is_jupyter:
             return nullcontext()  # rich would show a widget in a notebook
         from rich.live import Live
         from rich.spinner import Spinner

@@ -4,12 +4,14 @@ from contextlib import nullcontext
 from time import perf_counter
 from typing import Final
 
+from slam.compiled import is_cold
 from slam.config import SlamConfig
 from slam.console.terminal import Terminal
 from slam.graph.submap_mapper import SubmapMapper
 from slam.lidars import TABLE1
 from slam.line_localizer import LineLocalizer
 from slam.line_slam import LineSlam
+from slam.lines.wall_runs import wall_runs
 from slam.matching.surfel_mapper import SurfelMapper
 from slam.odometry import Odometry, Twist2D
 from slam.pose import Pose2D
@@ -40,6 +42,11 @@ def warm_up(console: Terminal, config: SlamConfig, search: bool = False) -> None
     taken = perf_counter() - began
     if taken > 2.0:
         console.print(f"compiled the hot loops in {taken:.0f} s; they are kept for the next run")
+
+
+def is_first_run(config: SlamConfig) -> bool:
+    """Return True where no run with SLAM in this project's own mode has been made on this machine."""
+    return config.mode == "hopslam" and is_cold(wall_runs)
 
 
 def _run(slam: LineSlam | LineLocalizer) -> None:

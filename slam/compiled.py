@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Any, Final, TypeVar, cast
 
 import numpy as np
-from numba import config
+from numba.core import config
 from numba.core.compiler import Compiler
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]  # it has no types
@@ -53,7 +53,7 @@ def compiled_on_views(function: F) -> F:
 
 def is_cold(function: Callable[..., Any]) -> bool:
     """Return True where the first call of this compiled function will compile it and keep the result."""
-    kept = cast(Any, function)._cache
+    kept = getattr(function, "_cache", None)
     return isinstance(kept, KeptCode) and kept.is_empty()
 
 

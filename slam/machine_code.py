@@ -11,8 +11,6 @@ from typing import Any
 
 from llvmlite.binding import Linkage  # type: ignore[import-untyped]
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
-from numba.extending import overload
-from numba.np import arrayobj
 
 
 @contextmanager
@@ -21,10 +19,12 @@ def making_code(target_context: Any) -> Iterator[None]:
 
     Garbage waits until then: numba makes so many objects that looking for it takes a twelfth of the time.
     """
+    from numba.np import arrayobj  # 0.03 s, not spent where slam is only imported
+
     collects = gc.isenabled()
     gc.disable()
     usual, target_context._internal_codegen = target_context.codegen(), _code_generator()
-    shapes_differ, arrayobj.raise_with_shape_context = arrayobj.raise_with_shape_context, _shapes_differ
+    shapes_differ, arrayobj.raise_with_shape_context = arrayobj.raise_with_shape_context, _shape_error()
     try:
         yield
     finally:
@@ -104,16 +104,21 @@ class _CodeGenerator(JITCPUCodegen):
             super().set_env(env_name, env)
 
 
-def _shapes_differ(from_shape: Any, to_shape: Any) -> None:
-    """Raise the error of an assignment to a slice; numba's own words name the shapes, and take 3 s to compile."""
+@cache
+def _shape_error() -> Any:
+    """Raises the error of an assignment to a slice; numba's own words name the shapes, and take 3 s to compile."""
+    from numba.extending import overload
 
+    def shapes_differ(from_shape: Any, to_shape: Any) -> None: ...
 
-@overload(_shapes_differ)
-def _raise_shapes_differ(from_shape: Any, to_shape: Any) -> Any:
-    def code(from_shape: Any, to_shape: Any) -> None:
-        raise ValueError("cannot assign slice from input of different size")
+    @overload(shapes_differ)
+    def _(from_shape: Any, to_shape: Any) -> Any:
+        def code(from_shape: Any, to_shape: Any) -> None:
+            raise ValueError("cannot assign slice from input of different size")
 
-    return code
+        return code
+
+    return shapes_differ
 
 
 @cache

@@ -183,6 +183,14 @@ def test_code_hides_its_copies_of_what_it_calls(package: Path) -> None:
     assert copies == "0"
 
 
+def test_a_function_is_cold_until_its_code_is_kept(package: Path) -> None:
+    words = "from slam.compiled import is_cold\nfrom loops.steps import add_one\nprint(is_cold(add_one), add_one(1.0))"
+    assert output(package, words) == ["True", "2.0"]
+    assert output(package, words) == ["False", "2.0"]
+    edit(package / "steps.py", "x + 1.0", "x + 3.0")
+    assert output(package, words) == ["True", "4.0"]
+
+
 def test_without_the_compiler_hot_loops_are_python() -> None:
     code = "from slam.compiled import wrapped; print(type(wrapped).__name__, round(wrapped(4.0), 6))"
     env = os.environ | {"NUMBA_DISABLE_JIT": "1"}

@@ -213,6 +213,20 @@ def test_help_has_examples(words: list[str]) -> None:
     assert len(words) == 1 or "Examples" in shown.stdout
 
 
+class Interrupting:
+    """An attribute in whose class Ctrl-C comes while it is made."""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        raise KeyboardInterrupt
+
+
+def test_ctrl_c_while_a_class_is_made_is_ctrl_c(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("slam.cli.main.app", lambda: type("Made", (), {"part": Interrupting()}))
+    with pytest.raises(SystemExit) as left:
+        main()
+    assert left.value.code == 130
+
+
 def test_a_robot_that_fails_leaves_its_data_and_exit_code_3(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -84,6 +84,10 @@ def _exit_code() -> int:
         return error.exit_code
     except KeyboardInterrupt:
         return 128 + (received or [signal.SIGINT])[0]
+    except RuntimeError as error:
+        if not isinstance(error.__cause__, KeyboardInterrupt):
+            raise
+        return 128 + (received or [signal.SIGINT])[0]  # CPython 3.11 makes it of one that comes while a class is made
     except SystemExit as leave:
         code = int(leave.code or 0)
         return 128 + received[0] if received and code == 130 else code  # typer makes 130 of every KeyboardInterrupt

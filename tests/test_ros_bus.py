@@ -30,6 +30,17 @@ assert not own
 print(heard[0].hex())
 """
 """A program that publishes bytes until it hears some, and prints them."""
+AGAIN = """
+from slam.topics import names
+from slam.topics.ros_bus import open_ros_bus
+
+for _ in range(5):
+    with open_ros_bus() as bus:
+        for topic in (names.SCAN, names.ODOM, names.TF, names.TF_STATIC):
+            bus.subscribe(topic, print)
+        bus.publish(names.CLOCK, 0.0, bytes(12))
+"""
+"""A program that opens one bus after another, as an environment does that is made anew."""
 
 
 def test_by_default_a_node_stays_on_this_machine() -> None:
@@ -70,6 +81,12 @@ def test_two_programs_hear_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
         for words in (("/here", "/there", hello), ("/there", "/here", world))
     ]
     assert [program.communicate(timeout=60)[0].strip() for program in programs] == [world, hello]
+
+
+def test_a_bus_can_follow_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("cyclonedds", reason="Cyclone DDS is not installed: pip install 'hopslam[ros]'")
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(100 + os.getpid() % 100))
+    assert subprocess.run([sys.executable, "-c", AGAIN], timeout=120).returncode == 0
 
 
 class FakeNode:

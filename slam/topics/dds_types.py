@@ -1,6 +1,8 @@
 """Topics of DDS whose messages are bytes: CDR goes through as it is."""
 
 import ctypes
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from typing import Any, Final
 
@@ -21,12 +23,10 @@ _OperationsPointer = ctypes.POINTER(_Operations)
 def open_dds_topic(participant: Any, name: str, message_type: str) -> Any:
     """Return a topic of DDS for messages of a type such as ``sensor_msgs/msg/LaserScan``.
 
-    A sample of it is made of the bytes of a message, and has them as ``data``. Other programs are told the name of the
-    type, and no more. Names: https://design.ros2.org/articles/topic_and_service_names.html.
+    A sample of it is made of the bytes of a message, and has them as ``data``. Names:
+    https://design.ros2.org/articles/topic_and_service_names.html.
     """
-    topic = import_optional("cyclonedds.topic", EXTRA).Topic(participant, f"rt{name}", _struct(message_type))
-    _hide_description(topic)
-    return topic
+    return import_optional("cyclonedds.topic", EXTRA).Topic(participant, f"rt{name}", _struct(message_type))
 
 
 @cache
@@ -59,18 +59,25 @@ def _field(kind: Any) -> Any:
             return types.sequence[_field(element), most] if most else types.sequence[_field(element)]
 
 
-def _hide_description(topic: Any) -> None:
-    """Keep the description of the topic's type from other programs, which then go by its name.
+@contextmanager
+def without_description(topic: Any) -> Iterator[None]:
+    """Let other programs go by the name of the topic's type alone, where a reader or writer is made in the block.
 
-    With it, Fast DDS 3 takes two topics for ones of different types unless both descriptions are the same, bit by bit,
-    and those of Cyclone DDS and Fast DDS are not where there is a sequence or an array: one of them sets
-    TRY_CONSTRUCT1 for elements (DDS-XTypes 1.3, section 7.3.4), and the other does not. Cyclone DDS has no setting for
-    it, so that the type gets a table of functions of its own, without those that describe it.
+    Told its description too, Fast DDS 3 takes two topics for ones of different types unless both descriptions are the
+    same, bit by bit, and those of Cyclone DDS and Fast DDS are not where there is a sequence or an array: one of them
+    sets TRY_CONSTRUCT1 for elements (DDS-XTypes 1.3, section 7.3.4), and the other does not. Cyclone DDS has no setting
+    for it, so that the type gets a table of functions of its own, without those that describe it. It has its usual
+    one again afterwards: with that its description was noted, and with that it has to be forgotten.
     """
     library = import_optional("cyclonedds.internal", EXTRA).DDS._dll_handle
     sertype = ctypes.POINTER(_OperationsPointer)()
     library.dds_get_entity_sertype(topic._ref, ctypes.byref(sertype))
-    sertype[0] = _without_description(ctypes.addressof(sertype[0].contents))
+    usual = ctypes.addressof(sertype[0].contents)
+    sertype[0] = _without_description(usual)
+    try:
+        yield
+    finally:
+        sertype[0] = ctypes.cast(usual, _OperationsPointer)
 
 
 @cache

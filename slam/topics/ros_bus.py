@@ -9,7 +9,7 @@ from typing import Any, Final, Self
 from slam.errors import InputError
 from slam.files.ros.messages import ros2_types
 from slam.named_code import import_optional
-from slam.topics.dds_types import EXTRA, open_dds_topic
+from slam.topics.dds_types import EXTRA, open_dds_topic, without_description
 from slam.topics.rclpy_bus import RclpyBus, has_ros
 from slam.topics.ros_network import RosNetwork
 from slam.topics.topic import Bus, Topic
@@ -93,7 +93,8 @@ class RosBus:
         """Return the reader or writer of a topic, for which so many messages wait."""
         dds_topic = open_dds_topic(self._participant, topic.name, topic.type)
         make = getattr(import_optional(f"cyclonedds.{module}", EXTRA), kind)
-        return make(self._participant, dds_topic, self._quality(topic, depth))
+        with without_description(dds_topic):
+            return make(self._participant, dds_topic, self._quality(topic, depth))
 
     def _quality(self, topic: Topic, depth: int) -> Any:
         """Return the quality of service of the topic. Who writes never waits: see ``max_blocking_time``."""

@@ -1,8 +1,9 @@
 """Votes of pairs of walls for the place of one submap in another, compiled.
 
-Each pair of walls votes for the turn that makes them face the same way. At a turn each such pair votes for the strip of
-shifts that lay one on the other. It holds the place across the wall and leaves it free along it: a vote is a matrix of
-information, and a shift counts as much as its votes fix it in every direction. A corridor alone says little.
+Each pair of walls votes for the rotation that makes them face the same way. At a rotation, each such pair votes for the
+strip of shifts that put one wall on the other. The pair fixes the position across the wall and leaves it free along it:
+so a vote is an information matrix, and the score of a shift measures how well its votes fix it in every direction. A
+corridor alone scores low.
 """
 
 from typing import Final
@@ -18,23 +19,23 @@ from slam.pose import FloatArray
 TURN_BINS: Final = 180
 """Bins of a full turn: 2 degrees."""
 TURNS: Final = 8
-"""Turns that are looked into ..."""
+"""Largest number of rotations that are examined."""
 TURNS_APART: Final = 5
-"""... and bins between any two of them, at least."""
+"""Least number of bins between two of them."""
 REACH: Final = 40
-"""Cells to each side in which shifts are looked for, 10 m: submaps of 8 m of way farther apart share little."""
+"""Largest shift to each side, cells; 10 m: submaps of 8 m of path farther apart share little."""
 SHIFTS: Final = 12
-"""Shifts that are found at each turn ..."""
+"""Number of shifts that are returned at each rotation."""
 SHIFTS_APART: Final = 2
-"""... and cells between any two of them, more than."""
+"""Number of cells around a shift in which no other one is returned."""
 LONGEST_VOTE: Final = 3.0
-"""Metres of wall that count, at most: two long walls fix no turn and no place better than two of this length."""
+"""Largest length of a wall that counts, metres: longer walls fix rotation and position no better."""
 SAME_WAY: Final = 0.9925
 """Cosine between two walls that face the same way: 7 degrees."""
 CHANCE: Final = 1.0
-"""Metres of wall in each direction that hold any place, by chance."""
+"""Prior information in each direction, metres of wall: what chance alone would give."""
 LEAST_OVERLAP: Final = 0.1
-"""Metres of one wall on another, at least, for a vote."""
+"""Least overlap of two walls for a vote, metres."""
 BLUR = (0.5, 1.0, 0.5)
 """Weights of a vote one cell before, on and one cell behind the wall."""
 XX, XY, YY = range(3)

@@ -19,7 +19,7 @@ NEAR: Final = 3.0
 SIGMAS: Final = 3.0
 """Number of standard deviations of their relative pose that is added to it."""
 GAP_COST: Final = 0.3
-"""Weight of one metre of standard deviation, in metres between the paths, in the order of candidates."""
+"""Standard deviation, metres, that counts as much as one metre between the paths in the order of candidates."""
 NEIGHBOURS: Final = 2
 """Number of submaps before a new one that share its walls without a loop."""
 THINKABLE: Final = 50.0

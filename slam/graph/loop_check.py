@@ -26,7 +26,7 @@ LEAST_AGREEING, LEAST_AGREEING_SHARE = 2, 0.5
 FIRST_ASKED: Final = 5
 """Number of key scans that are tested first; if too few of them agree, the others are not tested."""
 SLIDES: Final = (-1.6, -0.8, -0.4, 0.4, 0.8, 1.6)
-"""Shift along the least constrained direction for a second test of the key scans, metres."""
+"""Shifts along the least constrained direction for a second test of the key scans, metres."""
 MOST_SLID: Final = 6
 """Largest number of key scans in that test."""
 SLIDING_AGREEMENT: Final = 0.85

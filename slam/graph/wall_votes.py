@@ -44,7 +44,7 @@ XX, XY, YY = range(3)
 
 @compiled
 def moved(walls: FloatArray, x: float, y: float, theta: float) -> FloatArray:
-    """The walls (M, 5) in the frame in which theirs lies at this pose."""
+    """Transform the walls (M, 5) by this pose."""
     c, s = np.cos(theta), np.sin(theta)
     there = walls.copy()
     for m in range(len(walls)):
@@ -57,7 +57,7 @@ def moved(walls: FloatArray, x: float, y: float, theta: float) -> FloatArray:
 
 @compiled
 def places_voted_for(walls: FloatArray, others: FloatArray) -> FloatArray:
-    """Places (N, 4) of the walls among the others, SHIFTS at each of TURNS turns; the score is that of the votes."""
+    """Return poses (N, 4) of the walls among the others, SHIFTS at each of TURNS rotations, with their scores."""
     turns = _best_turns(turn_votes(walls, others))
     places, count = np.empty((TURNS * SHIFTS, 4)), 0
     for k in range(len(turns)):
@@ -82,7 +82,7 @@ def places_voted_for(walls: FloatArray, others: FloatArray) -> FloatArray:
 
 @compiled
 def _find_best(scores: FloatArray, best_columns: IntArray, low: int, high: int) -> None:
-    """Fill in the column of the best score of each row from ``low`` on, before ``high``; the first of equals."""
+    """Fill in the column of the best score of each row from ``low`` up to ``high``; the first of equals."""
     for row in range(low, high):
         best = 0
         for column in range(1, scores.shape[1]):
@@ -93,7 +93,7 @@ def _find_best(scores: FloatArray, best_columns: IntArray, low: int, high: int) 
 
 @compiled
 def _best_row(scores: FloatArray, best_columns: IntArray) -> int:
-    """The row of the best score of all; the first of equals."""
+    """Return the row of the best score of all; the first of equals."""
     best = 0
     for row in range(1, len(scores)):
         if scores[row, best_columns[row]] > scores[best, best_columns[best]]:
@@ -103,7 +103,7 @@ def _best_row(scores: FloatArray, best_columns: IntArray) -> int:
 
 @compiled
 def turn_votes(walls: FloatArray, others: FloatArray) -> FloatArray:
-    """Votes of all pairs of walls for the turn between them, (TURN_BINS,), blurred by two bins to each side."""
+    """Return the votes of all pairs of walls for their rotation, (TURN_BINS,), blurred by two bins to each side."""
     votes = np.zeros(TURN_BINS)
     for a in range(len(walls)):
         for b in range(len(others)):
@@ -122,7 +122,7 @@ def turn_votes(walls: FloatArray, others: FloatArray) -> FloatArray:
 
 @compiled
 def _best_turns(votes: FloatArray) -> IntArray:
-    """The bins with the most votes, TURNS at most."""
+    """Return the bins with the most votes, TURNS at most."""
     left, turns, count = votes.copy(), np.empty(TURNS, np.int64), 0
     while count < TURNS:
         best = int(np.argmax(left))
@@ -137,7 +137,7 @@ def _best_turns(votes: FloatArray) -> IntArray:
 
 @compiled
 def shift_votes(walls: FloatArray, others: FloatArray) -> FloatArray:
-    """Votes (2 REACH, 2 REACH, 3) of all pairs of walls that face the same way for the shift between them."""
+    """Return the votes (2 REACH, 2 REACH, 3) of all pairs of walls that face the same way for their shift."""
     votes = np.zeros((2 * REACH, 2 * REACH, 3))
     for a in range(len(walls)):
         for b in range(len(others)):
@@ -149,7 +149,7 @@ def shift_votes(walls: FloatArray, others: FloatArray) -> FloatArray:
 
 @compiled
 def _vote(wall: FloatArray, other: FloatArray, votes: FloatArray) -> None:
-    """Add the strip of one pair: at each of its shifts the metres that the two then share."""
+    """Add the strip of one pair: at each of its shifts the metres of overlap."""
     ux, uy = other[ALONG_X], other[ALONG_Y]
     dx, dy = other[MIDDLE_X] - wall[MIDDLE_X], other[MIDDLE_Y] - wall[MIDDLE_Y]
     half, most = 0.5 * (wall[LENGTH] + other[LENGTH]), min(wall[LENGTH], other[LENGTH], LONGEST_VOTE)
@@ -167,7 +167,7 @@ def _vote(wall: FloatArray, other: FloatArray, votes: FloatArray) -> None:
 
 @compiled
 def _scores(votes: FloatArray) -> FloatArray:
-    """Fixedness (R, C) of each shift by its votes (R, C, 3)."""
+    """Return the score (R, C) of each shift from its votes (R, C, 3)."""
     rows, columns, _ = votes.shape
     scores = np.empty((rows, columns))
     for i in range(rows):
@@ -178,15 +178,15 @@ def _scores(votes: FloatArray) -> FloatArray:
 
 @compiled
 def fixedness(xx: float, xy: float, yy: float) -> float:
-    """Strength with which walls fix a place in every direction, metres of wall.
+    """Return how well walls fix a position in every direction, metres of wall.
 
-    It is the root of the determinant of their information, and small where they are all parallel.
+    It is the root of the determinant of their information, and small if they are all parallel.
     """
     return float(np.sqrt((xx + CHANCE) * (yy + CHANCE) - xy * xy) - CHANCE)
 
 
 @compiled
 def _turn(wall: FloatArray, other: FloatArray) -> tuple[float, float]:
-    """Cosine and sine of the turn from one wall to the other."""
+    """Return cosine and sine of the rotation from one wall to the other."""
     ax, ay, bx, by = wall[ALONG_X], wall[ALONG_Y], other[ALONG_X], other[ALONG_Y]
     return ax * bx + ay * by, ax * by - ay * bx

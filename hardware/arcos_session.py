@@ -54,12 +54,12 @@ def read_config(line: ArcosLine, otherwise: ArcosConfig | None = None) -> ArcosC
     config = ArcosConfig() if packet is None else ArcosConfig.decode(packet)
     if config.watchdog or otherwise is None:
         if packet is None:
-            raise RobotError(f"{line.port.url}: the robot does not say its settings (CONFIG)")
+            raise RobotError(f"{line.port.url}: the robot does not report its settings (CONFIG)")
         return config
     config = otherwise if packet is None else ArcosConfig.decode(packet, otherwise)
     if config.watchdog:
         _LOG.warning(
-            "%s: the robot does not say its settings (CONFIG); hardware.settings is believed: a watchdog of %g s",
+            "%s: the robot does not report its settings (CONFIG); hardware.settings is used: a watchdog of %g s",
             line.port.url,
             config.watchdog,
         )
@@ -75,7 +75,7 @@ def _config_packet(line: ArcosLine) -> bytes | None:
             return packet
         damaged = [data for data in line.refused if data[0] == CONFIG_PACKET]
         if damaged and damaged.count(damaged[-1]) > 1:
-            _LOG.warning("%s: CONFIG has a wrong checksum, but comes twice alike: it is believed", line.port.url)
+            _LOG.warning("%s: CONFIG has a wrong checksum, but arrived twice alike, and is used", line.port.url)
             return damaged[-1]
     return None
 

@@ -80,4 +80,4 @@ class DeviceThread:
             return str(error)
         place = traceback.extract_tb(error.__traceback__)[-1]
         fault = f"{type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno})"
-        return f"the driver of the {self._name} failed and begins anew: {fault}; please report this"
+        return f"the driver of the {self._name} failed and starts again: {fault}; please report this"

@@ -120,7 +120,7 @@ def _version(line: ScipLine) -> VersionInfo:
     with suppress(DecodeError):
         return VersionInfo.decode(decode_reply(lines))
     _LOG.warning(
-        "%s: the lidar does not say who it is, its answer to VV is damaged, or a refusal",
+        "%s: the lidar does not identify itself: its answer to VV is damaged, or a refusal",
         line.port.url,
     )
     return VersionInfo.decode_leniently(lines)

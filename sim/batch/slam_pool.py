@@ -96,7 +96,7 @@ class SlamPool(Closing):
                 pipe.send(share)
             answers = [pipe.recv() for pipe in self._pipes]
         except (EOFError, OSError) as error:
-            raise RobotError("a process that ran SLAM for the batch has ended; make the environment anew") from error
+            raise RobotError("a process that ran SLAM for the batch has ended; make a new environment") from error
         for answer in answers:
             if isinstance(answer, HopslamError):
                 raise answer

@@ -116,7 +116,7 @@ def _mended_times(
     for index in mended.garbled:
         statistics.mend("stamps that do not increase, set between their neighbours", places[index])
     for step in mended.steps:
-        statistics.mend("clock set back, undone", places[step.after], f"{step.seconds:.3f} s")
+        statistics.mend("clock that was set back, corrected", places[step.after], f"{step.seconds:.3f} s")
     if clock.trusted or received is None:
         return mended.stamps, clock
     return increasing(clock.times(stamps, received)[0]).stamps, clock

@@ -69,7 +69,7 @@ _METRICS: Final = (
     Metric("wall_seen_m", "walls", "seen", "m", "Length of the true walls that were seen three times.", ".1f"),
     Metric("loops", "loops", "found", "", "Times that a stretch of the way was found again in an earlier one.", "d"),
     Metric("loops_believed", "loops", "believed", "", "Those that the others bear out.", "d"),
-    Metric("closures", "loops", "on the way", "", "Scans at which pose and map were corrected by loops.", "d"),
+    Metric("closures", "loops", "during the run", "", "Scans at which pose and map were corrected by loops.", "d"),
     Metric("closing_s", "loops", "at the end", "s", "Wall time in which the whole run was closed.", ".1f", True),
     Metric("scans", "scans", "", "", "Scans that the robot took.", "d"),
     Metric("updates", "mapped", "", "scans", "Scans that were matched and put into the map.", "d"),

@@ -203,6 +203,13 @@ def test_links_and_pictures_exist() -> None:
             assert made or (page.parent / target).exists(), f"{page.name}: {target}"
 
 
+def test_names_stand_in_the_files_that_pages_say() -> None:
+    for page in PAGES:
+        for name, path in re.findall(r"`(\w+)`\s+(?:in|of)\s+`([\w/]+/\w+\.py)`", page.read_text()):
+            code = (ROOT / path).read_text()
+            assert re.search(rf"^(def |class )?{name}\b", code, re.MULTILINE), f"{page.name}: {name} in {path}"
+
+
 def test_the_navigation_of_the_site_has_every_page() -> None:
     paths = set(re.findall(r"[\w/.-]+\.md$", (ROOT / "mkdocs.yml").read_text(), re.MULTILINE))
     written = {str(page.relative_to(ROOT / "docs")) for page in WRITTEN}

@@ -81,6 +81,9 @@ pictures: .venv/.run
 	.venv/bin/python docs/draw_architecture.py
 	.venv/bin/python docs/draw_topics.py
 	rm -rf runs/pictures
+	.venv/bin/hopslam world office_loop --out docs/office_loop.png
+	.venv/bin/hopslam world random_office --seed 7 --out docs/random_office.png
+	.venv/bin/hopslam world campus_loop --out docs/campus_loop.png
 	.venv/bin/hopslam run corridor --out runs/pictures/corridor
 	cp runs/pictures/corridor/map.png docs/corridor.png
 	.venv/bin/hopslam animate runs/pictures/corridor --out docs/corridor.webp

@@ -47,7 +47,8 @@ class RobustOutput:
 
     def exit_code(self) -> int:
         """Return 0 if all output was written, 141 if its reader has ended, and 1 after another error, with a
-        message."""
+        message.
+        """
         sys.stdout.flush()
         error = self._output.error
         if error is None or not self._output.dropped:

@@ -46,7 +46,7 @@ class RobustOutput:
             sys.stderr = _text(RobustFile(2, "w", closefd=False), sys.stderr)
 
     def exit_code(self) -> int:
-        """Return 0 if all output was written, 141 if its reader has ended, 1 with a message after another error."""
+        """Return 0 if all output was written, 141 if its reader has ended, and 1, after a message, otherwise."""
         sys.stdout.flush()
         error = self._output.error
         if error is None or not self._output.dropped:

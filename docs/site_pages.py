@@ -32,6 +32,7 @@ FILE_LINK = re.compile(r"\[([\w/-]+\.md)\]\(((?:\.\./)*)([\w/-]+\.md)([^)]*)\)")
 NAMED_PAGE = re.compile(r"docs/([\w-]+\.md)")
 """A page as help texts name it."""
 PICTURE = re.compile(r'<img alt="[^"]*" src="([^"]+)" ?/?>')
+INLINE_CODE = re.compile(r"<code>[^<]+</code>")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -71,7 +72,10 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
 
 
 def on_page_content(content: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Formulas as MathML, which browsers draw by themselves; a picture leads to itself, in its own size."""
+    """Formulas as MathML, which browsers draw by themselves; a picture leads to itself, in its own size.
+
+    Long names in code may be cut into lines behind a dot, a slash, an underscore or an equals sign.
+    """
 
     def drawn(match: re.Match[str]) -> str:
         display = "block" if match["tag"] == "div" else "inline"
@@ -80,6 +84,7 @@ def on_page_content(content: str, page: Page, config: MkDocsConfig, files: Files
         return f'<div class="formula">{formula}</div>' if display == "block" else formula
 
     content = PICTURE.sub(r'<a href="\1">\g<0></a>', content)
+    content = INLINE_CODE.sub(lambda match: re.sub(r"(?<=\w[./_=])(?=\w)", "<wbr>", match[0]), content)
     return FORMULA.sub(drawn, content)
 
 

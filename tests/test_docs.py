@@ -93,7 +93,7 @@ def test_every_block_of_the_page_does_what_it_should(
         elif language == "sh" or "\nhopslam " in f"\n{text}" or "\nmake " in f"\n{text}":
             Path("runs/latest").unlink()  # every block begins with the prepared run
             Path("runs/latest").symlink_to("before")
-            for line in text.splitlines():
+            for line in text.replace("\\\n", " ").splitlines():
                 run_line(line)
 
 

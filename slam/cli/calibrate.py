@@ -34,7 +34,7 @@ Picture = Annotated[
 
 @app.callback()
 def _calibrate() -> None:
-    """Find what the wheels really are, by driving."""
+    """Measure the true radii and the track of the wheels by driving."""
 
 
 @app.command()

@@ -48,7 +48,7 @@ Localize = Annotated[
 
 @app.callback()
 def _ros() -> None:
-    """Be a node of ROS 2; pip install 'hopslam\\[ros]' brings what that needs, and no ROS."""
+    """Run as a node of ROS 2. It needs pip install 'hopslam\\[ros]', but no installed ROS."""
 
 
 @app.command()

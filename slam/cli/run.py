@@ -29,7 +29,8 @@ Backend = Annotated[
 ]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="The real robot's sensors only: it never moves.")]
 Start = Annotated[
-    Literal["given", "search"], typer.Option(help="Where in that map: the scenario's start, or to be found.")
+    Literal["given", "search"],
+    typer.Option(help="With --map: start at the scenario's place, or search the map for it."),
 ]
 
 

@@ -41,7 +41,7 @@ def _with_addresses(args: list[str]) -> list[str]:
 
 app = typer.Typer(
     cls=_SweepGroup,
-    help="Many runs: scenarios and logs, by mode, settings and seed. SCENARIO... without a command: run.",
+    help="Run many scenarios and logs, by mode, settings and seed; sweep SCENARIO... is short for sweep run.",
     no_args_is_help=True,
     add_completion=False,
 )

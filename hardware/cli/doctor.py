@@ -61,7 +61,7 @@ def doctor(
 
 
 def _ports_to_examine(every_port: bool, console: Terminal) -> list[str]:
-    """List the ports to examine where none is named, and say which ones are left alone."""
+    """Return the ports to examine if none is named, and print which ones are left out."""
     from hardware.usb_serial import listed_ports
 
     listed = listed_ports()

@@ -85,7 +85,7 @@ def emulate(
         if rerun:
             scene = emulator_scene(loaded)
             broadcast = viewers.open(scene)
-            assert broadcast is not None  # there are targets
+            assert broadcast is not None  # somebody watches
             shows.append(EmulatorView(stack.enter_context(broadcast), scene).show)
         choice = TopicChoice(ros, foxglove_at or foxglove)
         if (topics := stack.enter_context(choice.session(console))) is not None:

@@ -14,14 +14,14 @@ from slam.scenario.schema import Scenario
 from slam.scenario.solids import clearance, obstacle_footprints, sample_path
 
 FAN: Final = 682 * URG04LX.lidar.angle_increment
-"""Radians, whatever the number of beams."""
+"""Field of view, radians, for any number of beams."""
 NOISE: Final = 1 / 3
-"""Standard deviation as a share of the maker's bound."""
+"""Standard deviation of the ranges as a share of the maker's bound."""
 SPACING: Final = 0.5
-"""Metres between the scans that make the map; two of opposite heading at each place."""
+"""Metres between the scans of the map; two of opposite heading at each place."""
 REACH: Final = 4.0
 FIXED_SHARE: Final = 0.05
-"""A place fixes the pose when each direction has at least this share of the squared normals that the beams meet."""
+"""A place fixes the pose if each direction has at least this share of the squared normals that the beams meet."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class PlacedScan:
 
 
 class ScannedWorld:
-    """Plan of a scenario's world, and a lidar of any number of beams in it; all that is random has one seed."""
+    """Plan of a scenario's world, scanned by a lidar with any number of beams; one seed decides all random numbers."""
 
     def __init__(self, scenario: Scenario, seed: int) -> None:
         outlines = scenario.world.outlines(scenario.lidar.height)
@@ -63,7 +63,7 @@ class ScannedWorld:
         return found
 
     def scan(self, T_map_laser: Pose2D, beams: int) -> PlacedScan:
-        """Make a scan of this number of beams, always in the same fan."""
+        """Make a scan with this number of beams, always in the same field of view."""
         increment = FAN / beams
         angles = -0.5 * FAN + increment * (np.arange(beams) + 0.5)
         distance, _ = cast_beams(self._walls, T_map_laser, angles)

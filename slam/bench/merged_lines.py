@@ -11,20 +11,20 @@ from slam.lines.segments import Segments
 from slam.pose import FloatArray, Pose2D
 
 SAME_WAY: Final = float(np.cos(np.radians(10.0)))
-"""Cosine between a segment and the line that it continues, at least ..."""
+"""Least cosine between a segment and the line that it continues."""
 OFFSET: Final = 0.10
-"""... metres of its ends from that line, at most ..."""
+"""Largest distance of the segment's ends from that line, metres."""
 GAP: Final = 0.20
-"""... and metres between the two along it."""
+"""Largest gap between the two along the line, metres."""
 W, WX, WY, WXX, WXY, WYY = range(6)
 
 
 class MergedLines:
-    """Lines in the map frame, each the best one through the points of all segments that were merged into it."""
+    """Lines in the map frame, each the best fit to the points of all segments that were merged into it."""
 
     def __init__(self) -> None:
         self.ends = np.empty((0, 2, 2))
-        """[line, start or end, x or y], metres; the lidar saw it from the left."""
+        """[line, start or end, x or y], metres; the lidar was to the left of the line."""
         self._sums = np.empty((0, 6))
 
     def add(self, segments: Segments, T_map_laser: Pose2D) -> None:
@@ -35,9 +35,9 @@ class MergedLines:
             self._merge(segment, _sums_of(segment, float(count)))
 
     def _merge(self, line: FloatArray, sums: FloatArray) -> None:
-        """Take up a line (2, 2) with its sums, merged with every line of the map that it continues.
+        """Add a line (2, 2) with its sums, merged with every line of the map that it continues.
 
-        A line that is merged may continue further ones.
+        A merged line may continue further ones.
         """
         while (at := self._continued(line)) is not None:
             sums = sums + self._sums[at]
@@ -46,7 +46,7 @@ class MergedLines:
         self.ends, self._sums = np.append(self.ends, line[None], axis=0), np.append(self._sums, sums[None], axis=0)
 
     def _continued(self, line: FloatArray) -> int | None:
-        """The line of the map that is nearest of those that this one (2, 2) continues; None where it is another."""
+        """Return the nearest line of the map that this one (2, 2) continues; None if there is none."""
         ways, way = _ways(self.ends), _ways(line[None])
         to_line, to_others = line - self.ends[:, :1], self.ends - line[0]
         lengths = np.hypot(*(self.ends[:, 1] - self.ends[:, 0]).T)
@@ -64,21 +64,24 @@ def _ways(lines: FloatArray) -> FloatArray:
 
 
 def _greatest_offset(ends: FloatArray, ways: FloatArray) -> FloatArray:
-    """Greatest distance of two points (M, 2, 2) from the line along ``ways`` (M or 1, 2) through the origin, (M,)."""
+    """Return the larger distance of two points (M, 2, 2) from the line along ``ways`` through the origin, (M,).
+
+    ``ways`` are one or M unit vectors.
+    """
     return np.asarray(np.abs(ends[..., 1] * ways[:, None, 0] - ends[..., 0] * ways[:, None, 1]).max(axis=1))
 
 
 def _sums_of(segment: FloatArray, count: float) -> FloatArray:
-    """Sums over so many points spread evenly along the segment (2, 2): of 1, x, y, xx, xy, yy."""
+    """Return sums over ``count`` points spread evenly along the segment (2, 2): of 1, x, y, xx, xy, yy."""
     (x, y), (dx, dy) = segment.mean(axis=0), segment[1] - segment[0]
     second = x * x + dx * dx / 12.0, x * y + dx * dy / 12.0, y * y + dy * dy / 12.0
     return count * np.array([1.0, x, y, *second])
 
 
 def _line_through(sums: FloatArray, ends: FloatArray) -> FloatArray:
-    """The best line (2, 2) of these sums, from the first to the last foot of the ends (K, 2).
+    """Return the best line (2, 2) of these sums, from the first to the last projection of the ends (K, 2).
 
-    It runs the way from the first to the second.
+    Its direction is from the first end to the second.
     """
     mean = sums[[WX, WY]] / sums[W]
     xx, xy, yy = sums[[WXX, WXY, WYY]] / sums[W] - [mean[0] ** 2, mean[0] * mean[1], mean[1] ** 2]

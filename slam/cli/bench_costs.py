@@ -90,5 +90,5 @@ def bench_ros(
     from slam.bench.ros_report import ros_table
     from slam.scenario.file import load_scenario
 
-    settings = ["physics.engine=plan", "slam.loops=never"]  # a simulated robot waits where a loop is closed
+    settings = ["physics.engine=plan", "slam.loops=never"]  # a simulated robot waits until the loop is closed
     print_tables([ros_table(load_scenario(scenario, settings, allow_modules or []), pythons, seconds, console)])

@@ -8,7 +8,7 @@ from slam.console.terminal_table import TerminalTable
 
 _CLASSIFIER: Final = "License :: "
 _LONGEST: Final = 80
-"""Characters; some packages have the whole text of their licence where its name belongs."""
+"""Longest name of a licence, characters; some packages give the whole text instead."""
 
 
 def licences() -> None:
@@ -23,7 +23,7 @@ def licences() -> None:
 
 
 def licence_of(package: Distribution) -> str:
-    """Licence of a package by its own metadata: SPDX expression, short text or classifiers; else ``not stated``."""
+    """Return a package's licence from its metadata: SPDX expression, short text or classifiers; else ``not stated``."""
     metadata = package.metadata
     given = (metadata[key] for key in ("License-Expression", "License") if key in metadata)
     stated = next(given, "").strip()

@@ -7,14 +7,14 @@ import typer
 
 
 def complete_scenario(incomplete: str) -> list[str]:
-    """Shipped scenarios whose names begin so; where there is none, the shell offers files."""
+    """Return shipped scenarios whose names begin with the text; without any, the shell offers files."""
     from slam.scenario.shipped import shipped_scenarios
 
     return [name for name in shipped_scenarios() if name.startswith(incomplete)]
 
 
 def complete_sweep(incomplete: str) -> list[str]:
-    """Shipped scenarios and sweeps whose names begin so."""
+    """Return shipped scenarios and sweeps whose names begin with the text."""
     from slam.scenario.shipped import SHIPPED
 
     sweeps = sorted(path.stem for path in (SHIPPED / "sweeps").glob("*.yaml"))

@@ -8,9 +8,9 @@ from slam.graph.closure import ClosedRun
 from slam.pose import FloatArray
 
 FACING: Final = 0.98
-"""Cosine between a wall of the map and one of the graph, at least ..."""
+"""Least cosine between a wall of the map and one of the graph."""
 BESIDE: Final = 0.05
-"""... and metres between them, at most, at the middle of the former."""
+"""Largest distance between them at the middle of the former, metres."""
 
 
 class MappedWalls(NamedTuple):
@@ -24,7 +24,7 @@ class MappedWalls(NamedTuple):
 
 
 def mapped_walls(run: ClosedRun) -> MappedWalls:
-    """The walls of the map of a closed run."""
+    """Return the walls of the map of a closed run."""
     ends, landmarks = run.map.ends, run.walls.ends
     sigmas = np.full((len(ends), 2), np.nan)
     if len(landmarks):
@@ -40,13 +40,13 @@ def mapped_walls(run: ClosedRun) -> MappedWalls:
 
 
 def _lines(ends: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Middles (M, 2), unit directions (M, 2) and lengths (M,) of walls."""
+    """Return middles (M, 2), unit directions (M, 2) and lengths (M,) of walls."""
     along = ends[:, 1] - ends[:, 0]
     lengths = np.hypot(along[:, 0], along[:, 1])
     return ends.mean(axis=1), along / np.maximum(lengths, 1e-12)[:, None], lengths
 
 
 def _sigmas(covariance: FloatArray, along: float) -> FloatArray:
-    """Standard deviations (2,) of a line at a place so far along it from where its covariance (2, 2) is known."""
+    """Return the standard deviations (2,) of a line at a distance along it from the point of its covariance (2, 2)."""
     J = np.array([[1.0, along], [0.0, 1.0]])
     return np.asarray(np.sqrt(np.maximum(np.diag(J @ covariance @ J.T), 0.0)))

@@ -18,7 +18,7 @@ from slam.console.terminal import Terminal
 
 TABLE_LOGS: Final = ("fr079", "fr101", "belgioioso", "corridor_synthetic", "aces", "duke_loop5")
 NOISY_LOGS: Final = ("aces",)
-"""Logs of which one run says little: they are run again with noise on the ranges."""
+"""Logs for which one run is not significant: they are run again with noise on the ranges."""
 
 
 class Published(NamedTuple):
@@ -38,7 +38,7 @@ def log_tables(
 ) -> list[ResultTable]:
     """Run the logs of these names in the folder with loops and without; without names, those of the project's table.
 
-    NOISY_LOGS run also with so many seeds of noise. Logs that are not there are skipped.
+    NOISY_LOGS also run with ``seeds`` seeds of noise. Missing logs are skipped.
     """
     paths = []
     for name in names or TABLE_LOGS:
@@ -58,17 +58,17 @@ def log_tables(
 
 
 def cell(value: float, digits: int = 4) -> str:
-    """A number as text; nothing where it is not known."""
+    """Format a number; nan becomes an empty text."""
     return "" if isnan(value) else f"{value:.{digits}f}"
 
 
 def total_time(result: LogResult) -> float:
-    """Processor time of a run with loops, until its closed map is there, seconds."""
+    """Processor time of a run with loops, until its closed map is complete, seconds."""
     return result.live_total + result.finish_time
 
 
 def error_table(results: Sequence[LogResult]) -> ResultTable:
-    """Table of the errors of each log."""
+    """Make the table of the errors of each log."""
     columns = (
         "log", "measure", "loops\nnever", "live", "final", "seconds", "scan\nmatching", "particles", "graph\nmapping",
         "Carto-\ngrapher",
@@ -113,7 +113,7 @@ def _turn(score: TrajectoryScore) -> str:
 
 
 def noise_table(results: Sequence[LogResult]) -> ResultTable:
-    """Table of the runs with noise, all of a log together."""
+    """Make the table of the runs with noise, one row for all runs of a log."""
     rows = []
     for name in dict.fromkeys(result.name for result in results):
         group = [result for result in results if result.name == name]
@@ -125,7 +125,7 @@ def noise_table(results: Sequence[LogResult]) -> ResultTable:
 
 
 def loop_table(results: Sequence[LogResult]) -> ResultTable:
-    """Table of the loops that were found."""
+    """Make the table of the loops that were found."""
     columns = ("log", "tried", "accepted", "judged", "wrong", "believed", "wrong,\nbelieved")
     notes = (
         "Wrong: more than 0.5 m or 6 deg off the reference, median of pairs of its scans; judged: those that the "
@@ -136,7 +136,7 @@ def loop_table(results: Sequence[LogResult]) -> ResultTable:
 
 
 def place_table(results: Sequence[LogResult]) -> ResultTable:
-    """Table of places proposed from walls alone."""
+    """Make the table of places proposed from walls alone."""
     columns = ("log", "pairs", *(f"among the\nfirst {rank}" for rank in RANKS), "ms\na pair")
     rows = [
         (
@@ -151,7 +151,7 @@ def place_table(results: Sequence[LogResult]) -> ResultTable:
 
 
 def cost_table(results: Sequence[LogResult]) -> ResultTable:
-    """Table of processor times."""
+    """Make the table of processor times."""
     columns = ("log", "scans", "never\nms", "p99", "auto\nms", "p99", "after the\nlast scan, s", "all\nratio")
     notes = (
         "Processor time of an update, both in turn on the same scans: of the thread that asks, extraction included. "

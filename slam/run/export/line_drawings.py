@@ -11,9 +11,9 @@ from slam.named_code import import_optional
 from slam.run.results.run_record import RunRecord
 
 _MARGIN: Final = 0.5
-"""Metres around all that is drawn."""
+"""Metres around the drawing."""
 _PIXELS: Final = 1200.0
-"""Length of the longer side, where a viewer asks; it can be scaled at will."""
+"""Length of the longer side, for viewers that need one; the picture scales freely."""
 _PAGE: Final = """\
 <svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" \
 viewBox="{left:.3f} {top:.3f} {w:.3f} {h:.3f}">
@@ -42,7 +42,7 @@ def write_geojson(record: RunRecord, out: Path) -> None:
 
 
 def write_dxf(record: RunRecord, out: Path) -> None:
-    """Write layer WALLS, and the way of the robot on layer TRAJECTORY. InputError where ezdxf is not installed."""
+    """Write layer WALLS, and the robot's path on layer TRAJECTORY. InputError if ezdxf is not installed."""
     drawing = import_optional("ezdxf", "export").new("R2010", units=6)  # metres
     drawing.layers.add("WALLS", color=7)
     drawing.layers.add("TRAJECTORY", color=3)
@@ -57,7 +57,7 @@ def write_dxf(record: RunRecord, out: Path) -> None:
 
 
 def write_svg(record: RunRecord, out: Path) -> None:
-    """Write a picture in which one user unit is a metre, y up, walls black and the way of the robot blue."""
+    """Write a picture in which one user unit is a metre, y up, walls black and the robot's path blue."""
     walls, way = record.walls, record.traces.final[:, :2]
     corners = np.concatenate([walls.reshape(-1, 2), way])
     low, high = corners.min(axis=0) - _MARGIN, corners.max(axis=0) + _MARGIN

@@ -23,13 +23,13 @@ from slam.scenario.world_plan import Person
 
 _FORMATS = (".png", ".svg", ".pdf")
 _LONGEST = 8.0
-"""Inches of the longer side."""
+"""Length of the longer side, inches."""
 _LIGHT, _DARK = "0.82", "0.2"
 _ROUTE, _PEOPLE, _START = PAPER.slam, PAPER.odometry, PAPER.accent
 
 
 def check_picture(path: Path, option: str = "--out") -> None:
-    """Refuse, by InputError, a file that a picture cannot be written to; ``option`` names another."""
+    """Raise InputError for a file that a picture cannot be written to; the message refers to ``option``."""
     if path.suffix not in _FORMATS:
         raise InputError(
             f"{path}: a picture needs a name that ends in {', '.join(_FORMATS)}; choose another {option} FILE"
@@ -39,9 +39,9 @@ def check_picture(path: Path, option: str = "--out") -> None:
 
 
 def draw_world(path: Path, scenario: Scenario) -> None:
-    """Write the plan to ``path``, whose suffix names the format; metres, map frame.
+    """Write the plan to ``path``, whose suffix is the format; metres, map frame.
 
-    Dark is what the lidar's plane cuts, light is lower or higher than that.
+    Solids in the lidar's plane are dark, lower or higher ones light.
     """
     prisms, height = scenario.world.prisms(), scenario.lidar.height
     low, high = _extent(prisms, scenario)
@@ -71,13 +71,13 @@ def _draw_solids(axes: Axes, prisms: Sequence[Prism], colour: str, zorder: float
 
 
 def _draw_person(axes: Axes, person: Person) -> None:
-    """The path, and a dot at each way-point."""
+    """Draw the path, and a dot at each way-point."""
     ends = np.array([*person.waypoints, person.waypoints[0]] if person.closed else person.waypoints)
     axes.plot(*ends.T, "--o", color=_PEOPLE, linewidth=1.0, markersize=3, label="people", zorder=3)
 
 
 def _draw_route(axes: Axes, scenario: Scenario) -> None:
-    """The way-points joined from the start pose on, with an arrow on each leg, and the robot in its true size."""
+    """Draw the route from the start pose, with an arrow on each leg, and the robot in its true size."""
     start = scenario.robot.start.pose
     way = np.array([(start.x, start.y), *scenario.route.waypoints])
     if len(way) > 1:
@@ -93,7 +93,7 @@ def _draw_route(axes: Axes, scenario: Scenario) -> None:
 
 
 def _extent(prisms: Sequence[Prism], scenario: Scenario) -> tuple[FloatArray, FloatArray]:
-    """Lower and upper corner of all that is drawn, with a margin."""
+    """Return the lower and upper corner of the drawing, with a margin."""
     start = scenario.robot.start
     moving = [(start.x, start.y), *scenario.route.waypoints, *(w for p in scenario.people for w in p.waypoints)]
     corners = np.concatenate([np.array(moving), *(prism.footprint for prism in prisms)])

@@ -1,4 +1,4 @@
-"""A thread that does what a loop only takes note of."""
+"""A thread that does work which would delay the loop."""
 
 from collections.abc import Callable
 from queue import SimpleQueue
@@ -9,14 +9,14 @@ from typing import Final, Generic, TypeVar
 from slam.closing import Closing
 
 _MOST: Final = 1000
-"""Pieces of news that may wait: more do only where a run goes as fast as it can, and is slowed down then."""
+"""Items that may wait; if a fast run produces more, it is slowed down."""
 _PAUSE: Final = 0.01
 """Seconds."""
 News = TypeVar("News")
 
 
 class NewsThread(Closing, Generic[News]):
-    """Calls ``handle`` with one piece of news after another."""
+    """Calls ``handle`` with one item after another, on its own thread."""
 
     def __init__(self, name: str, handle: Callable[[News], None]) -> None:
         self._handle = handle
@@ -25,13 +25,13 @@ class NewsThread(Closing, Generic[News]):
         self._thread.start()
 
     def put(self, news: News) -> None:
-        """Leave a piece of news to the thread."""
+        """Pass an item to the thread."""
         while self._news.qsize() > _MOST and self._thread.is_alive():
             sleep(_PAUSE)
         self._news.put(news)
 
     def close(self) -> None:
-        """Wait until all of it is handled; closing twice does no harm."""
+        """Wait until all items are handled; closing twice is allowed."""
         self._news.put(None)
         self._thread.join()
 

@@ -42,7 +42,7 @@ class CorridorGenerator(PassageGenerator):
         )
 
     def _person(self, rng: np.random.Generator) -> Person:
-        """Make somebody who walks up and down a part of the corridor."""
+        """Make a person who walks up and down a part of the corridor."""
         way = rng.uniform(0.25, 0.75) * (self.length - 2.0 * _TURN)
         near = rng.uniform(_TURN, self.length - _TURN - way)
         near, far, y = millimetres(near, near + way, self.walking_offset(rng))

@@ -35,7 +35,7 @@ Picture = Annotated[
 
 @app.callback()
 def _calibrate() -> None:
-    """Calibrate wheel radii and track by driving."""
+    """Measure the true radii and the track of the wheels by driving."""
 
 
 @app.command()

@@ -33,7 +33,13 @@ class _LazyCommands(UserDict[str, Any]):
             code = app
         command: Any = get_command(code)
         command.name, command.rich_help_panel = name, self._panels.get(name)
+        command.help = unwrapped(command.help or "")
         return command
+
+
+def unwrapped(text: str) -> str:
+    """Join the lines of each paragraph, so that a terminal wraps it at its own width."""
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
 
 
 def lazy_group(places: Mapping[str, str], panels: Mapping[str, str] | None = None) -> type[TyperGroup]:

@@ -64,7 +64,7 @@ def _show_version(asked: bool) -> None:
 @app.callback()
 def _hopslam(
     version: Annotated[
-        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version.")
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
     ] = False,
 ) -> None:
     """A robot testbed for line-based SLAM with a cheap 2-D lidar."""

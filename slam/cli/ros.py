@@ -49,7 +49,7 @@ Localize = Annotated[
 
 @app.callback()
 def _ros() -> None:
-    """Run as a node of ROS 2; pip install 'hopslam\\[ros]' is enough, without ROS itself."""
+    """Run as a node of ROS 2. It needs pip install 'hopslam\\[ros]', but no installed ROS."""
 
 
 @app.command()

@@ -41,7 +41,7 @@ def _with_addresses(args: list[str]) -> list[str]:
 
 app = typer.Typer(
     cls=_SweepGroup,
-    help="Run scenarios and logs in all combinations of mode, settings and seed. The default command is run.",
+    help="Run many scenarios and logs, by mode, settings and seed; sweep SCENARIO... is short for sweep run.",
     no_args_is_help=True,
     add_completion=False,
 )

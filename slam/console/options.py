@@ -44,7 +44,8 @@ Out = Annotated[
 Rerun = Annotated[
     list[str] | None,
     typer.Option(
-        metavar="WHERE", help="Show the run: FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again."
+        metavar="WHERE",
+        help="Show it in rerun: FILE.rrd, spawn, connect[=HOST:PORT] or serve[=PORT]; may be given again.",
     ),
 ]
 Ros = Annotated[

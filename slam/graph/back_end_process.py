@@ -91,6 +91,7 @@ class BackEndProcess:
         self._out.put(T_base_laser)
         while not isinstance(result := self._received(wait=True), ClosedRun):
             pass
+        self._in.get()  # the process ends by itself after its last result
         self._let_go()
         return result
 
@@ -161,7 +162,7 @@ def main() -> None:
             if not isinstance(message, KeyScan):
                 pickle.dump(back_end.finish(message), results, pickle.HIGHEST_PROTOCOL)
                 results.flush()
-                return
+                os._exit(0)  # at once: nothing is left that must be tidied up
             finishes, closure = back_end.finishes(message), back_end.take(message)
             if finishes:
                 pickle.dump((closure, back_end.size), results, pickle.HIGHEST_PROTOCOL)

@@ -142,14 +142,14 @@ def draw_map(folder: Path, points: FloatArray, segment_ends: FloatArray, outline
     final = estimate if closed is None else closed
     contents = MapContents(segment_ends, final, odometry, truth, outlines, points, loops)
     with atomic_file(folder / "map.png") as draft:
-        save_figure(map_figure(contents), draft, dpi=130)
+        save_figure(map_figure(contents), draft, dpi=190)
 
 
 def _poses(path: Path) -> FloatArray | None:
     return read_tum(path)[1] if path.is_file() else None
 
 
-def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float = 13.0, bare: bool = False) -> Figure:
+def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float = 9.0, bare: bool = False) -> Figure:
     """Draw the picture; at most ``longest`` inches wide. A ``bare`` one has neither title nor legend."""
     low, high = contents.extent
     across, up = high - low

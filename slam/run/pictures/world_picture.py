@@ -22,7 +22,7 @@ from slam.scenario.solids import Prism
 from slam.scenario.world_plan import Person
 
 _FORMATS = (".png", ".svg", ".pdf")
-_LONGEST = 12.0
+_LONGEST = 8.0
 """Length of the longer side, inches."""
 _LIGHT, _DARK = "0.82", "0.2"
 _ROUTE, _PEOPLE, _START = PAPER.slam, PAPER.odometry, PAPER.accent
@@ -46,7 +46,7 @@ def draw_world(path: Path, scenario: Scenario) -> None:
     prisms, height = scenario.world.prisms(), scenario.lidar.height
     low, high = _extent(prisms, scenario)
     size = figure_size(_LONGEST * (high - low) / (high - low).max(), (5.0, 1.2), (0.8, 1.0))
-    figure = Figure(figsize=size, dpi=120, layout="constrained")
+    figure = Figure(figsize=size, dpi=180, layout="constrained")
     axes = figure.add_subplot()
     axes.grid(color="0.93", linewidth=0.6)
     axes.set_axisbelow(True)

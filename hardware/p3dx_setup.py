@@ -104,7 +104,7 @@ def _check_watchdog(line: ArcosLine, watchdog: float, longest: float) -> None:
 def _warn_of_blind_spot(url: str, watchdog: float) -> None:
     """Log a warning once for each robot, however often it is opened."""
     _LOG.warning(
-        "%s: if its cable is unplugged, the robot drives on until its watchdog stops it (%g s); ARCOScf shortens it",
+        "%s: if unplugged, the robot drives on until its watchdog stops it after %g s; ARCOScf shortens it",
         url,
         watchdog,
     )

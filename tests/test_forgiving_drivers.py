@@ -47,7 +47,7 @@ def test_a_robot_that_does_not_say_its_settings(caplog: pytest.LogCaptureFixture
 
 def test_settings_with_a_wrong_checksum_are_asked_twice(caplog: pytest.LogCaptureFixture) -> None:
     open_robot(packet(config(800), wrong=1))
-    assert "wrong checksum, but comes twice alike" in caplog.text
+    assert "wrong checksum, but arrived twice alike" in caplog.text
     assert "stops it after 0.8 s" in caplog.text
     with pytest.raises(RobotError, match="watchdog is off"):
         open_robot(packet(config(0), wrong=1))

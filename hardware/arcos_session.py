@@ -1,4 +1,4 @@
-"""The dialogue with an ARCOS robot: finds it on the line, opens it, asks for its settings, closes it."""
+"""The dialogue with an ARCOS robot: find it on the line, open it, read its settings, close it."""
 
 import logging
 import time
@@ -17,7 +17,7 @@ from slam.errors import RobotError
 _LOG: Final = logging.getLogger("hopslam.p3dx")
 _BAUD_SEARCH: Final = (9600, 38400, 19200, 115200, 57600)
 _FAST_BAUD: Final = 38400
-_SENT: Final = 0.05
+_SENDING_TIME: Final = 0.05
 """Seconds until a command has left the port, before the bit rate may change: 9 bytes take 10 ms at 9600 baud."""
 _BRAKING: Final = 2.5
 """Seconds within which a robot comes to rest after a stop command."""
@@ -86,7 +86,7 @@ def speed_up(line: ArcosLine, config: ArcosConfig) -> None:
     if config.autobaud != AUTOBAUD_SWITCH or not line.port.has_baud or slow >= _FAST_BAUD:
         return
     line.send(Command(CommandId.HOSTBAUD, BAUDS.index(_FAST_BAUD)))
-    time.sleep(_SENT)
+    time.sleep(_SENDING_TIME)
     line.port.baud = _FAST_BAUD
     line.send(Command(CommandId.PULSE))
     if line.wait_for(is_sip, 0.9) is None:
@@ -114,7 +114,7 @@ def _synchronise(line: ArcosLine) -> Identity | Literal["closed"] | None:
             standing = line.wait_for(is_standing, _BRAKING)
             line.report_when_found_open = ReceivedPacket(standing or answer, time.monotonic())
             line.send(Command(CommandId.CLOSE, 1))
-            time.sleep(_SENT)
+            time.sleep(_SENDING_TIME)
             return "closed"
         if number == SYNC2:
             with suppress(DecodeError):

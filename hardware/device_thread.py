@@ -1,4 +1,4 @@
-"""The thread of a driver, which outlives both its device and a failure of its own."""
+"""The thread of a driver, which survives the loss of its device and bugs of the driver."""
 
 import logging
 import threading

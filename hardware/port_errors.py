@@ -1,4 +1,4 @@
-"""Reasons why a port cannot be opened or was lost, in words, each with the next step."""
+"""Reasons why a port cannot be opened or was lost, each with the next step for the user."""
 
 import errno
 import grp

@@ -1,4 +1,4 @@
-"""The dialogue with a SCIP sensor: finds it on the line whatever state it is in, asks, stops scans."""
+"""The dialogue with a SCIP sensor: find it on the line in any state, ask for its parameters, stop its scans."""
 
 import logging
 import time

@@ -1,4 +1,4 @@
-"""The walls of one or several worlds in the plane, and which of them are in reach of each cell of the floor. Metres."""
+"""The walls of one or several worlds in the plane, listed for each cell of the floor. Metres."""
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple

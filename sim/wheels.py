@@ -1,6 +1,6 @@
 """The wheels of the P3-DX: their size, their encoders, slip and scrub on the floor, and dead reckoning.
 
-The dead reckoning is that of the firmware, with its wrong beliefs and errors on purpose.
+The dead reckoning is that of the firmware, with wrong assumptions and errors if the scenario sets them.
 """
 
 from math import pi, sqrt

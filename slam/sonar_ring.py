@@ -1,4 +1,4 @@
-"""The sonar rings of a Pioneer P3-DX: where each transducer sits on the base and where it points."""
+"""The sonar rings of a Pioneer P3-DX: position and direction of each transducer on the base."""
 
 from collections.abc import Sequence
 from typing import Final

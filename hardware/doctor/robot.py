@@ -1,4 +1,4 @@
-"""A robot that speaks ARCOS: what it is, its settings, and one report."""
+"""Examines a robot that speaks ARCOS: its model, its settings, and one report."""
 
 import threading
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""SLAM for the robots of a batch, in processes of their own: each robot has the episode that it would have alone."""
+"""SLAM for the robots of a batch, in separate processes; the results are those of single robots."""
 
 import os
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Speed of the simulator, and PyBullet's own share of it: its calls are recorded, and made again alone."""
+"""Speed of the simulator, and PyBullet's own share of it: its calls are recorded, and repeated alone."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

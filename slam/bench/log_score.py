@@ -1,4 +1,4 @@
-"""Score of line extractors on a recorded log, where no truth is known: how many beams their segments explain."""
+"""Score of line extractors on a recorded log without ground truth: the share of beams that segments explain."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A run as the commands make it: with viewers, a summary and an exit code."""
+"""Runs an experiment for a command: with viewers, a summary and an exit code."""
 
 from collections.abc import Callable, Iterator
 from typing import Any, Final

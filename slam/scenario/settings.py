@@ -1,4 +1,4 @@
-"""``--set key=value``: settings given by hand, on top of a file."""
+"""``--set key=value``: settings that override a file."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any, Final

@@ -1,4 +1,4 @@
-"""The programs that a node of ROS 2 meets: its domain, and the machines on which it looks for others."""
+"""The network of a ROS 2 node: its domain, and the machines on which it searches for other nodes."""
 
 import os
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Right and wrong loops: what was measured between the places of two scans, against a reference."""
+"""Correct and wrong loops: the measured motion between two scans, against a reference."""
 
 from typing import Final, NamedTuple
 

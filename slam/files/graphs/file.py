@@ -1,6 +1,6 @@
 """A graph on the disk: ``graph.json``, with a line for each node, key scan, submap, constraint and loop.
 
-Its numbers are plain text that comes back to the last bit.
+Its numbers are plain text that is read back exactly.
 """
 
 import json

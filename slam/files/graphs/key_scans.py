@@ -1,4 +1,4 @@
-"""Key scans on the disk: ``key_scans.npz``, plain arrays, in the order of ``keys`` in ``graph.json`` beside it."""
+"""Key scans on the disk: ``key_scans.npz``, plain arrays, in the order of ``keys`` in ``graph.json``."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import astuple

@@ -1,6 +1,6 @@
-"""Stamps that increase: equal, zero and garbled ones mended, and the steps of a clock undone, in the order of the file.
+"""Makes stamps increase: repairs equal, zero and garbled ones, and corrects clock steps, in the order of the file.
 
-The order of a file is that in which things happened, whatever a clock says; so no scan is given up for its stamp.
+The order of a file is taken as the true one, whatever the clock; so no scan is dropped because of its stamp.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Results of a calibration: a table, a picture of the squares, and a scenario on top of another."""
+"""Results of a calibration: a table, a picture of the squares, and a scenario with the calibrated wheels."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Numbers of ``metrics.json``: what each is called, its unit, its meaning, and how it is printed."""
+"""Numbers of ``metrics.json``: name, unit, meaning and format of each."""
 
 from dataclasses import dataclass
 from datetime import datetime

@@ -1,4 +1,4 @@
-"""``steps.csv`` of a run read back, up to the first line that is cut or damaged."""
+"""Reads ``steps.csv`` of a run, up to the first damaged line."""
 
 from array import array
 from contextlib import closing

@@ -1,4 +1,4 @@
-"""The true walls of a world as the lidar could see them: the free faces of its solids, cut at the lidar's height."""
+"""The true walls of a world that the lidar could see: the free faces of its solids, cut at the lidar's height."""
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple

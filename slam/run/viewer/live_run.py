@@ -1,4 +1,4 @@
-"""A run shown as it goes: steps turned into frames and events."""
+"""Shows a run in progress: turns steps into frames and events."""
 
 from __future__ import annotations
 

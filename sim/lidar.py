@@ -89,7 +89,7 @@ class SimulatedLidar:
     def true_ranges(self, motion: ScanMotion) -> FloatArray:
         """Return the distance along each beam to the first surface, metres, shape (beams,).
 
-        Inf if nothing is in range.
+        The distance is inf if nothing is in range.
         """
         return self._cast(motion, self._bearings, self._beams, self._config.time_increment)
 

@@ -83,7 +83,7 @@ def _log_likelihood() -> FloatArray:
 def _expected_counts(noise: RangeNoise) -> FloatArray:
     """Return PRIOR differences in each band, distributed as this noise has them, (BANDS, SIZES).
 
-    Must not be written to.
+    The array must not be written to.
     """
     begins = NEAREST * 2.0 ** (BAND / OCTAVE * np.arange(BANDS))
     alone = noise._replace(floor=0.0)

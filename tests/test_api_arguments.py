@@ -47,7 +47,7 @@ FAULTS: dict[str, tuple[Any, Any, str]] = {
 
 
 @pytest.mark.parametrize(("ranges", "angles", "message"), FAULTS.values(), ids=FAULTS)
-def test_a_wrong_scan_is_named_with_its_cure(ranges: Any, angles: Any, message: str) -> None:
+def test_a_wrong_scan_is_named_with_a_fix(ranges: Any, angles: Any, message: str) -> None:
     slam = hopslam.Slam()
     with pytest.raises(hopslam.InputError, match=message) as raised:
         slam.update(ranges, angles)
@@ -67,7 +67,7 @@ def test_a_wrong_scan_is_named_with_its_cure(ranges: Any, angles: Any, message: 
         (None, r"odometry is missing.*every scan or with none"),
     ],
 )
-def test_a_wrong_odometry_is_named_with_its_cure(odometry: Any, message: str) -> None:
+def test_a_wrong_odometry_is_named_with_a_fix(odometry: Any, message: str) -> None:
     slam = hopslam.Slam()
     slam.update(RANGES, ANGLES, (0.0, 0.0, 0.0))
     with pytest.raises(hopslam.InputError, match=r"^scan 1: .*" + message):
@@ -78,7 +78,7 @@ def test_a_wrong_odometry_is_named_with_its_cure(odometry: Any, message: str) ->
     ("stamp", "message"),
     [(4.9, r"4\.9, not after 5\.0"), (5.0, "not after"), (np.inf, "not finite"), ("now", "'now', no number")],
 )
-def test_a_wrong_stamp_is_named_with_its_cure(stamp: Any, message: str) -> None:
+def test_a_wrong_stamp_is_named_with_a_fix(stamp: Any, message: str) -> None:
     slam = hopslam.Slam()
     slam.update(RANGES, ANGLES, stamp=5.0)
     with pytest.raises(hopslam.InputError, match=r"^scan 1: stamp is .*" + message):
@@ -110,7 +110,7 @@ ODD: tuple[Any, ...] = (
 
 
 @pytest.mark.parametrize("odd", ODD, ids=lambda odd: type(odd).__name__)
-def test_anything_odd_is_an_input_error_of_one_line(odd: Any) -> None:
+def test_odd_values_are_input_errors_of_one_line(odd: Any) -> None:
     calls: list[Callable[[], Any]] = [
         lambda: hopslam.Slam().update(odd, ANGLES),
         lambda: hopslam.Slam().update(RANGES, odd),
@@ -128,7 +128,7 @@ def test_anything_odd_is_an_input_error_of_one_line(odd: Any) -> None:
 
 @given(st.integers(0, 2**31))
 @settings(max_examples=25)
-def test_no_scan_however_strange_ends_the_program(seed: int) -> None:
+def test_no_scan_crashes_the_program(seed: int) -> None:
     random = np.random.default_rng(seed)
     slam, count = hopslam.Slam(), int(random.choice([3, 10, 60]))
     for k in range(4):
@@ -159,7 +159,7 @@ def test_clockwise_and_wrapped_angles_turn_counter_clockwise() -> None:
     assert (np.diff(clockwise.angles) > 0.0).all()
 
 
-def test_rep_117_is_understood() -> None:
+def test_ranges_of_rep_117_are_understood() -> None:
     ranges = with_item(RANGES, 0, np.inf)
     ranges[1:6] = [np.nan, -np.inf, 0.0, 31.0, 2]
     scan = hopslam.Scan(ranges, ANGLES, range_max=30.0)
@@ -167,14 +167,14 @@ def test_rep_117_is_understood() -> None:
     hopslam.Slam(range_max=30.0).update(np.full(101, np.nan), ANGLES.tolist())
 
 
-def test_arrays_that_are_masked_or_of_another_kind_are_taken() -> None:
+def test_masked_and_other_arrays_are_accepted() -> None:
     masked = np.ma.masked_greater(np.linspace(1.0, 3.0, 101), 2.0)
     assert len(hopslam.Scan(masked, ANGLES).points) == 51
     whole = hopslam.Scan([2] * 101, ANGLES.astype(np.float32))
     assert np.allclose(np.hypot(*whole.points.T), 2.0)
 
 
-def test_scans_belong_to_the_method_alone() -> None:
+def test_scans_are_copied() -> None:
     ranges = RANGES.copy()
     scan = hopslam.Scan(ranges, ANGLES)
     ranges[:] = 0.0
@@ -183,6 +183,6 @@ def test_scans_belong_to_the_method_alone() -> None:
         scan.ranges[0] = 1.0
 
 
-def test_a_missing_name_lists_those_there_are() -> None:
+def test_an_unknown_name_lists_the_known_names() -> None:
     with pytest.raises(AttributeError, match=re.escape("no 'Slamm'; it has Estimate")):
         hopslam.Slamm  # noqa: B018

@@ -52,7 +52,7 @@ RIGHT = (0.0, 0.0, 0.0)
 
 @settings(max_examples=30)
 @given(JUMPS)
-def test_two_right_loops_agree_whatever_lies_between(jump: FloatArray) -> None:
+def test_two_correct_loops_agree_whatever_the_drift(jump: FloatArray) -> None:
     graph = way_twice(jump)
     first, second = (loop(graph, jump, SUBMAPS + k, k, RIGHT) for k in (1, 2))
     assert Consistency(graph, hops(graph), first).chi_squared(second) < 1e-6
@@ -60,14 +60,14 @@ def test_two_right_loops_agree_whatever_lies_between(jump: FloatArray) -> None:
 
 
 @pytest.mark.parametrize("off", [(2.0, 0.0, 0.0), (0.0, -2.0, 0.0), (0.0, 0.0, 0.6)])
-def test_one_that_is_off_is_not_borne_out_by_one_that_is_right(off: tuple[float, float, float]) -> None:
+def test_a_wrong_loop_is_not_confirmed_by_a_correct_one(off: tuple[float, float, float]) -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     assert waiting.borne_out(loop(graph, JUMP, 5, 1, RIGHT), hops(graph), []) == []
     assert waiting.borne_out(loop(graph, JUMP, 6, 2, off), hops(graph), []) == []
 
 
-def test_a_second_loop_frees_the_first_a_wrong_one_waits() -> None:
+def test_a_second_loop_confirms_the_first_a_wrong_one_waits() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     right = [loop(graph, JUMP, SUBMAPS + k, k, RIGHT) for k in (1, 2, 3)]
@@ -78,20 +78,20 @@ def test_a_second_loop_frees_the_first_a_wrong_one_waits() -> None:
     assert waiting.borne_out(loop(graph, JUMP, 4, 0, RIGHT), hops(graph), right[:2]) != []
 
 
-def test_what_the_same_scans_say_twice_counts_once() -> None:
+def test_two_loops_of_the_same_scans_count_once() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     assert waiting.borne_out(loop(graph, JUMP, 5, 1, RIGHT), hops(graph), []) == []
     assert waiting.borne_out(loop(graph, JUMP, 5, 2, RIGHT), hops(graph), []) == []
 
 
-def test_over_a_break_loops_say_nothing_of_each_other() -> None:
+def test_loops_on_two_sides_of_a_break_are_independent() -> None:
     graph = way_twice(JUMP)
     across, within = loop(graph, JUMP, 5, 1, RIGHT), loop(graph, np.zeros(3), 3, 0, RIGHT)
     assert Consistency(graph, hops(graph), across).chi_squared(within) == np.inf
 
 
-def test_few_wait() -> None:
+def test_the_number_of_waiting_loops_is_limited() -> None:
     graph = way_twice(JUMP)
     waiting = WaitingLoops(graph)
     right = loop(graph, JUMP, 5, 1, RIGHT)
@@ -101,7 +101,7 @@ def test_few_wait() -> None:
     assert waiting.borne_out(loop(graph, JUMP, 6, 2, RIGHT), hops(graph), []) == []
 
 
-def test_another_number_goes_to_every_edge() -> None:
+def test_edges_are_renumbered() -> None:
     graph = way_twice(JUMP)
     other = renumbered(loop(graph, JUMP, 5, 1, RIGHT), 7)
     assert other.number == 7

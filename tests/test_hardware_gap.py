@@ -39,7 +39,7 @@ class Course:
 
 
 @pytest.mark.parametrize("device", ["robot", "lidar"])
-def test_a_cable_out_for_a_while(device: str, tmp_path: Path) -> None:
+def test_a_cable_unplugged_for_a_while_is_survived(device: str, tmp_path: Path) -> None:
     ports = PtyPort(tmp_path / "p3dx"), PtyPort(tmp_path / "urg04lx")
     plant = plan_plant(load_scenario("corridor"))
     with Emulator(plant, *ports, paced=False, robot_config=replace(FACTORY_CONFIG, watchdog=0.8)) as emulator:

@@ -1,4 +1,4 @@
-"""The API: it says what the method says, survives what is wrong, and goes on in what it saved."""
+"""The API gives the results of the method, refuses bad input, and continues saved maps."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The boundary of the API: what is wrong is named with argument, value, place and cure; what is right is understood."""
+"""Arguments of the API: errors name argument, value, place and fix; unusual but valid forms are accepted."""
 
 import re
 from collections.abc import Callable

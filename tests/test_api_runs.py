@@ -1,4 +1,4 @@
-"""Runs as functions: they return what they left behind, and say what went wrong by exceptions."""
+"""Runs as functions: they return the results of their folder and raise exceptions on errors."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""The pictures of docs/architecture.md are those of the code, and a run takes the ways that they show."""
+"""The pictures of docs/architecture.md match the code, and a run calls the functions that they show."""
 
 import sys
 import threading

@@ -1,4 +1,4 @@
-"""The process that closes loops is lost: the run says so, goes on without it, and passes nothing half for whole."""
+"""A lost loop-closing process: the run reports it, continues without loops, and writes consistent files."""
 
 import io
 import json

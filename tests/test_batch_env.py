@@ -1,4 +1,4 @@
-"""The batch: each robot in it is the single kinematic robot, whatever is beside it."""
+"""The batch: each of its robots equals the single kinematic robot, whatever its neighbours are."""
 
 from itertools import zip_longest
 from typing import Any

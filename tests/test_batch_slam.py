@@ -1,4 +1,4 @@
-"""SLAM in a batch: each robot has the estimates that it would have alone."""
+"""SLAM in a batch: each robot has the estimates of a single environment."""
 
 import gymnasium
 import numpy as np

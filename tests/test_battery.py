@@ -1,4 +1,4 @@
-"""Battery, faults and sonar of the base, from the wire to the summary."""
+"""Battery, faults and sonar of the base, from the packet to the summary."""
 
 import json
 import logging

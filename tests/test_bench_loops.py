@@ -1,4 +1,4 @@
-"""``hopslam bench loops``: loops judged against a reference, its tables, and small runs of its parts."""
+"""``hopslam bench loops``: scores of loops against a reference, tables, and small runs."""
 
 from dataclasses import replace
 from pathlib import Path

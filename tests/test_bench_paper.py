@@ -1,4 +1,4 @@
-"""The paper's figures measured again: its formulas by hand, and what does not depend on the clock."""
+"""The figures of the paper measured again: its formulas by hand, and results that do not depend on time."""
 
 import re
 import sys

@@ -1,4 +1,4 @@
-"""One policy everywhere: the same class chooses for a batch, for one robot, and for devices."""
+"""One policy class runs on a batch, on one robot and on devices."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The measures of bench slam, by hand and beside evo."""
+"""The measures of ``hopslam bench slam``, by hand and compared with evo."""
 
 import gzip
 import json

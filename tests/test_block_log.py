@@ -1,4 +1,4 @@
-"""The long log from a generated building: rays against a plain reference, and what the log must be."""
+"""The long log of a generated building: rays against a plain reference, and the properties of the log."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Wheels found by driving: what is wrong is found again, and squares are driven and written down."""
+"""Calibration of the wheels: known errors are estimated; squares are driven and recorded."""
 
 import re
 import sys

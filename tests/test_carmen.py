@@ -1,4 +1,4 @@
-"""CARMEN logs: what a message says, what is no echo, what is garbled, and the recorded ones."""
+"""CARMEN logs: messages, missing echoes, garbled lines, and recorded logs."""
 
 import gzip
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Values that are hardly meant: numbers in another unit are refused, ways through walls are warned of."""
+"""Questionable values: wrong units are refused; routes through walls give a warning."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The project's own line extraction: laws, a plain reference, and what real sensors do."""
+"""The project's own line extraction: laws, a plain reference, and effects of real sensors."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Runs that end with their loops closed: their files, read back, and their metrics."""
+"""Runs that end with closed loops: their files, read back, and their metrics."""
 
 import json
 import shutil

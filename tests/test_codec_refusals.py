@@ -1,4 +1,4 @@
-"""The codecs refuse, by DecodeError, what is no message of theirs."""
+"""The codecs refuse values and bytes that do not form a message, with DecodeError."""
 
 from collections.abc import Callable
 from dataclasses import replace

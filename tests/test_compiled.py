@@ -1,4 +1,4 @@
-"""Compiled code kept on disk is used again while what it was compiled from is the same, and only then."""
+"""The cache of compiled code is used only while its sources are unchanged."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""The Tab key: what the shells are told, as their scripts ask for it."""
+"""Completion of commands in the shells."""
 
 import os
 import subprocess

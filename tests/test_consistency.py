@@ -1,4 +1,4 @@
-"""Loops that bear each other out, or do not: a robot that goes the same way twice, and is lost in between."""
+"""Loops that confirm or contradict each other, for a robot that drives one path twice and is lost in between."""
 
 import numpy as np
 import pytest

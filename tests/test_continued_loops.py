@@ -1,4 +1,4 @@
-"""A run that goes on in the closed map of another: the two are one graph, in which loops are closed."""
+"""A run that continues in the closed map of another: both are one graph, in which loops are closed."""
 
 from collections.abc import Callable, Collection, Iterator
 from copy import deepcopy

@@ -1,4 +1,4 @@
-"""Damaged run and sweep folders: what is whole is read, and what is not is named; exit codes of the same mistakes."""
+"""Damaged run and sweep folders: intact parts are read, damage is named; one mistake has one exit code."""
 
 import json
 import shutil

@@ -1,4 +1,4 @@
-"""Deskewing on the simulated robot: the mission's lidar, turning."""
+"""Deskewing of scans of the simulated robot with a turning lidar."""
 
 import numpy as np
 import pytest

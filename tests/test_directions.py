@@ -1,4 +1,4 @@
-"""The main directions of a building, and the heading that they tell."""
+"""The main directions of a building, and the heading found from them."""
 
 from collections.abc import Callable
 from itertools import pairwise

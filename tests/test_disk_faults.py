@@ -1,4 +1,4 @@
-"""Every call that changes a file fails once: it is said, and what is left is whole and read by our own commands."""
+"""Each call that changes a file fails once: the failure is reported and all files stay readable."""
 
 import errno
 import json

@@ -1,4 +1,4 @@
-"""README and docs cannot rot: commands and code run, YAML is scenarios or sweeps, links lead somewhere."""
+"""README and docs match the code: commands and code run, YAML is valid, links exist."""
 
 import gzip
 import re

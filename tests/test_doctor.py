@@ -1,4 +1,4 @@
-"""hopslam doctor: what devices say of themselves, and what ports say that cannot be used."""
+"""``hopslam doctor``: reports of devices, and messages on ports that cannot be used."""
 
 import errno
 import os

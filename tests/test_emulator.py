@@ -1,4 +1,4 @@
-"""The emulated devices in a time of their own: bytes in, bytes out, nothing waits."""
+"""The emulated devices in simulated time: bytes in, bytes out, without waiting."""
 
 from dataclasses import replace
 from random import Random

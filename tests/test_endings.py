@@ -1,4 +1,4 @@
-"""A program ends, is suspended, or loses its terminal: the driver stops the robot, before its watchdog does."""
+"""When a program ends, is suspended or loses its terminal, the driver stops the robot."""
 
 import os
 import signal

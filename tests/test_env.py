@@ -1,4 +1,4 @@
-"""The learning environment: its conventions, and that it is the robot and nothing else."""
+"""The learning environment: the rules of Gymnasium, and agreement with the robot."""
 
 import copy
 import pickle

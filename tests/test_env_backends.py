@@ -1,4 +1,4 @@
-"""One environment over every back end: the same spaces, keys and rules, whichever robot it is."""
+"""One environment over every back end: the same spaces, keys and rules for each robot."""
 
 import gc
 import importlib

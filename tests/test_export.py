@@ -1,4 +1,4 @@
-"""Exports, each read back by a library that is not the project's, and replayed to the same run."""
+"""Exports, each read back by an independent library and replayed to the same run."""
 
 import csv
 import json

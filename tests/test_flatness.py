@@ -1,4 +1,4 @@
-"""Memory and descriptors stay flat: of an environment that is reset, of drivers fed garbage, of an hour of a run."""
+"""Memory and file descriptors do not grow: resets of an environment, drivers fed garbage, an hour of a run."""
 
 import gc
 import random

@@ -1,4 +1,4 @@
-"""New files of a run folder take their places together, whatever fails on the way."""
+"""New files of a run folder replace the old ones together, whatever call fails."""
 
 import errno
 import json

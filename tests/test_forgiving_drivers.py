@@ -1,4 +1,4 @@
-"""Devices with the quirks that owners report: they work, or are named."""
+"""Devices with the quirks that owners report: they work, or the error names the quirk."""
 
 import logging
 import threading

@@ -1,4 +1,4 @@
-"""Furniture that can be pushed: it moves as its mass allows, rays meet it where it is, and a restart puts it back."""
+"""Pushable furniture moves as its mass allows, is seen where it is, and is put back by a restart."""
 
 from pathlib import Path
 from typing import Any

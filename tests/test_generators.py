@@ -1,4 +1,4 @@
-"""Generated worlds: the same for a seed, and free where the robot drives."""
+"""Generated worlds: one world per seed, with free space along the route."""
 
 import math
 import re

@@ -1,4 +1,4 @@
-"""The drivers against emulated devices, in real time: faults, and what must go right in spite of them."""
+"""The drivers against emulated devices in real time, with faults."""
 
 import logging
 import os

@@ -1,4 +1,4 @@
-"""A cable out in the middle of a run, put in again: the estimate is right again, and nothing recorded is lost."""
+"""A cable is unplugged and plugged in during a run: the estimate recovers and no recorded scan is lost."""
 
 import threading
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Bytes are damaged on the wire: nothing wrong is believed, and what was not hit comes through."""
+"""Damaged bytes on the wire: no wrong range is accepted, and undamaged scans arrive."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Commands that end by SIGKILL at random moments: the others work on what is left, or say what is missing."""
+"""Commands are killed at random moments: other commands read what is left or name what is missing."""
 
 import os
 import random

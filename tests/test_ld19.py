@@ -1,4 +1,4 @@
-"""Other lidars behind the seam: LDROBOT's LD19 by its maker's manual, simulated, emulated and driven by."""
+"""The LD19 lidar of LDROBOT by its manual: decoded, simulated, emulated and driven."""
 
 import time
 from collections.abc import Sequence

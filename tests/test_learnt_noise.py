@@ -1,4 +1,4 @@
-"""The noise of the ranges, learnt over scans: laws, known answers, and what clutter does."""
+"""The range noise learned over scans: laws, known answers, and the effect of clutter."""
 
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Declared limits: each is shown, named when it is hit, and hit before the memory is."""
+"""Declared limits: each is documented, named in its error, and checked before memory is used."""
 
 import bz2
 import gzip

@@ -1,4 +1,4 @@
-"""The covariance of lines and ends says how far they are off, in every frame."""
+"""The covariances of lines and ends match their errors in every frame."""
 
 import numpy as np
 from hypothesis import given

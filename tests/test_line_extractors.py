@@ -1,4 +1,4 @@
-"""The line extractors that ours is compared with, on walls whose segments are known."""
+"""The line extractors used for comparison, on walls with known segments."""
 
 import sys
 from collections.abc import Callable

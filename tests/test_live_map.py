@@ -1,4 +1,4 @@
-"""The occupancy grid that grows with a run, and moves where a loop is closed."""
+"""The occupancy grid of a run: it grows, and moves when a loop is closed."""
 
 import numpy as np
 from numpy.testing import assert_allclose

@@ -1,4 +1,4 @@
-"""Finding the robot in a saved map."""
+"""Localization of the robot in a saved map."""
 
 from collections.abc import Callable
 from copy import deepcopy

@@ -1,4 +1,4 @@
-"""Logs as people have them: whatever lidar, clock and odometry they come from, they read as their tidy twin."""
+"""Logs of many kinds of lidar, clock and odometry are read like the same log in its clean form."""
 
 import sqlite3
 from collections.abc import Callable, Sequence

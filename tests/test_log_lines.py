@@ -1,4 +1,4 @@
-"""``hopslam lines`` and ``hopslam bench``: what they write, and what they say when they cannot."""
+"""``hopslam lines`` and ``hopslam bench``: their files and their error messages."""
 
 import csv
 import io

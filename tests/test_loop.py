@@ -1,4 +1,4 @@
-"""The loop on a robot and a method that say what the test wants."""
+"""The loop with a scripted robot and a scripted method."""
 
 import signal
 from collections.abc import Sequence

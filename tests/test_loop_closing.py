@@ -1,4 +1,4 @@
-"""Loops closed while a robot drives: a ring of rooms, wheels that turn too far, and what must come out."""
+"""Loops closed during a run: a ring of rooms, and wheels that turn too far."""
 
 import itertools
 from collections.abc import Callable

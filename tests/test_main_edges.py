@@ -1,4 +1,4 @@
-"""Main directions of a building, and how far its walls are held to them."""
+"""Main directions of a building, and the alignment of its walls with them."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The map jumps under a robot when a loop is closed: the pilot stays calm, and the log has it as REP 105 asks."""
+"""The map jumps when a loop is closed: the pilot drives on smoothly, and the log follows REP 105."""
 
 from collections.abc import Iterator
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""The walls of a closed map, and how sure they are."""
+"""The walls of a closed map and their covariances."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The notebooks run from their first cell to the last, on less work, and what their cells end with shows itself."""
+"""The notebooks run from the first cell to the last on smaller inputs, and their results have pictures."""
 
 import ast
 import json

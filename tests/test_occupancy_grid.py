@@ -1,4 +1,4 @@
-"""The cells that a scan marks, against geometry that looks at every cell and every pair of beams."""
+"""The cells that a scan marks, against geometry that checks every cell and every pair of beams."""
 
 import numpy as np
 import pytest

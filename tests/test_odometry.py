@@ -1,4 +1,4 @@
-"""The motion model against the paper's equations as printed, and its limit for straight motion."""
+"""The motion model against the equations of the paper, and its limit for straight motion."""
 
 from math import cos, pi, sin
 

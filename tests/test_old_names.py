@@ -1,4 +1,4 @@
-"""Names that users hold: moved modules are found under their old ones; commands, columns and keys are kept."""
+"""Old names stay valid: moved modules, commands, columns and keys."""
 
 import json
 import subprocess

@@ -1,4 +1,4 @@
-"""Loops that leave a direction open, after the graph was solved; edges over breaks."""
+"""Loops with an open direction after the graph is solved; edges over breaks."""
 
 from dataclasses import replace
 

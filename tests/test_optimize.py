@@ -1,4 +1,4 @@
-"""Loops of a finished run closed again."""
+"""Loops of a finished run, closed again."""
 
 import json
 import shutil

@@ -1,4 +1,4 @@
-"""Extractors and matchers that are named ``module:name``."""
+"""User-defined extractors, matchers and back ends named ``module:name``."""
 
 import json
 import re

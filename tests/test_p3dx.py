@@ -1,4 +1,4 @@
-"""The base: it goes where its wheels say, within its limits, and its odometry errs only as told."""
+"""The base: motion, limits and odometry errors."""
 
 from math import hypot, pi, sqrt
 from typing import Any

@@ -1,4 +1,4 @@
-"""People: they walk as people do, and legs never jump."""
+"""Walking people: their routes, pauses and legs."""
 
 from typing import Any
 

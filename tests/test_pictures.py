@@ -1,4 +1,4 @@
-"""Every picture that is drawn: nothing is cut off at its edge, and the colour-blind tell its lines apart."""
+"""Every picture: nothing is cut off at its edge, and its line colours are distinct for the colour-blind."""
 
 from __future__ import annotations
 

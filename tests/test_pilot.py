@@ -1,4 +1,4 @@
-"""Following way-points."""
+"""Following waypoints."""
 
 from itertools import pairwise
 from math import pi

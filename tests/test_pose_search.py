@@ -1,4 +1,4 @@
-"""The search for the pose of a scan: silent wheels, wheels that jump, and scans that fit nowhere."""
+"""The pose search of a scan: missing odometry, jumping odometry, and scans without a match."""
 
 from collections.abc import Callable
 from itertools import pairwise

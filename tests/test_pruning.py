@@ -1,4 +1,4 @@
-"""Pruning of the graph: what leaves it, what stays where it was, and that laps do not make it grow."""
+"""Pruning of the graph: removed and kept key scans, and a size that does not grow with laps."""
 
 from dataclasses import replace
 from typing import Final

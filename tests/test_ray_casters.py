@@ -1,4 +1,4 @@
-"""Both ray casters: each other's equal, and the closed form's."""
+"""Both ray casters agree with each other and with the closed form."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The realistic noise: where it comes from, and that the other models lack it."""
+"""The realistic noise: its parts, and their absence in the other models."""
 
 from typing import get_args
 

@@ -1,4 +1,4 @@
-"""The wheel and the source distribution hold all that hopslam needs, and no more."""
+"""The wheel and the source distribution contain all that hopslam needs, and no more."""
 
 import os
 import subprocess

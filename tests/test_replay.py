@@ -1,4 +1,4 @@
-"""A log behind the seam: scan after scan, and the recorded velocity whatever the command."""
+"""A log as a robot: scan after scan, with the recorded velocity whatever the command."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The report and its figures: whole, alone, and true to the folder that they were made from."""
+"""The report and its figures: self-contained, complete, and consistent with the run folder."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""The run folder: readable at every moment, and measured as the field measures."""
+"""The run folder: readable at every moment, with standard metrics."""
 
 import json
 import signal

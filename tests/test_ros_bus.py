@@ -1,4 +1,4 @@
-"""The network that a bus of ROS 2 joins, and two programs on it."""
+"""The network of a ROS 2 bus, and two programs on it."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""SLAM as a node: on the topics of a robot that others drive, the same as a replay of its log."""
+"""SLAM as a ROS 2 node gives the result of a replay of its log."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""The raw record of a run, and the folder of a run read back."""
+"""The recorded log of a run, and the run folder read back."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""The same seed gives the same bytes, whatever the threads, the hash seed, the locale, the time zone or the workers."""
+"""The same seed gives the same bytes, whatever the threads, hash seed, locale, time zone or workers."""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""Scenario files: what is wrong is named by file, line and key."""
+"""Scenario files: errors name file, line and key."""
 
 import json
 import re

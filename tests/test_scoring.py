@@ -1,4 +1,4 @@
-"""Scores beside evo's and those of the shared script, and the commands that show them."""
+"""Scores compared with those of evo and of the shared script, and the commands that print them."""
 
 import importlib.util
 import json

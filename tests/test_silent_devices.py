@@ -1,4 +1,4 @@
-"""Devices that pause, fall silent or make the driver fail: what is said, and who gives up when."""
+"""Devices that pause, fall silent or make the driver fail: the messages, and the time limits."""
 
 import logging
 import os

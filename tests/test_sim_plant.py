@@ -1,4 +1,4 @@
-"""The PyBullet world behind the emulated devices: the same robot as the simulated one, without its firmware."""
+"""The PyBullet world behind the emulated devices: the simulated robot without its firmware."""
 
 from dataclasses import replace
 from math import pi

@@ -1,4 +1,4 @@
-"""The simulated robot as the method sees it."""
+"""The simulated robot, as seen by the method."""
 
 import hashlib
 import subprocess

@@ -1,4 +1,4 @@
-"""The method on scans of 80 beams, of which a lap is short enough to run uncompiled too: see ``make coverage``."""
+"""The method on scans of 80 beams, short enough to run uncompiled too: see ``make coverage``."""
 
 from dataclasses import replace
 from functools import cache

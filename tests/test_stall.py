@@ -1,4 +1,4 @@
-"""A blocked base: its motors stall and it stands; where the floor is slippery, its wheels spin instead."""
+"""A blocked base: its motors stall; on a slippery floor its wheels spin instead."""
 
 from math import radians
 from typing import Any

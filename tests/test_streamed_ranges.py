@@ -1,4 +1,4 @@
-"""Ranges that are read again from the file: the same rows whoever asks, and memory that does not grow with the log."""
+"""Ranges read from the file on demand: the same rows in any order, and constant memory."""
 
 import tracemalloc
 from collections.abc import Callable, Iterator

@@ -1,4 +1,4 @@
-"""Logs made harder: the laws of each variation, and the logs of the shared script, which was written apart."""
+"""Harder variants of logs: the laws of each variant, and the logs of the independent shared script."""
 
 import importlib.util
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The front end of the graph: submaps roll, a break begins one, and key scans say where they belong."""
+"""The front end of the graph: overlapping submaps, breaks, and the submaps of key scans."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Sweeps on a Ray cluster of two nodes on one machine, parts of which are killed. Minutes: HOPSLAM_CLUSTER_TESTS=1."""
+"""Sweeps on a Ray cluster of two nodes on one machine whose processes are killed: HOPSLAM_CLUSTER_TESTS=1."""
 
 import os
 import shutil

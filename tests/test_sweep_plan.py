@@ -1,4 +1,4 @@
-"""The plan of a sweep: its runs, counted before any is made."""
+"""The plan of a sweep: its runs, counted before any is started."""
 
 from pathlib import Path
 

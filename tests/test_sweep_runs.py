@@ -1,4 +1,4 @@
-"""Sweeps that are run: by the pool, resumed, killed, reported, repeated."""
+"""Sweeps that are run by the pool, resumed, killed, reported and repeated."""
 
 import json
 from collections.abc import Iterator

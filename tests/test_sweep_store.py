@@ -1,4 +1,4 @@
-"""Rows of a sweep: each exactly once, whatever is killed when."""
+"""Rows of a sweep: each is stored exactly once, whichever process is killed."""
 
 import json
 from collections.abc import Callable

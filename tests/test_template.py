@@ -1,4 +1,4 @@
-"""Scenarios whose values are left to chance."""
+"""Scenarios with random values."""
 
 import re
 import subprocess

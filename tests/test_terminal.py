@@ -1,4 +1,4 @@
-"""Printed text is whole, unbroken and without markup, on a terminal, in a file and in a pipe."""
+"""Printed text is complete, without line breaks inside words and without markup, on any output."""
 
 from __future__ import annotations
 

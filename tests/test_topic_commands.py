@@ -1,4 +1,4 @@
-"""Messages heard on topics: velocities, a first pose, and garbage."""
+"""Messages received on topics: velocities, an initial pose, and garbage."""
 
 from __future__ import annotations
 

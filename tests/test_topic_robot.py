@@ -1,4 +1,4 @@
-"""A robot of ROS 2 that is known by its topics: what it observes, what it is commanded, and what it says is missing."""
+"""A robot of ROS 2 topics: its observations, its commands, and its errors."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""A run on topics: what is published, in which order, and that it is what ROS expects."""
+"""A run on topics: the published messages, their order, and the rules of ROS."""
 
 from __future__ import annotations
 

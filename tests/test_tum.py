@@ -1,4 +1,4 @@
-"""TUM trajectories: written, read back, and read as evo reads them."""
+"""TUM trajectories: written, read back, and compared with evo."""
 
 from math import cos, pi, sin
 from pathlib import Path

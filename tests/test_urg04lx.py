@@ -1,4 +1,4 @@
-"""The simulated lidar: true ranges, and the errors it adds to them."""
+"""The simulated lidar: true ranges and added errors."""
 
 from typing import Any
 

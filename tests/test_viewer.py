@@ -1,4 +1,4 @@
-"""The rerun viewer: what a recording holds, what survives, and that nobody has to look."""
+"""The rerun viewer: the contents of a recording, cut-off files, and missing viewers."""
 
 from __future__ import annotations
 

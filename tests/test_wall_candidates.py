@@ -1,4 +1,4 @@
-"""Candidates from walls alone: submaps of rooms whose places are known, each in a frame of its own that has drifted."""
+"""Loop candidates from walls alone, between submaps of rooms with known places."""
 
 import numpy as np
 import pytest

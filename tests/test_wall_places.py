@@ -1,4 +1,4 @@
-"""Places from walls alone: laws, rooms whose places are known, and plain references of the compiled parts."""
+"""Places from walls alone: laws, rooms with known places, and plain references of compiled functions."""
 
 import numpy as np
 import pytest

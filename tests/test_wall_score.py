@@ -1,4 +1,4 @@
-"""The line map against the true walls: faces of the solids, what was seen of them, and the score."""
+"""The line map against the true walls: faces of the solids, seen parts of them, and the score."""
 
 from typing import Any
 

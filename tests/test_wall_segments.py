@@ -1,4 +1,4 @@
-"""The line map: walls where beams tell that there is wall, as far as it goes, once, and with corners."""
+"""The line map: each wall once, along its whole seen length, and with corners."""
 
 from collections.abc import Iterable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The wire, recorded: no byte is lost, what is listed is what the protocols say, and drivers take it for a device."""
+"""Recording of the wire: no byte is lost, listings match the protocols, and drivers accept a recording as a device."""
 
 import ast
 import os

@@ -1,4 +1,4 @@
-"""Processes of a benchmark end with it, and with them whatever their jobs have started."""
+"""The processes of a benchmark end with it, together with the processes that their jobs started."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""The world: what rays meet, what bodies touch, and who owns which physics server."""
+"""The world: what rays hit, which bodies touch, and who owns a physics server."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""``hopslam world``, and what the page of documentation on scenarios lists."""
+"""``hopslam world``, and the list of generators in the documentation."""
 
 import re
 import sys

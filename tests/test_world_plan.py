@@ -1,4 +1,4 @@
-"""The things of a world: what they cover, and what they leave open."""
+"""The solids of a world: the area that they cover, and the area that they leave free."""
 
 from typing import Any
 

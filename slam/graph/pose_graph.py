@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from slam.compiled import compiled, wrapped
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, wrap_angles
+from slam.small_matrices import product, times
 
 if TYPE_CHECKING:  # it takes long to load, and only what solves a graph needs it
     from scipy.sparse import csc_matrix
@@ -181,16 +182,15 @@ def _normal_equations(
     for k in range(count):
         x, y = _residual(poses[first[k]], poses[second[k]], measured[k], e)
         _fill_jacobian(poses[first[k], 2], x, y, J)
-        W = weights[k] * information[k]
-        JtW = J.T @ W
-        block, force = JtW @ J, JtW @ e
+        JtW = product(J.T, information[k])
+        block, force = product(JtW, J), times(JtW, e)
         for i in range(3):
             at[i], at[3 + i] = 3 * first[k] + i, 3 * second[k] + i
         for i in range(6):
-            gradient[at[i]] += force[i]
+            gradient[at[i]] += weights[k] * force[i]
             for j in range(6):
                 n = 36 * k + 6 * i + j
-                rows[n], columns[n], values[n] = at[i], at[j], block[i, j]
+                rows[n], columns[n], values[n] = at[i], at[j], weights[k] * block[i, j]
     return rows, columns, values, gradient
 
 

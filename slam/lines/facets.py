@@ -77,7 +77,7 @@ def _cut(
     pieces = max(1, int(np.ceil(abs(whole) / length)))
     at, start = -1, count
     for i in range(begin, stop):
-        x, y = points[i]
+        x, y = points[i, 0], points[i, 1]
         piece = min(max(int((nx * y - ny * x - s0) / whole * pieces), 0), pieces - 1) if whole != 0.0 else 0
         if piece != at:
             at = piece
@@ -105,7 +105,7 @@ def _clusters(points: FloatArray, begin: int, stop: int, noise: RangeNoise, face
     while i < stop:
         j, x, y, v = i, 0.0, 0.0, 0.0
         while j < stop:
-            px, py = points[j]
+            px, py = points[j, 0], points[j, 1]
             if j > i and np.hypot(px - points[j - 1, 0], py - points[j - 1, 1]) > CLUSTER_GAP:
                 break
             if np.hypot(px - points[i, 0], py - points[i, 1]) > CLUSTER_SIZE:

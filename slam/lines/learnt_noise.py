@@ -154,9 +154,12 @@ def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
 
     The larger of the two holds. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) has the log likelihood of each band.
     """
-    scores = scores_on_grounds[:, :EDGES].copy()
-    for begin in range(EDGES, len(GROUNDS) * EDGES, EDGES):
-        scores = np.maximum(scores, scores_on_grounds[:, begin : begin + EDGES])
+    scores = np.zeros((BANDS, EDGES))
+    for band in range(BANDS):
+        for i in range(EDGES):
+            scores[band, i] = scores_on_grounds[band, i]
+            for k in range(EDGES + i, len(GROUNDS) * EDGES, EDGES):
+                scores[band, i] = max(scores[band, i], scores_on_grounds[band, k])
     near, far = np.zeros((BANDS + 1, EDGES)), np.zeros((BANDS + 1, EDGES))
     for band in range(BANDS):  # of the bands before this one, where the noise near by is larger
         beyond = BAND * max(band - BAND_OF_1_M, 0)

@@ -57,13 +57,15 @@ def _gather(clusters: FloatArray, walls: FloatArray) -> float:
     for m in range(len(walls)):
         theta, variance, length = walls[m]
         metres += length
-        at, nearest = -1, JOIN_ANGLE
+        at, lightest, nearest = -1, 0, JOIN_ANGLE
         for k in range(len(clusters)):
             off = abs(quarter_turn_difference(clusters[k, DIRECTION], theta))
             if clusters[k, METRES] > 0.0 and off < nearest:
                 at, nearest = k, off
+            if clusters[k, METRES] < clusters[lightest, METRES]:
+                lightest = k
         if at < 0:
-            at = int(np.argmin(clusters[:, METRES]))
+            at = lightest
             clusters[at] = 0.0
         _join(clusters[at], theta, length, -length * variance)
         _merge(clusters, at)

@@ -89,7 +89,7 @@ def _take_away(parts: FloatArray, left: int, begin: float, end: float) -> int:
     """Take what is from ``begin`` to ``end`` from the first ``left`` parts (P, 2); returns how many are left."""
     p = 0
     while p < left and begin < end:
-        a, b = parts[p]
+        a, b = parts[p, 0], parts[p, 1]
         if b <= begin or a >= end:
             p += 1
         elif a < begin and b > end:
@@ -102,5 +102,5 @@ def _take_away(parts: FloatArray, left: int, begin: float, end: float) -> int:
             parts[p, 0] = end
         else:
             left -= 1
-            parts[p, 0], parts[p, 1] = parts[left]
+            parts[p, 0], parts[p, 1] = parts[left, 0], parts[left, 1]
     return left

@@ -129,7 +129,7 @@ def _wall_numbers(surfels: FloatArray, columns_rows: IntArray, head: IntArray, c
     """Number the wall of each surfel, (S,); ``head`` has a -1 for every cell, and becomes the first surfel of each."""
     following, wall_of = np.empty(len(surfels), np.int64), np.full(len(surfels), -1, np.int64)
     for k in range(len(surfels)):
-        column, row = columns_rows[k]
+        column, row = columns_rows[k, 0], columns_rows[k, 1]
         following[k] = head[row, column]
         head[row, column] = k
     queue = np.empty(len(surfels), np.int64)
@@ -154,7 +154,7 @@ def _grow_one(
     while begin < end:
         at = queue[begin]
         begin += 1
-        column, row = columns_rows[at]
+        column, row = columns_rows[at, 0], columns_rows[at, 1]
         for i in range(row - NEIGHBOURS, row + NEIGHBOURS + 1):
             for j in range(column - NEIGHBOURS, column + NEIGHBOURS + 1):
                 k = head[i, j]

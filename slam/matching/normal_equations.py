@@ -83,7 +83,7 @@ def _free_shift(H: FloatArray, g: FloatArray) -> None:
     p, q, r = H[0, 0] + SHIFT_SIGMA**-2, H[0, 1], H[1, 1] + SHIFT_SIGMA**-2
     determinant = p * r - q * q
     sxx, sxy, syy = r / determinant, -q / determinant, p / determinant
-    u, gx, gy = H[:, :2].copy(), g[0], g[1]
+    u, gx, gy = H.copy(), g[0], g[1]
     for i in range(3):
         x, y = u[i, 0] * sxx + u[i, 1] * sxy, u[i, 0] * sxy + u[i, 1] * syy
         g[i] -= x * gx + y * gy

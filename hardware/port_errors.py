@@ -53,7 +53,7 @@ def _has_host_and_number(url: str) -> bool:
     try:
         parts = urlsplit(url)
         return bool(parts.hostname) and bool(parts.port)
-    except ValueError:  # the number is none, or too large
+    except ValueError:  # not a number, or too large
         return False
 
 
@@ -64,13 +64,13 @@ def _causes(error: BaseException | None) -> Iterator[BaseException]:
 
 
 def _number(error: BaseException) -> int | None:
-    """Return the number of an error of the operating system; termios has exceptions of its own kind."""
+    """Return the number of an error of the operating system; termios has an exception class of its own."""
     number = getattr(error, "errno", None) or (error.args[0] if error.args else None)
     return number if isinstance(number, int) and number > 0 else None
 
 
 def _not_permitted(path: Path) -> str:
-    """Name the group that may use a port."""
+    """Return the name of the group that may use a port."""
     try:
         status = os.stat(path)  # noqa: PTH116
         group = grp.getgrgid(status.st_gid).gr_name

@@ -10,15 +10,15 @@ from slam.pose import Pose2D
 from slam.scan import LaserScan
 
 SCAN_TIME: Final = 0.1
-"""Seconds from one scan to the next, where no stamps are given."""
+"""Seconds from one scan to the next if no stamps are given."""
 _FASTEST_TURN: Final = 6.5
-"""Radians from one scan to the next: an odometry that turns by more is in degrees."""
+"""Radians from one scan to the next; odometry that turns more is in degrees."""
 _FARTHEST_MOVE: Final = 20.0
-"""Metres from one scan to the next: an odometry that moves by more is in millimetres, or was reset."""
+"""Metres from one scan to the next; odometry that moves more is in millimetres, or was reset."""
 
 
 class Intake:
-    """Checks each scan and its odometry, alone and against the one before.
+    """Checks each scan and its odometry, alone and against the previous one.
 
     Odometry and stamps come with every scan or with none.
     """
@@ -26,13 +26,13 @@ class Intake:
     def __init__(self, lidar: LidarTraits) -> None:
         self._lidar = lidar
         self._count = 0
-        self._stamp: float | None = None  # of the last scan; None: the user has no clock
-        self._odometry: Pose2D | None = None  # with the last scan; None: the user has none
+        self._stamp: float | None = None  # of the last scan; None if the caller gives no stamps
+        self._odometry: Pose2D | None = None  # with the last scan; None if the caller gives no odometry
 
     def take(
         self, ranges: Any, angles: Any = None, odometry: Any = None, stamp: Any = None
     ) -> tuple[LaserScan, Odometry, bool]:
-        """The scan, the odometry at its stamp, and True where that was measured; InputError names the scan."""
+        """Return the scan, the odometry at its stamp, and True if that was measured; InputError names the scan."""
         try:
             given = self._scan(ranges, angles, stamp)
             time = self._time(given)
@@ -57,7 +57,7 @@ class Intake:
         return Scan(ranges, angles, stamp, **self._lidar._asdict())
 
     def _time(self, scan: Scan) -> float:
-        """The time of a scan, by the user's clock, or at 10 Hz where there is none."""
+        """Return the stamp that the caller gave, or a time at 10 Hz."""
         self._check_all_or_none("stamp", scan.stamp, self._stamp, "the seconds of its first beam")
         if scan.stamp is None:
             if scan.laser_scan().time_increment:
@@ -75,7 +75,7 @@ class Intake:
             raise InputError(f"{name} is {fault}; give {what} with every scan or with none")
 
     def _twist(self, pose: Pose2D | None, time: float) -> Twist2D:
-        """The velocity since the last scan; zero where nobody measured it."""
+        """Return the velocity since the last scan; zero without odometry."""
         if pose is None:
             return Twist2D()
         last = self._odometry or pose

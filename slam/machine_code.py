@@ -1,7 +1,7 @@
 """Machine code of a hot loop, made once: together with the code of all that it calls."""
 
 # mypy: disable-error-code="no-untyped-call"
-# numba's classes have types in part.
+# numba's classes are typed only in part.
 
 import gc
 from collections.abc import Iterator
@@ -16,12 +16,12 @@ from numba.core.targetconfig import TargetConfig
 
 @contextmanager
 def making_code(target_context: Any) -> Iterator[None]:
-    """Let numba make the code of this module, and what it need not do; the caller holds numba's lock.
+    """Let numba compile with this module; the caller holds numba's lock.
 
-    Nobody calls a helper of numba's from C. All flags have the same hash, and most that are compared are the same.
-    Garbage waits until then: numba makes so many objects that looking for it takes a twelfth of the time.
+    Meanwhile numba makes no entries for C, which nobody calls, and compares its flags quickly. Garbage collection is
+    off: with numba's many objects it would take a twelfth of the time.
     """
-    from numba.np import arrayobj  # 0.03 s, not spent where slam is only imported
+    from numba.np import arrayobj  # 0.03 s, not spent if slam is only imported
 
     collects = gc.isenabled()
     gc.disable()
@@ -39,7 +39,7 @@ def making_code(target_context: Any) -> Iterator[None]:
 
 @contextmanager
 def _instead(owner: Any, **attributes: Any) -> Iterator[None]:
-    """Give an object or a class of numba's these attributes while the block runs."""
+    """Set these attributes of an object or class of numba's while the block runs."""
     usual = {name: getattr(owner, name) for name in attributes}
     for name, value in attributes.items():
         setattr(owner, name, value)
@@ -63,7 +63,7 @@ def _hash_of_names(flags: type[TargetConfig]) -> int:
 
 
 def _same_flags(flags: TargetConfig, other: object) -> Any:
-    """Compare what is set in either: the rest has its default in both."""
+    """Compare the options that are set in either; the others have their default in both."""
     if type(flags) is not type(other):
         return NotImplemented
     one, two = flags._values, other._values
@@ -71,16 +71,17 @@ def _same_flags(flags: TargetConfig, other: object) -> Any:
 
 
 def makes_code(target_context: Any) -> bool:
-    """Return True where a hot loop is just being compiled; what is compiled now is called by it."""
+    """Return True if a hot loop is being compiled; the present function is then called by it."""
     return isinstance(target_context.codegen(), _CodeGenerator)
 
 
 class _Code(JITCodeLibrary):
-    """Code of a function, optimised when Python first asks for it, with copies of all that it calls.
+    """Code of a function, optimised when Python first asks for it, with copies of all its callees.
 
-    numba optimises a function alone, and once more with each of its callers and theirs. Here a function that only
-    compiled code calls is a part of its callers, and never finished. A caller has copies of its own: optimised with
-    it, they may add in another order than the callee alone, and the bits must not depend on which was compiled before.
+    numba optimises a function alone, and again with each of its direct and indirect callers. Here a function that only
+    compiled code calls is a part of its callers, and never optimised alone. A caller has its own copies: optimised with
+    the caller, they may add in another order than the callee alone, and results must not depend on which was compiled
+    first.
     """
 
     _alone: Any = None
@@ -92,11 +93,11 @@ class _Code(JITCodeLibrary):
         self._linking_libraries.append(library)
 
     def get_pointer_to_function(self, name: str) -> Any:
-        """Return the address of a function, 0 where there is none: parts have no entry for Python."""
+        """Return the address of a function, 0 if it has none: parts have no entry for Python."""
         return super().get_pointer_to_function(name) if self._finalized or self._has(name) else 0
 
     def finalize(self) -> None:
-        """Link and optimise; the parts that this is made from stay as they are, for other callers."""
+        """Link and optimise; the parts stay unchanged for other callers."""
         self._alone, self._final_module = self._final_module, self._final_module.clone()
         own = {function.name for function in self._alone.functions if not function.is_declaration}
         for library in self._callees():
@@ -112,7 +113,10 @@ class _Code(JITCodeLibrary):
 
     @cached_property
     def part(self) -> Any:
-        """Code of this function alone, which its callers link; the same helper of numba's may be in two of them."""
+        """Return the code of this function alone, which its callers link.
+
+        Two of them may contain the same helper of numba's.
+        """
         module = (self._alone or self._final_module).clone()
         for function in module.functions:
             if not function.is_declaration and function.linkage == Linkage.external:
@@ -123,7 +127,7 @@ class _Code(JITCodeLibrary):
         return any(function.name == name for function in self._final_module.functions)
 
     def _callees(self) -> list[Any]:
-        """All that is reached by calls, each once."""
+        """Return all direct and indirect callees, each once."""
         found: list[Any] = [self]
         for library in found:
             found += [callee for callee in dict.fromkeys(library._linking_libraries) if callee not in found]
@@ -131,7 +135,7 @@ class _Code(JITCodeLibrary):
 
 
 class _CodeGenerator(JITCPUCodegen):
-    """Generates such code, in an engine of its own."""
+    """Generates such code, in its own engine."""
 
     _library_class = _Code
 
@@ -142,7 +146,7 @@ class _CodeGenerator(JITCPUCodegen):
 
 @cache
 def _shape_error() -> Any:
-    """Raises the error of an assignment to a slice; numba's own words name the shapes, and take 3 s to compile."""
+    """Raises the error of an assignment to a slice; numba's own message names the shapes, and takes 3 s to compile."""
     from numba.extending import overload
 
     def shapes_differ(from_shape: Any, to_shape: Any) -> None: ...

@@ -30,7 +30,7 @@ class PtyPort:
         return str(self._link) if self._link else os.ttyname(self._slave)
 
     def open(self) -> None:
-        """Make a new terminal; its own end stays open, so that the other one outlives every client."""
+        """Make a new terminal; this end stays open, so that the other end outlives every client."""
         self._master, self._slave = pty.openpty()
         tty.setraw(self._slave)
         os.set_blocking(self._master, False)
@@ -59,7 +59,7 @@ class PtyPort:
         return b""
 
     def write(self, data: bytes) -> int:
-        """Send bytes, and return how many found room; a terminal that no client reads fills up."""
+        """Send bytes, and return how many were accepted; a terminal that no client reads fills up."""
         with suppress(BlockingIOError):
             return os.write(self._master, data) if self._master >= 0 else len(data)
         return 0
@@ -74,7 +74,7 @@ class PtyPort:
 
 
 class TcpPort:
-    """A TCP port on 127.0.0.1 for one client at a time; a newer one takes its place."""
+    """A TCP port on 127.0.0.1 for one client at a time; a newer client replaces an older one."""
 
     def __init__(self, number: int = 0) -> None:
         self._number = number
@@ -88,13 +88,13 @@ class TcpPort:
         return f"socket://127.0.0.1:{self._number}"
 
     def open(self) -> None:
-        """Listen, after the first time on the same port."""
+        """Listen; after the first time on the same port as before."""
         self._listener = socket.create_server(("127.0.0.1", self._number))
         self._listener.setblocking(False)
         self._number = self._listener.getsockname()[1]
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         for end in (self._client, self._listener):
             if end is not None:
                 end.close()
@@ -124,7 +124,7 @@ class TcpPort:
         return data
 
     def write(self, data: bytes) -> int:
-        """Send bytes, and return how many found room, or had nobody to go to."""
+        """Send bytes, and return how many were accepted; without a client they are dropped."""
         try:
             return self._client.send(data) if self._client is not None else len(data)
         except BlockingIOError:

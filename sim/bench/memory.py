@@ -11,7 +11,7 @@ from slam.scenario.schema import Scenario
 
 @dataclass(frozen=True, slots=True)
 class MemoryGrowth:
-    """Megabytes by which the most memory that this process ever held has grown on the way."""
+    """Growth of the process's peak memory during a measurement, megabytes."""
 
     resets: int
     steps: int
@@ -21,15 +21,15 @@ class MemoryGrowth:
 
 
 def peak_memory() -> float:
-    """Most memory that this process ever held, megabytes."""
+    """Return the peak memory of this process, megabytes."""
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return peak / (1e6 if sys.platform == "darwin" else 1e3)  # macOS counts bytes, Linux kB
 
 
 def memory_growth(scenario: Scenario, resets: int, scans_each: int, robots: int) -> MemoryGrowth:
-    """One robot restarted and driven again and again, then so many robots made, driven for a scan and closed.
+    """Measure the memory of one robot restarted and driven many times, and of many robots made and closed.
 
-    The first hundredth of each is not counted: caches fill.
+    The first hundredth of each is not counted, as caches fill.
     """
     with SimRobot(scenario, 0) as robot:
         for seed in range(resets):

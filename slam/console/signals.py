@@ -10,7 +10,7 @@ from typing import Final
 ENDING_SIGNALS: Final = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)
 )
-"""Ctrl-C, ``kill``, a terminal that was closed, and Ctrl-Backslash, as far as this system has them."""
+"""Signals of Ctrl-C, ``kill``, a closed terminal, and Ctrl-Backslash, as far as this system has them."""
 _HANG_UP: Final = getattr(signal, "SIGHUP", None)
 
 
@@ -19,9 +19,9 @@ _suspensions = 0
 
 @contextmanager
 def signal_handler(handler: Callable[[int, FrameType | None], object], numbers: Iterable[int]) -> Iterator[None]:
-    """Handle these signals while the block runs; only the main thread can.
+    """Handle these signals while the block runs; only possible in the main thread.
 
-    The signal of a closed terminal is left alone in a program that was started with nohup.
+    The signal of a closed terminal keeps its handler in a program that was started with nohup.
     """
     with ExitStack() as before:
         if threading.current_thread() is threading.main_thread():

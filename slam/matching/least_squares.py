@@ -1,12 +1,12 @@
-"""A scan's facets to the map's surfels: Gauss-Newton with a robust kernel and the prior, compiled.
+"""Match of a scan's facets to the map's surfels: Gauss-Newton with a robust kernel and a prior, compiled.
 
 Pose, facet f and surfel s give the residual r = n_s . (R f + t - c_s) along the surfel's normal, or the whole offset
-for a cluster. Its variance is v = v_f + v_s + floor^2, its weight 1 / (v (1 + r^2 / (kernel^2 + v))^2), which is Geman
-and McClure's. A facet is matched to the nearest surfel that faces its way, anew at every iteration, while the kernel
-shrinks.
+for a cluster. Its variance is v = v_f + v_s + floor^2, its weight 1 / (v (1 + r^2 / (kernel^2 + v))^2), which is that
+of Geman and McClure. At every iteration a facet is matched again to the nearest surfel that faces the same way, while
+the kernel shrinks.
 
-A step is taken only in the directions that the scan constrains: those eigenvectors of its own information, turns
-counted as motion of a lever, whose eigenvalue is not a small share of the largest. In the others the prior stands.
+A step is taken only in the directions that the scan constrains: the eigenvectors of its own information, with rotation
+scaled by a lever, whose eigenvalue is not a small share of the largest. In the others the pose of the prior is kept.
 """
 
 from typing import NamedTuple
@@ -20,11 +20,11 @@ from slam.pose import FloatArray
 from slam.small_matrices import identity, inverse, principal_axes, product, solved, times
 
 WIDE_ITERATIONS = 2  # in which a surfel may be a whole cell away
-MIN_INFORMATION = 100.0  # m^-2: below it a scan says nothing of a direction
+MIN_INFORMATION = 100.0  # m^-2: below it a direction is unconstrained
 
 
 class SolverSettings(NamedTuple):
-    """The settings of LeastSquaresConfig that the compiled loop needs, and for how long a small thing is new."""
+    """Settings of LeastSquaresConfig for the compiled loop, and the path for which small things count as new."""
 
     gate: float
     floor: float
@@ -38,16 +38,16 @@ class SolverSettings(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """The pose that fits best, and what the scan says of it."""
+    """The pose that fits best, and the information of the scan."""
 
     pose: FloatArray
     """(3,): x, y, theta of the sensor."""
     information: FloatArray
-    """(3, 3), of the scan alone."""
+    """(3, 3): information of the scan alone."""
     projector: FloatArray
-    """(3, 3), onto the directions that the scan constrains, in (x, y, lever theta)."""
+    """(3, 3): projector onto the directions that the scan constrains, in (x, y, lever theta)."""
     inliers: float
-    """The weight of the facets that agree with the map."""
+    """Sum of the weights of the facets that agree with the map."""
     iterations: int
     converged: bool
 
@@ -84,7 +84,7 @@ def solve(
 
 @compiled
 def _scaled(information: FloatArray, lever: float) -> FloatArray:
-    """An information (3, 3) of x, y, theta as one of x, y, lever theta."""
+    """Transform an information (3, 3) of x, y, theta to x, y, lever theta."""
     scaled = information.copy()
     for i in range(3):
         scaled[i, 2] /= lever
@@ -94,7 +94,7 @@ def _scaled(information: FloatArray, lever: float) -> FloatArray:
 
 @compiled
 def _offset(pose: FloatArray, prior: FloatArray, lever: float) -> FloatArray:
-    """Where a pose (3,) is as seen from the prior, (3,): x, y, lever theta."""
+    """Return a pose relative to the prior, (3,): x, y, lever theta."""
     offset = np.empty(3)
     offset[0], offset[1], offset[2] = pose[0] - prior[0], pose[1] - prior[1], lever * wrapped(pose[2] - prior[2])
     return offset
@@ -102,7 +102,7 @@ def _offset(pose: FloatArray, prior: FloatArray, lever: float) -> FloatArray:
 
 @compiled
 def _projector(A: FloatArray, weak: float) -> FloatArray:
-    """The projector (3, 3) onto the directions in which the information (3, 3) is not weak."""
+    """Return the projector (3, 3) onto the directions in which the information (3, 3) is not weak."""
     if _surely_constrained(A, weak):
         return identity()
     values, vectors = principal_axes(A)
@@ -118,14 +118,14 @@ def _projector(A: FloatArray, weak: float) -> FloatArray:
 
 @compiled
 def _surely_constrained(A: FloatArray, weak: float) -> bool:
-    """True where no direction can be weak, told without eigenvalues: the least of three is at least 4 det / trace^2."""
+    """Return True if surely no direction is weak: the least eigenvalue of three is at least 4 det / trace^2."""
     trace = A[0, 0] + A[1, 1] + A[2, 2]
     return bool(4.0 * _determinant(A) > max(weak * trace, MIN_INFORMATION) * trace * trace)
 
 
 @compiled
 def _determinant(A: FloatArray) -> float:
-    """Determinant of a symmetric (3, 3)."""
+    """Return the determinant of a symmetric (3, 3)."""
     minor_0, minor_1 = A[1, 1] * A[2, 2] - A[1, 2] * A[1, 2], A[0, 1] * A[2, 2] - A[1, 2] * A[0, 2]
     minor_2 = A[0, 1] * A[1, 2] - A[1, 1] * A[0, 2]
     return float(A[0, 0] * minor_0 - A[0, 1] * minor_1 + A[0, 2] * minor_2)
@@ -133,7 +133,7 @@ def _determinant(A: FloatArray) -> float:
 
 @compiled
 def _step(A: FloatArray, g: FloatArray, L: FloatArray, d: FloatArray, P: FloatArray) -> FloatArray:
-    """The step (3,) to the best fit in the directions of a projector, from ``d`` (3,) as seen from the prior.
+    """Return the step (3,) to the best fit in the directions of a projector, from ``d`` (3,) relative to the prior.
 
     The fit is at P d + x, with x in those directions and P (A + L) P x = P (g - L P d).
     """
@@ -153,7 +153,7 @@ def _step(A: FloatArray, g: FloatArray, L: FloatArray, d: FloatArray, P: FloatAr
 
 @compiled
 def _within(P: FloatArray, information: FloatArray) -> FloatArray:
-    """P I P (3, 3): what an information says in the directions of a projector alone."""
+    """Return P I P (3, 3): the part of an information in the directions of a projector."""
     return product(product(P, information), P)
 
 
@@ -184,7 +184,7 @@ def fuse(
 
 @compiled
 def _unconstrained(projector: FloatArray) -> FloatArray:
-    """The directions (K, 3) across those of a projector (3, 3)."""
+    """Return the directions (K, 3) orthogonal to those of a projector (3, 3)."""
     values, vectors = principal_axes(projector)
     directions, count = np.empty((3, 3)), 0
     for k in range(3):

@@ -19,13 +19,13 @@ from slam.sweep.job import Job
 ONE_THREAD: Final = dict.fromkeys(
     ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
-"""Environment of a worker: there are as many of them as processors, and sums must be made in the same order."""
+"""Environment of a worker: one thread, as there are as many workers as processors, and sums keep their order."""
 _PARENT_CHECK_PERIOD: Final = 1.0
-"""Seconds between two looks at whether the driver still lives."""
+"""Seconds between two checks whether the driver still runs."""
 
 
 class ProcessPool:
-    """``size`` workers, which stay warm from job to job; each has one job at a time.
+    """``size`` workers, which run one job after another.
 
     ``allowed`` is the code that the user allows: see slam/config/section.py.
     """
@@ -82,10 +82,10 @@ class _Worker:
         )
         with environment(ONE_THREAD), main_module_hidden():
             self._process.start()
-        far_end.close()  # the worker's alone, so that its death closes the pipe
+        far_end.close()  # only the worker holds it, so that its death closes the pipe
 
     def send(self, job: Job) -> bool:
-        """False where the process is gone."""
+        """Send a job; return False if the process has died."""
         try:
             self.pipe.send_bytes(job.model_dump_json().encode())
         except OSError:
@@ -94,7 +94,7 @@ class _Worker:
         return True
 
     def receive(self) -> FinishedJob | LostJob | None:
-        """Result that came through the pipe; None where there was no job."""
+        """Return the result from the pipe; None without a job."""
         job, self.job = self.job, None
         if job is None:
             return None
@@ -112,10 +112,10 @@ class _Worker:
 
 
 def _work(pipe: Connection, driver: int, runs: str, pictures: bool, allowed: Sequence[str]) -> None:
-    """Run jobs until the pipe is closed, or the driver (its process id) is gone: then stop at once, even in a run."""
+    """Run jobs until the pipe is closed or the driver (its process id) has died; then stop at once, even in a run."""
     os.setsid()  # Ctrl-C is for the driver, which then ends its workers
     threading.Thread(target=_exit_with, args=(driver,), daemon=True).start()
-    from slam.sweep.run_job import run_job  # here, so that the time it takes is the worker's
+    from slam.sweep.run_job import run_job  # here, so that the worker spends the time
 
     while (message := _next(pipe)) is not None:
         row = run_job(Job.model_validate_json(message), runs, pictures, allowed)
@@ -143,7 +143,7 @@ def _describe_exit(exitcode: int | None) -> str:
 
 @contextmanager
 def main_module_hidden() -> Iterator[None]:
-    """Hide the user's script, which a new process would run once more: nothing of it is needed there."""
+    """Hide the user's script, which a new process would otherwise run again."""
     main = sys.modules["__main__"]
     hidden: dict[str, Any] = {name: vars(main).pop(name) for name in ("__file__", "__spec__") if name in vars(main)}
     main.__spec__ = None

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.pose import FloatArray
 
 _SWEEPS = 6  # of rotations: after three or four of them what is off the diagonal of a (3, 3) has vanished
@@ -27,7 +27,7 @@ def product(A: FloatArray, B: FloatArray) -> FloatArray:
     return C
 
 
-@compiled
+@compiled_on_views
 def write(C: FloatArray, A: FloatArray) -> None:
     """Copy A (3, 3) to C."""
     for i in range(3):
@@ -35,7 +35,7 @@ def write(C: FloatArray, A: FloatArray) -> None:
             C[i, j] = A[i, j]
 
 
-@compiled
+@compiled_on_views
 def add(C: FloatArray, A: FloatArray) -> None:
     """Add A (3, 3) to C."""
     for i in range(3):
@@ -43,7 +43,7 @@ def add(C: FloatArray, A: FloatArray) -> None:
             C[i, j] += A[i, j]
 
 
-@compiled
+@compiled_on_views
 def subtract_product(C: FloatArray, A: FloatArray, B: FloatArray) -> None:
     """Subtract A B (3, 3) from C; none of them shares memory with C."""
     for i in range(3):
@@ -87,7 +87,7 @@ def inverse(A: FloatArray) -> FloatArray:
     return C
 
 
-@compiled
+@compiled_on_views
 def _factor(A: FloatArray) -> tuple[float, float, float, float, float, float]:
     """Return m, p, q, n, r, o of A = M M^T with M = [[m, 0, 0], [p, n, 0], [q, r, o]]; A (3, 3) by its upper half."""
     m = np.sqrt(A[0, 0])
@@ -120,7 +120,7 @@ def principal_axes(A: FloatArray) -> tuple[FloatArray, FloatArray]:
     return values, vectors
 
 
-@compiled
+@compiled_on_views
 def _turn(columns: FloatArray, p: int, q: int, c: float, s: float) -> None:
     """Turn two columns of three into each other."""
     for k in range(3):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.graph.pose_graph import Edges, linear_system
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
@@ -104,7 +104,7 @@ def _node_at(place: IntArray) -> IntArray:
     return node
 
 
-@compiled
+@compiled_on_views
 def _note(i: int, j: int, mark: IntArray, members: IntArray, size: int) -> int:
     """Write row ``i`` of column ``j``, if it is below the diagonal and new; return the new size."""
     if i > j and mark[i] != j:

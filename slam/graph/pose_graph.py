@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, wrap_angles
 from slam.small_matrices import product, times
@@ -144,7 +144,7 @@ def squared_errors(poses: FloatArray, edges: Edges) -> FloatArray:
     return _squared_errors(poses, edges.first, edges.second, edges.measured, edges.information)
 
 
-@compiled
+@compiled_on_views
 def _residual(first: FloatArray, second: FloatArray, measured: FloatArray, e: FloatArray) -> tuple[float, float]:
     """Write the residual (3,) of an edge; return the second node's position in the axes of the first."""
     c, s = np.cos(first[2]), np.sin(first[2])
@@ -197,7 +197,7 @@ def _normal_equations(
     return rows, columns, values, gradient
 
 
-@compiled
+@compiled_on_views
 def _fill_jacobian(heading: float, x: float, y: float, J: FloatArray) -> None:
     """Return the derivatives (3, 6) of a residual by the poses of its two nodes.
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.segments import IntArray
 from slam.motion_model import carried
 from slam.pose import FloatArray
@@ -60,7 +60,7 @@ def _surest(source: int, poses: FloatArray, begins: IntArray, end: IntArray, hop
     return best
 
 
-@compiled
+@compiled_on_views
 def _surest_unknown(cost: FloatArray, known: NDArray[np.bool_]) -> int:
     """The node of the least cost of those that are not known, -1 where no path leads to any."""
     least, node = np.inf, -1

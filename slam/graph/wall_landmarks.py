@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
@@ -125,7 +125,7 @@ def _pieces(
     return piece_of, sums[:count]
 
 
-@compiled
+@compiled_on_views
 def _fit(sums: FloatArray, seed: FloatArray, line: FloatArray) -> None:
     """Fit a line (4,) to sums (11,), by the scatter of points and normals; it faces the way of the seed's."""
     w, x, y = sums[W], sums[WX] / sums[W], sums[WY] / sums[W]
@@ -196,7 +196,7 @@ def _let_go(
             sums -= pieces[k]
 
 
-@compiled
+@compiled_on_views
 def _lies_on(piece: FloatArray, line: FloatArray, straight: float) -> bool:
     """Return True if a piece faces the way of a line and is within ``straight``, metres, and its uncertainty of it."""
     nx, ny, w = line[LINE_NX], line[LINE_NY], piece[W]

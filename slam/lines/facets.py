@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.learnt_noise import LearntNoise
 from slam.lines.range_noise import RangeNoise, range_variance
 from slam.lines.segments import IntArray, Segments
@@ -65,7 +65,7 @@ def _drop_truncated(facets: FloatArray, count: int, range_max: float, noise: Ran
     return kept
 
 
-@compiled
+@compiled_on_views
 def _cut(
     points: FloatArray, begin: int, stop: int, theta: float, noise: RangeNoise, length: float,
     facets: FloatArray, count: int,
@@ -98,7 +98,7 @@ def _cut(
     return count
 
 
-@compiled
+@compiled_on_views
 def _clusters(points: FloatArray, begin: int, stop: int, noise: RangeNoise, facets: FloatArray, count: int) -> int:
     """Write a facet without normal for each group of at least two neighbouring points off the segments."""
     i = begin

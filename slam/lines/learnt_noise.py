@@ -13,7 +13,7 @@ from typing import Final, Self
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.config import ChiSquareConfig, LineConfig
 from slam.lines.range_noise import ROUGHNESS, RangeNoise, noise_of_sensor
 from slam.pose import FloatArray
@@ -146,7 +146,7 @@ def _count_differences(counts: FloatArray, ranges: FloatArray, fan: FloatArray, 
                 counts[band, size] *= MEMORY / total
 
 
-@compiled
+@compiled_on_views
 def _quarter_octaves(x: float) -> int:
     """Return the whole quarters of an octave from 1 to ``x``: a faster logarithm."""
     mantissa, exponent = frexp(x)
@@ -184,7 +184,7 @@ def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
     return best_i + _peak(total[:, best_j].copy(), best_i), best_j + _peak(total[best_i], best_j)
 
 
-@compiled
+@compiled_on_views
 def _peak(values: FloatArray, k: int) -> float:
     """Return the offset from a greatest value to the peak of the parabola through it and its neighbours."""
     if k == 0 or k == len(values) - 1:

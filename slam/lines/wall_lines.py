@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.beam_sums import XX, XY, YY, X, Y
 from slam.lines.segments import IntArray
 from slam.lines.wall_runs import FIRST_BEAM, MEETS_NEXT
@@ -52,7 +52,7 @@ def wall_lines(
     return kept[:K], line[:K], line_cov[:K], ends[:K], ends_cov[:K]
 
 
-@compiled
+@compiled_on_views
 def _solve(totals: FloatArray, ab: FloatArray, cov: FloatArray) -> bool:
     """Solve for (a, b) of a x + b y = 1 and its covariance from the six sums; False if they are singular."""
     x, y, xx, xy, yy = totals[X], totals[Y], totals[XX], totals[XY], totals[YY]
@@ -64,7 +64,7 @@ def _solve(totals: FloatArray, ab: FloatArray, cov: FloatArray) -> bool:
     return True
 
 
-@compiled
+@compiled_on_views
 def _polar(ab: FloatArray, cov: FloatArray, line: FloatArray, line_cov: FloatArray) -> None:
     """Convert (a, b) and its covariance to [rho, theta]: rho = 1 / |(a, b)|, theta = atan2(b, a)."""
     a, b = ab[0], ab[1]
@@ -78,7 +78,7 @@ def _polar(ab: FloatArray, cov: FloatArray, line: FloatArray, line_cov: FloatArr
     line_cov[RHO, THETA] = line_cov[THETA, RHO] = ra * ta * aa + (ra * tb + rb * ta) * ab_ + rb * tb * bb
 
 
-@compiled
+@compiled_on_views
 def _end(
     ab: FloatArray, cov: FloatArray, c: float, s: float, spacing: float, end: FloatArray, end_cov: FloatArray
 ) -> None:
@@ -97,7 +97,7 @@ def _end(
     end_cov[0, 1] = end_cov[1, 0] = along_beam * c * s + step_x * step_y / 3.0
 
 
-@compiled
+@compiled_on_views
 def _corner(ab: FloatArray, cov: FloatArray, spacing: float, ends: FloatArray, ends_cov: FloatArray) -> None:
     """End two neighbours at their intersection, with the covariance that follows from both lines."""
     a0, b0, a1, b1 = ab[0, 0], ab[0, 1], ab[1, 0], ab[1, 1]

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.pose import FloatArray
 
 QUARTER: Final = 0.5 * np.pi
@@ -50,7 +50,7 @@ class Directions:
         self.main = _main(self._clusters, self.total)
 
 
-@compiled
+@compiled_on_views
 def _gather(clusters: FloatArray, walls: FloatArray) -> float:
     """Add every wall to the nearest cluster, or begin one in place of the lightest; return the metres."""
     metres = 0.0
@@ -72,7 +72,7 @@ def _gather(clusters: FloatArray, walls: FloatArray) -> float:
     return metres
 
 
-@compiled
+@compiled_on_views
 def _join(cluster: FloatArray, theta: float, metres: float, squares: float) -> None:
     """Add ``metres`` of wall in this direction, with their squared deviations from each other."""
     off = quarter_turn_difference(cluster[DIRECTION], theta)
@@ -86,7 +86,7 @@ def _join(cluster: FloatArray, theta: float, metres: float, squares: float) -> N
     cluster[METRES] += metres
 
 
-@compiled
+@compiled_on_views
 def _merge(clusters: FloatArray, grown: int) -> None:
     """Merge clusters whose means came near that of this one, the lighter into the heavier."""
     for k in range(len(clusters)):
@@ -111,7 +111,7 @@ def _main(clusters: FloatArray, total: float) -> FloatArray:
     return main[: count if metres >= MIN_SUPPORT * total else 0]
 
 
-@compiled
+@compiled_on_views
 def quarter_turn_difference(a: float, b: float) -> float:
     """Return the turn from direction ``a`` to ``b`` modulo a quarter turn, in [-pi / 4, pi / 4)."""
     quarters = (b - a) / QUARTER

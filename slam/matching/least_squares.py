@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.mapping.surfel_grid import Grid
 from slam.matching.normal_equations import fill_normal_equations
 from slam.pose import FloatArray
@@ -116,14 +116,14 @@ def _projector(A: FloatArray, weak: float) -> FloatArray:
     return projector
 
 
-@compiled
+@compiled_on_views
 def _surely_constrained(A: FloatArray, weak: float) -> bool:
     """Return True if surely no direction is weak: the least eigenvalue of three is at least 4 det / trace^2."""
     trace = A[0, 0] + A[1, 1] + A[2, 2]
     return bool(4.0 * _determinant(A) > max(weak * trace, MIN_INFORMATION) * trace * trace)
 
 
-@compiled
+@compiled_on_views
 def _determinant(A: FloatArray) -> float:
     """Return the determinant of a symmetric (3, 3)."""
     minor_0, minor_1 = A[1, 1] * A[2, 2] - A[1, 2] * A[1, 2], A[0, 1] * A[2, 2] - A[1, 2] * A[0, 2]

@@ -9,6 +9,7 @@ from typing import Final
 
 from slam.files.atomic_files import DRAFT, clear_drafts
 from slam.files.disk import disk
+from slam.files.links import is_lent
 
 READY: Final = ".ready"
 """Folder of new files that are all whole, and have not all taken their places yet."""
@@ -19,7 +20,8 @@ def folder_update(folder: Path, outdated: Iterable[str] = ()) -> Iterator[Path]:
     """A place for a folder with the new files of a run.
 
     When the block is left without an error, one rename decides that they count; then each takes its place, and those
-    that are ``outdated`` go. Killed after that rename, ``finish_update`` does the rest. Links in it are left out.
+    that are ``outdated`` go. Killed after that rename, ``finish_update`` does the rest. Files that were lent to it are
+    left out.
     """
     finish_update(folder)
     clear_drafts(folder)
@@ -28,7 +30,7 @@ def folder_update(folder: Path, outdated: Iterable[str] = ()) -> Iterator[Path]:
         new = draft / "run"
         yield new
         for path in new.iterdir():
-            if path.is_symlink():
+            if is_lent(path):
                 path.unlink()
         for name in outdated:
             (new / name).touch()

@@ -11,4 +11,4 @@ robot.
 
 
 class DecodeError(ValueError):
-    """Bytes that break the rules of their format; whoever reads the line drops them and goes on."""
+    """Bytes that break the rules of their format; the reader of the line drops them and continues."""

@@ -18,9 +18,9 @@ _LOG: Final = logging.getLogger("hopslam.p3dx")
 _BAUD_SEARCH: Final = (9600, 38400, 19200, 115200, 57600)
 _FAST_BAUD: Final = 38400
 _SENT: Final = 0.05
-"""Seconds after which a command has left, which a change of the bit rate would spoil: 9 bytes are 10 ms at 9600."""
+"""Seconds until a command has left the port, before the bit rate may change: 9 bytes take 10 ms at 9600 baud."""
 _BRAKING: Final = 2.5
-"""Seconds within which a robot stands that was told to stop."""
+"""Seconds within which a robot comes to rest after a stop command."""
 _TRIES: Final = 4
 _ROUNDS: Final = 3
 
@@ -45,10 +45,10 @@ def connect_robot(line: ArcosLine) -> Identity:
 
 
 def read_config(line: ArcosLine, otherwise: ArcosConfig | None = None) -> ArcosConfig:
-    """Return the settings in the robot's FLASH; those that it does not say are those of ``otherwise``, with a warning.
+    """Return the settings in the robot's FLASH; missing ones are taken from ``otherwise``, with a warning.
 
-    A packet whose checksum is wrong is believed when it comes twice alike. RobotError when nothing comes and there is
-    nothing else to take.
+    A packet with a wrong checksum is accepted if it arrives twice alike. RobotError if none arrives and ``otherwise``
+    is None.
     """
     packet = _config_packet(line)
     config = ArcosConfig() if packet is None else ArcosConfig.decode(packet)
@@ -67,7 +67,7 @@ def read_config(line: ArcosLine, otherwise: ArcosConfig | None = None) -> ArcosC
 
 
 def _config_packet(line: ArcosLine) -> bytes | None:
-    """Ask for CONFIGpac, and return it; None when none comes."""
+    """Request CONFIGpac, and return it; None if none arrives."""
     for _ in range(_TRIES):
         line.send(Command(CommandId.CONFIG, 1))
         packet = line.wait_for(lambda data: data[0] == CONFIG_PACKET, 2.0 * ANSWER)
@@ -81,7 +81,7 @@ def _config_packet(line: ArcosLine) -> bytes | None:
 
 
 def speed_up(line: ArcosLine, config: ArcosConfig) -> None:
-    """Change to a bit rate that has room for every report, where the robot allows it; back again when it fails."""
+    """Change to a bit rate that is fast enough for every report, if the robot allows it; change back on failure."""
     slow = line.port.baud
     if config.autobaud != AUTOBAUD_SWITCH or not line.port.has_baud or slow >= _FAST_BAUD:
         return
@@ -101,9 +101,9 @@ def disconnect_robot(line: ArcosLine) -> None:
 
 
 def _synchronise(line: ArcosLine) -> Identity | Literal["closed"] | None:
-    """Send SYNC0, SYNC1 and SYNC2, each echoed, or close a robot that was left open; None when none answers.
+    """Send SYNC0, SYNC1 and SYNC2, each echoed, or close a robot that was left open; None if none answers.
 
-    STOP comes first: for a robot that was left open SYNC0 is PULSE, upon which it may take up its last velocity.
+    STOP comes first: a robot that was left open takes SYNC0 as PULSE, and might resume its last velocity.
     """
     line.send(Command(CommandId.STOP))
     for number in (0, 1, SYNC2):

@@ -1,4 +1,4 @@
-"""The operator's keyboard: what is typed on the terminal that standard input is."""
+"""Keyboard of the operator: input typed on the terminal."""
 
 import sys
 from collections.abc import Callable
@@ -6,11 +6,11 @@ from time import sleep
 from typing import Final
 
 _LOOK: Final = 0.1
-"""Seconds between two checks whether the program must end."""
+"""Seconds between two calls of ``over``."""
 
 
 def forget_typed() -> None:
-    """Drop what was typed until now."""
+    """Discard everything typed before this call."""
     if sys.platform == "win32":
         import msvcrt
 
@@ -23,7 +23,7 @@ def forget_typed() -> None:
 
 
 def typed_line(over: Callable[[], bool]) -> str:
-    """Wait for a line; an empty one once the program is ``over``."""
+    """Return the next line typed; an empty string once ``over`` returns True."""
     if sys.platform == "win32":  # where select takes sockets only
         import msvcrt
 

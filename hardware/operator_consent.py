@@ -12,7 +12,10 @@ _QUESTION: Final = "The robot is about to move. Is its way free, and a hand at t
 
 
 class OperatorConsent:
-    """Given once for a run, and asked for again after somebody stopped the robot by hand, or suspended the program."""
+    """Consent to motion, given once for a run.
+
+    It is asked again after somebody stopped the robot or suspended the program.
+    """
 
     _known_suspensions: ClassVar[int] = 0
 
@@ -22,13 +25,13 @@ class OperatorConsent:
         count_suspensions()  # from now on
 
     def ask(self, over: Callable[[], bool]) -> None:
-        """Wait for an answer; once the program is ``over`` none is needed.
+        """Wait for an answer; none is needed once the program is ``over``.
 
-        RobotError where it is refused, or where there is no terminal to ask on.
+        RobotError if consent is refused, or if there is no terminal to ask on.
         """
         if not sys.stdin.isatty():
             raise RobotError(f"the robot would move, and nobody can be asked here; {self._cure}")
-        forget_typed()  # an answer is typed after its question
+        forget_typed()  # input from before the question does not count
         print(_QUESTION, end="", flush=True)
         answer = typed_line(over).strip().lower()
         if over():
@@ -40,16 +43,16 @@ class OperatorConsent:
         self.given = True
 
     def withdraw(self) -> None:
-        """Ask again, as somebody stopped the robot, unless consent was given for all cases."""
+        """Ask again, as somebody stopped the robot, unless ``yes`` was given."""
         self.given = self._always
 
     def revoke(self) -> None:
-        """Ask again in any case, as the program was suspended, and nobody knows for how long."""
+        """Ask again in any case, as the program was suspended for an unknown time."""
         self._always = self.given = False
         self._cure = "the program was suspended: start it again"
 
     def revoke_after_suspension(self) -> None:
-        """Revoke consent where the program was suspended since a robot of it last called this, or since it began."""
+        """Revoke consent if the program was suspended since the last call."""
         if count_suspensions() > OperatorConsent._known_suspensions:
             self.revoke()
         OperatorConsent._known_suspensions = count_suspensions()

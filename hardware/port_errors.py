@@ -30,7 +30,7 @@ _REASONS: Final = {
     errno.ENETUNREACH: "there is no way to that network; is this computer connected?",
 }
 _IN_WORDS: Final = re.compile(r"Error\((\d+),")
-"""The number of a cause that is given in words only, as pyserial does on Windows: ``PermissionError(13, ...)``."""
+"""Number of a cause that pyserial gives only as text on Windows, such as ``PermissionError(13, ...)``."""
 _URL_FORM: Final = "a port over the network is {scheme}://HOST:NUMBER, such as {scheme}://192.168.1.7:4001"
 
 
@@ -58,7 +58,7 @@ def _has_host_and_number(url: str) -> bool:
     try:
         parts = urlsplit(url)
         return bool(parts.hostname) and bool(parts.port)
-    except ValueError:  # the number is none, or too large
+    except ValueError:  # not a number, or too large
         return False
 
 
@@ -69,13 +69,13 @@ def _causes(error: BaseException | None) -> Iterator[BaseException]:
 
 
 def _number(error: BaseException) -> int | None:
-    """Return the number of an error of the operating system; termios has exceptions of its own kind."""
+    """Return the number of an error of the operating system; termios has an exception class of its own."""
     number = getattr(error, "errno", None) or (error.args[0] if error.args else None)
     return number if isinstance(number, int) and number > 0 else None
 
 
 def _number_in_words(words: str) -> int | None:
-    """Return the number that pyserial has written into its message; a port that was open is gone, whatever it says."""
+    """Return the error number in a message of pyserial; a port that was already open is gone, whatever the number."""
     found = _IN_WORDS.search(words)
     if found is None or "Cannot configure port" in words:
         return None
@@ -83,7 +83,7 @@ def _number_in_words(words: str) -> int | None:
 
 
 def _not_permitted(path: Path) -> str:
-    """Name the group that may use a port; on Windows all may, one at a time."""
+    """Return the name of the group that may use a port; on Windows everybody may, one at a time."""
     if sys.platform == "win32":
         return _REASONS[errno.EBUSY]
     import grp

@@ -17,11 +17,11 @@ from hardware.stream_watch import StreamWatch
 from slam.errors import OutputLost, RobotError
 
 _CLOSE: Final = 0
-"""Number that no signal has: it ends the thread."""
+"""Wake-up number that is not a signal; it ends the thread."""
 _BEAT: Final = 0.1
 """Seconds between two looks at the clock."""
 _GAP: Final = 0.5
-"""Seconds without a look that only a suspended program has; SIGCONT also comes to one whose terminal is closed."""
+"""Seconds without a check that only a suspended program has; SIGCONT also comes to one whose terminal is closed."""
 _lock: Final = threading.Lock()
 _current: _ProcessWatch | None = None
 """The watch of this process; None while it has no robot."""
@@ -31,7 +31,7 @@ class StopCallbacks(NamedTuple):
     """Two ways to stop one robot; both may be called from any thread."""
 
     end: Callable[[str, RobotError | None], None]
-    """Stop for good, for this reason; the error is what the robot should raise from then on, if any."""
+    """Stop for good, for this reason; later calls of the robot raise the error, if any."""
     suspend: Callable[[str], None]
     """Stop until somebody agrees again, for this reason."""
 
@@ -40,10 +40,10 @@ class StopCallbacks(NamedTuple):
 def process_watch(stop: StopCallbacks) -> Iterator[Callable[[], None]]:
     """Watch this process for the robot, on a thread that all robots of the process share, while the block runs.
 
-    ``stop.end`` is called once the program was told to end, has lost its terminal or the reader of its output, or one
-    of its threads failed. ``stop.suspend`` is called before the program is suspended, which then happens, and after it
-    was. What ends a process without a signal that it can handle, SIGKILL and SIGSTOP, is not seen. Yields a function to
-    call with every command: it takes signals back that an event loop has asked for since.
+    ``stop.end`` is called if the program is told to end, loses its terminal or the reader of its output, or one of its
+    threads fails. ``stop.suspend`` is called before the program is suspended, and after it. SIGKILL and SIGSTOP cannot
+    be handled, and are not seen. Yields a function to call with every command: it takes back signals that an event loop
+    has claimed since.
     """
     global _current
     with _lock:
@@ -58,7 +58,7 @@ def process_watch(stop: StopCallbacks) -> Iterator[Callable[[], None]]:
 
 
 class _ProcessWatch:
-    """A thread that is woken by numbers of signals at a socket and by hang-ups of streams, and hooks for exceptions."""
+    """Thread that is woken by signal numbers at a socket and by hang-ups of streams, and hooks for exceptions."""
 
     def __init__(self) -> None:
         self._stops: list[StopCallbacks] = []
@@ -75,16 +75,16 @@ class _ProcessWatch:
         self._thread.start()
 
     def add(self, stop: StopCallbacks) -> None:
-        """Stop this robot, too: at once where the reader of the output is gone already."""
+        """Stop this robot too; at once if the reader of the output is already gone."""
         self._stops.append(stop)
         self.signals.install()
         if self._over is not None:
             stop.end(*self._over)
 
     def remove(self, stop: StopCallbacks) -> bool:
-        """Forget this robot, and return whether it was the last one, so that the watch is over.
+        """Forget this robot, and return True if it was the last one, so that the watch ends.
 
-        Only the main thread can give the signals back. Without it the watch goes on, with nothing to stop.
+        Only the main thread can restore the signal handlers. Without it the watch goes on, with nothing to stop.
         """
         self._stops.remove(stop)
         if self._stops or not self.signals.remove():
@@ -112,7 +112,7 @@ class _ProcessWatch:
         self._end(reason, error)
 
     def _receive(self, numbers: bytes) -> bool:
-        """Act on these signals; False once the watch is over."""
+        """Act on these signals; return False once the watch is over."""
         for number in numbers:
             if number == _CLOSE:
                 return False
@@ -144,7 +144,7 @@ class _ProcessWatch:
         self._hooks[0](failure)
 
     def _call_failed(self, failure: sys.UnraisableHookArgs) -> None:
-        """Stop the robot where a thread of the module ``_thread`` fails, and for no other failure of this kind."""
+        """Stop the robot if a thread of the module ``_thread`` fails, and for no other such failure."""
         if "thread" in (failure.err_msg or ""):
             self._fail("a thread", failure.exc_type, failure.exc_value)
         self._hooks[2](failure)
@@ -159,7 +159,10 @@ class _ProcessWatch:
 
 
 def _forget() -> None:
-    """Forget the watch in a forked child, which has handlers but no thread; its signals are not its parent's."""
+    """Forget the watch in a forked child, which has handlers but no thread.
+
+    The signals of the child are not for the parent.
+    """
     global _current
     if _current is not None:
         _current = None

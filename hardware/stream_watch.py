@@ -1,4 +1,4 @@
-"""Standard streams that hang up: a terminal is closed, or the reader of the output ends."""
+"""Hang-ups of the standard streams: a terminal is closed, or the reader of the output ends."""
 
 import os
 import select
@@ -11,10 +11,10 @@ _STREAMS: Final = {0: "standard input", 1: "standard output", 2: "standard error
 
 
 class StreamWatch:
-    """Waits for bytes at a socket, and for hang-ups of the streams, of which Windows tells nobody.
+    """Waits for bytes at a socket and for hang-ups of the standard streams; Windows does not report hang-ups.
 
-    A stream on a terminal is watched, and a pipe or socket by which output is read. Standard input from a file or a
-    pipe is not.
+    It watches streams on a terminal, and pipes and sockets that others read. Standard input from a file or a pipe is
+    not among them.
     """
 
     def __init__(self, wake: socket.socket) -> None:
@@ -29,7 +29,7 @@ class StreamWatch:
             self._poll.register(wake, select.POLLIN)
 
     def wait(self, timeout: float) -> tuple[bool, list[str]]:
-        """Wait so many seconds at most; returns whether bytes have come, and the names of streams that are lost now."""
+        """Wait at most so many seconds; return whether bytes arrived, and the names of the streams that were lost."""
         if sys.platform == "win32":
             return bool(select.select([self._wake], [], [], timeout)[0]), []
         ready = [fd for fd, _ in self._poll.poll(1e3 * timeout)]

@@ -17,7 +17,7 @@ from slam.scenario.schema import Scenario
 
 
 class BulletRobot(RobotInWorld):
-    """A PyBullet world of its own, ``rate`` physics steps a second."""
+    """A robot in its own PyBullet world, with ``rate`` physics steps per second."""
 
     def __init__(self, scenario: Scenario, robot: RobotConfig, rate: int) -> None:
         movables = scenario.world.movables()
@@ -114,7 +114,7 @@ class BulletRobot(RobotInWorld):
         return self._furniture.places
 
     def _step(self) -> None:
-        """Let one control step pass, then read the encoders."""
+        """Run one control step, then read the encoders."""
         world, base = self._world, self._base
         for _ in range(self._steps_per_control):
             world.step()

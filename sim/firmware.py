@@ -15,27 +15,27 @@ from slam.compiled import compiled_on_views
 WATCHDOG: Final = 2.0
 """Seconds without a command after which ARCOS stops the robot (AMRISim, world.inc)."""
 MOTOR_TORQUE: Final = 1.2
-"""N m at a wheel, the most that the firmware lets it push; 25 N for both. The 9 kg robot climbs the 25 % of its data
-sheet with 21 N, and its ramps need 5 N. Tyres on a dry floor hold more than that (``Traction.friction``)."""
+"""N m at a wheel, the most that the firmware allows; 25 N for both. The 9 kg robot needs 21 N for the 25 % slope of its
+data sheet, and 5 N for its ramps. Tyres on a dry floor hold more than that (``Traction.friction``)."""
 DRAG_TORQUE: Final = 0.3
-"""N m with which the gears hold a wheel whose motor is cut. The value is ours."""
+"""N m with which the gears hold a wheel whose motor is cut. Our choice."""
 STALL_TIME: Final = 0.3
-"""Seconds at full torque with standing wheels after which the motors are cut."""
+"""Seconds at full torque with a wheel at rest after which the motors are cut."""
 RECOVERY_TIME: Final = 0.3
-"""Seconds for which they stay cut."""
+"""Seconds for which the motors stay cut."""
 STANDING: Final = 0.02
-"""Rim speed up to which a wheel counts as standing, m/s."""
+"""Rim speed up to which a wheel counts as at rest, m/s."""
 
 
 class StallGuard:
-    """Decides when the motors are cut, by a look at both wheels in each of ``rate`` control steps a second."""
+    """Decides when the motors are cut; it is called in each of ``rate`` control steps per second."""
 
     def __init__(self, rate: int) -> None:
         self._patience = round(STALL_TIME * rate)
         self._rest = round(RECOVERY_TIME * rate)
         self._in_vain = self._in_order = self._cut_for = 0  # control steps
         self.stalled = False
-        """True from when the motors are cut until they have worked in order for STALL_TIME."""
+        """True from the time the motors are cut until they have turned normally for STALL_TIME."""
 
     @property
     def engaged(self) -> bool:
@@ -43,7 +43,10 @@ class StallGuard:
         return self._cut_for == 0
 
     def watch(self, speeds: Sequence[float], torques: Sequence[float], limit: float) -> None:
-        """Account for one control step that ended with these rim speeds, m/s, and torques, of at most ``limit``."""
+        """Account for one control step that ended with these rim speeds, m/s, and torques.
+
+        ``limit`` is the largest torque.
+        """
         if not self.engaged:
             self._cut_for -= 1
             return
@@ -56,9 +59,9 @@ class StallGuard:
 
 
 def is_stalling(speeds: Sequence[float], torques: Sequence[float], limit: float) -> bool:
-    """Tell whether a motor strains at its limit and a wheel stands, while no wheel turns with ease.
+    """Return True if a motor is at its limit and its wheel at rest, while no wheel turns freely.
 
-    A wheel that turns with ease swings the robot around what it has met.
+    A wheel that turns freely swings the robot around the obstacle.
     """
     standing = [abs(speed) <= STANDING for speed in speeds]
     straining = [abs(torque) > 0.99 * limit for torque in torques]
@@ -67,9 +70,9 @@ def is_stalling(speeds: Sequence[float], torques: Sequence[float], limit: float)
 
 @compiled_on_views
 def ramped(speed: float, target: float, rise: float, fall: float) -> float:
-    """Speed one control step later: it grows by at most ``rise`` and shrinks by at most ``fall``.
+    """Return the speed one control step later: it grows by at most ``rise`` and shrinks by at most ``fall``.
 
-    A reversal goes through zero: it falls first and rises afterwards.
+    A reversal passes through zero: the speed falls first and rises afterwards.
     """
     if speed * target < 0.0:
         target = 0.0

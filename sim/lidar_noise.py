@@ -13,9 +13,9 @@ from slam.scenario.lidar_config import LidarConfig, NoiseName
 
 
 def measure(ranges: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator) -> FloatArray:
-    """Readings for these true ranges (N,), metres, inf where nothing stands, ``time`` seconds after the start.
+    """Turn true ranges (N,), metres, inf without an obstacle, into readings, ``time`` seconds after the start.
 
-    Any call with the same number of beams and the same ``noise`` draws as many random numbers.
+    Calls with the same number of beams and the same ``noise`` draw the same number of random numbers.
     """
     normal, uniform = rng.standard_normal(len(ranges)), rng.random(len(ranges))
     ranges = NOISES[config.noise](ranges, normal, time, config, rng)
@@ -48,20 +48,23 @@ def _realistic(
 
 
 Noise = Callable[[FloatArray, FloatArray, float, LidarConfig, np.random.Generator], FloatArray]
-"""Noisy ranges (N,) from true ranges, N normal random numbers, the time and the lidar; it may draw more numbers."""
+"""Function that returns noisy ranges (N,) from true ranges, N normal random numbers, the time and the lidar.
+
+It may draw more random numbers.
+"""
 NOISES: Final[dict[NoiseName, Noise]] = {
     "paper": _table_1,
     "datasheet": _data_sheet,
     "realistic": _realistic,
     "none": lambda ranges, *_: ranges,
 }
-"""Every noise by its name in the scenario."""
+"""Every kind of noise by its name in the scenario."""
 
 
 def quantised(ranges: FloatArray, model: LidarModel) -> FloatArray:
-    """Round ranges (N,) to the nearest step from ``range_min``, in whole micrometres, which logs keep to the bit.
+    """Round ranges (N,) to the nearest step from ``range_min``, in whole micrometres, which logs keep exactly.
 
-    Beyond the reach they are inf, closer than ``range_min`` -inf (REP-117).
+    Ranges above ``range_max`` become inf, below ``range_min`` -inf (REP-117).
     """
     stepped = np.array(ranges, np.float64)
     quantise(stepped, model.lidar.range_min, model.lidar.range_max, model.resolution)
@@ -69,7 +72,7 @@ def quantised(ranges: FloatArray, model: LidarModel) -> FloatArray:
 
 
 def _within(ranges: FloatArray, normal: FloatArray, bound: tuple[float, float, float], sigmas: float) -> FloatArray:
-    """Add Gaussian noise, bounded by so many standard deviations: near (m) up to near_range (m), far x range beyond."""
+    """Add Gaussian noise, bounded in standard deviations: near (m) up to near_range (m), far x range beyond."""
     near, near_range, far = bound
     noisy = np.array(ranges, np.float64)
     add_bounded_noise(noisy, near / sigmas, near_range, far / sigmas, normal)
@@ -86,7 +89,7 @@ def add_bounded_noise(ranges: FloatArray, near: float, near_range: float, far: f
 
 @compiled_on_views
 def quantise(ranges: FloatArray, range_min: float, range_max: float, resolution: float) -> None:
-    """Round ranges (N,) in place, as ``quantised`` does but for the last bits."""
+    """Round ranges (N,) in place, as ``quantised`` does except for the last bits."""
     last = np.rint((range_max - range_min) / resolution)
     for j in range(len(ranges)):
         steps = np.rint((ranges[j] - range_min) / resolution)

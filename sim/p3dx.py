@@ -15,9 +15,10 @@ from slam.scenario.robot_config import RobotConfig
 
 
 class P3dx:
-    """The base in the engine, with its motors; call ``control`` before every control step, ``control_rate`` a second.
+    """The base in the engine, with its motors.
 
-    Frames: base_link lies on the floor under the axle's middle.
+    Call ``control`` before every control step, ``control_rate`` times a second. Frames: base_link lies on the floor
+    under the axle's middle.
     """
 
     def __init__(self, world: World, config: RobotConfig) -> None:
@@ -30,7 +31,7 @@ class P3dx:
         self._find_joints = world.bullet.prepared(pybullet.getJointStates, self._body, self._wheels)
         self._find_base = world.bullet.prepared(pybullet.getBasePositionAndOrientation, self._body)
         self._rolling = [0.0, 0.0]  # rad/s, of the simulated wheels
-        self._torques = [MOTOR_TORQUE, MOTOR_TORQUE]  # N m, at most
+        self._torques = [MOTOR_TORQUE, MOTOR_TORQUE]  # N m, the largest
         self._set_motors = world.bullet.prepared(
             pybullet.setJointMotorControlArray,
             self._body,
@@ -48,14 +49,14 @@ class P3dx:
     def park_far_away(self) -> None:
         """Move far from everything.
 
-        The engine then forgets what the robot was near, which ``World.restore`` does not undo, and in whose order
-        contacts are solved.
+        The engine then forgets the robot's neighbours, which ``World.restore`` does not undo, and which decide the
+        order in which contacts are solved.
         """
         self._world.park_far_away(self._body, 0)
         self._world.bullet.call(pybullet.performCollisionDetection)
 
     def restart(self) -> None:
-        """Stand still without a command, for a world that is back at its start."""
+        """Stop, without a command, for a world that was restored to its start."""
         self._target = self.setpoint = Twist2D()
         self._watchdog_step = 0
         self._rims = 0.0, 0.0  # m/s, of the simulated wheels
@@ -64,7 +65,7 @@ class P3dx:
         self._run_motors()
 
     def command(self, twist: Twist2D) -> Twist2D:
-        """Ask for a velocity; the answer is the one within the limits that the ramps now lead to."""
+        """Command a velocity; return it clipped to the limits, which the ramps now approach."""
         if not (isfinite(twist.linear) and isfinite(twist.angular)):
             raise RobotError(f"cannot drive at {twist}: both speeds must be finite numbers")
         limits = self._config.limits
@@ -82,28 +83,28 @@ class P3dx:
             self._run_motors()
 
     def set_velocity(self, setpoint: Twist2D) -> None:
-        """Turn the wheels at this speed from now on: for a firmware with limits, ramps and a watchdog of its own."""
+        """Turn the wheels at this speed from now on, for a firmware with its own limits, ramps and watchdog."""
         if self._guard.engaged and setpoint != self.setpoint:
             self.setpoint = setpoint
             self._run_motors()
 
     @property
     def place(self) -> tuple[float, float, float]:
-        """The truth, ``T_map_base``, as x, y, theta; theta in [-pi, pi]."""
+        """True pose ``T_map_base`` as x, y, theta; theta in [-pi, pi]."""
         (px, py, _), (qx, qy, qz, qw) = self._find_base()
         xx, xy = 1.0 - 2.0 * (qy * qy + qz * qz), 2.0 * (qx * qy + qz * qw)  # the base's x axis in the map
-        zx, zy = 2.0 * (qx * qz + qy * qw), 2.0 * (qy * qz - qx * qw)  # and its z axis
+        zx, zy = 2.0 * (qx * qz + qy * qw), 2.0 * (qy * qz - qx * qw)  # the base's z axis in the map
         x = px - self._com_x * xx - self._com_z * zx  # PyBullet's position is the centre of mass, which has y = 0
         y = py - self._com_x * xy - self._com_z * zy
         return x, y, atan2(xy, xx)
 
     @property
     def pose(self) -> Pose2D:
-        """The truth, ``T_map_base``."""
+        """True pose ``T_map_base``."""
         return Pose2D(*self.place)
 
     def read_encoders(self) -> Ticks:
-        """Encoder counts of both wheels now."""
+        """Present encoder counts of both wheels."""
         (left, left_speed, _, left_torque), (right, right_speed, _, right_torque) = self._find_joints()
         self._rims = WHEEL_RADIUS * left_speed, WHEEL_RADIUS * right_speed
         self._watch((left_torque, right_torque))
@@ -112,16 +113,16 @@ class P3dx:
 
     @property
     def twist(self) -> Twist2D:
-        """Velocity of the base at the last reading of the encoders, as its simulated wheels say."""
+        """Velocity of the base at the last reading of the encoders, computed from its simulated wheels."""
         return Twist2D.from_wheels(*self._rims, TRACK)
 
     @property
     def stalled(self) -> bool:
-        """True while the motors have stalled, as the last readings of the encoders say: see ``StallGuard``."""
+        """True while the motors are stalled at the last reading of the encoders: see ``StallGuard``."""
         return self._guard.stalled
 
     def contacts(self) -> list[Contact]:
-        """Places where the body touched anything but the floor in the last physics step."""
+        """Return the points where the body touched anything but the floor in the last physics step."""
         if not (found := self._find_contacts()):
             return []
         floor, movables = self._world.floor, self._world.movables
@@ -137,7 +138,7 @@ class P3dx:
         )
 
     def _watch(self, torques: Pair) -> None:
-        """Cut the motors, or give them power again, as the guard decides; the ramps then begin at rest."""
+        """Cut the motors, or power them again, as the guard decides; the ramps then begin at rest."""
         engaged = self._guard.engaged
         self._guard.watch(self._rims, torques, MOTOR_TORQUE)
         if self._guard.engaged != engaged:
@@ -146,7 +147,7 @@ class P3dx:
             self._run_motors()
 
     def _run_motors(self) -> None:
-        """Turn the wheels as the firmware believes that the setpoint needs."""
+        """Turn the wheels at the speeds that the firmware computes for the setpoint."""
         believed = self._config.odometry
         left, right = self.setpoint.to_wheels(believed.track)
         self._rolling[:] = self._traction.to_simulated(left / believed.left_radius, right / believed.right_radius)
@@ -158,7 +159,7 @@ class P3dx:
             str(asset(P3DX_URDF)),
             [start.x, start.y, 0.0],
             [0.0, 0.0, sin(start.theta / 2.0), cos(start.theta / 2.0)],
-            flags=pybullet.URDF_USE_INERTIA_FROM_FILE,  # else it is computed anew from the collision shapes
+            flags=pybullet.URDF_USE_INERTIA_FROM_FILE,  # otherwise it is recomputed from the collision shapes
         )
         return body
 

@@ -15,7 +15,8 @@ from slam.scenario.robot_config import Traction, WheelErrors
 WHEEL_RADIUS: Final = 0.0975
 """Radius of the wheels in p3dx.urdf, metres."""
 TICKS_PER_TURN: Final = 76_600
-"""Encoder ticks a turn: 500 lines, read on 4 edges, behind a 38.3:1 gear; 125 ticks/mm, the vendor's table says 128."""
+"""Encoder ticks per turn: 500 lines, read on 4 edges, behind a 38.3:1 gear; 125 ticks/mm, the vendor's table says
+128."""
 TICKS_PER_RADIAN: Final = TICKS_PER_TURN / (2.0 * pi)
 TRACK: Final = 0.330
 """Distance between the wheels in p3dx.urdf, metres."""
@@ -25,11 +26,11 @@ ANGLE_UNIT: Final = 2.0 * pi / 4096
 """Unit of headings in ARCOS, radians: AngleConvFactor of p3dx-sh.p."""
 
 Pair = tuple[float, float]
-"""One value of the left wheel, one of the right."""
+"""A value for each wheel, left and right."""
 
 
 class Ticks(NamedTuple):
-    """Both wheel encoders, counted from where the robot was put down; forward is positive."""
+    """Both wheel encoders, counted from the start; forward is positive."""
 
     left: int
     right: int
@@ -48,11 +49,11 @@ class TractionModel:
         self._det = kept * kept * scrub
 
     def to_simulated(self, left: float, right: float) -> Pair:
-        """Motion of the simulated wheels for this one of the robot's; angles or speeds."""
+        """Convert motion of the robot's wheels to that of the simulated ones; angles or speeds."""
         return self.same * left + self.other * right, self.other * left + self.same * right
 
     def to_robot(self, left: float, right: float) -> Pair:
-        """Motion of the robot's wheels for this one of the simulated: the inverse of ``to_simulated``."""
+        """Convert motion of the simulated wheels to that of the robot's: the inverse of ``to_simulated``."""
         a, b = self.same / self._det, self.other / self._det
         return a * left - b * right, a * right - b * left
 
@@ -82,14 +83,14 @@ class WheelOdometry:
 
     @property
     def pose(self) -> Pose2D:
-        """``T_odom_base`` as it is reported."""
+        """``T_odom_base`` as reported."""
         pose = self._T_odom_base
         if not self._errors.firmware_units:
             return pose
         return Pose2D(rounded(pose.x, MILLIMETRE), rounded(pose.y, MILLIMETRE), rounded(pose.theta, ANGLE_UNIT))
 
     def mean_twist(self, time: float) -> Twist2D:
-        """Mean velocity since the last call, as it is reported at ``time`` seconds; 0 where no time passed."""
+        """Return the mean velocity since the last call, as reported at ``time`` seconds; 0 if no time passed."""
         rate = 1.0 / (time - self._time) if time > self._time else 0.0
         left, right = self._left * rate, self._right * rate
         if self._errors.firmware_units:
@@ -99,10 +100,13 @@ class WheelOdometry:
         return Twist2D.from_wheels(left, right, self._errors.track)
 
     def _travel(self, ticks: int, radius: float) -> float:
-        """Metres that a wheel believed of this radius rolled; the variance of the error grows with the way."""
-        way = ticks * (2.0 * pi / TICKS_PER_TURN) * radius
+        """Return the metres that a wheel with this assumed radius rolled.
+
+        The error's variance grows with the distance.
+        """
+        distance = ticks * (2.0 * pi / TICKS_PER_TURN) * radius
         noise = self._errors.travel_noise
-        return way + noise * sqrt(abs(way)) * self._rng.standard_normal() if noise else way
+        return distance + noise * sqrt(abs(distance)) * self._rng.standard_normal() if noise else distance
 
 
 def rounded(value: float, unit: float) -> float:

@@ -5,7 +5,7 @@ from typing import Self
 
 
 class Closing(ABC):
-    """A context manager that is closed when its block is left, for whatever reason."""
+    """A context manager that is closed at the end of its block, whatever the reason."""
 
     def __enter__(self) -> Self:
         return self
@@ -15,4 +15,4 @@ class Closing(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Give everything back; leaving the block does it too."""
+        """Release everything; the end of the block does it too."""

@@ -1,7 +1,7 @@
 """Machine code of a hot loop, made once: together with the code of all that it calls."""
 
 # mypy: disable-error-code="no-untyped-call"
-# numba's classes have types in part.
+# numba's classes are typed only in part.
 
 import gc
 from collections.abc import Iterator
@@ -15,11 +15,11 @@ from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 
 @contextmanager
 def making_code(target_context: Any) -> Iterator[None]:
-    """Let numba make the code of this module; the caller holds numba's lock.
+    """Let numba compile this module; the caller holds numba's lock.
 
-    Garbage waits until then: numba makes so many objects that looking for it takes a twelfth of the time.
+    Garbage collection is off meanwhile: with numba's many objects it would take a twelfth of the time.
     """
-    from numba.np import arrayobj  # 0.03 s, not spent where slam is only imported
+    from numba.np import arrayobj  # 0.03 s, not spent if slam is only imported
 
     collects = gc.isenabled()
     gc.disable()
@@ -35,16 +35,17 @@ def making_code(target_context: Any) -> Iterator[None]:
 
 
 def makes_code(target_context: Any) -> bool:
-    """Return True where a hot loop is just being compiled; what is compiled now is called by it."""
+    """Return True if a hot loop is being compiled; the present function is then called by it."""
     return isinstance(target_context.codegen(), _CodeGenerator)
 
 
 class _Code(JITCodeLibrary):
-    """Code of a function, optimised when Python first asks for it, with copies of all that it calls.
+    """Code of a function, optimised when Python first asks for it, with copies of all its callees.
 
-    numba optimises a function alone, and once more with each of its callers and theirs. Here a function that only
-    compiled code calls is a part of its callers, and never finished. A caller has copies of its own: optimised with
-    it, they may add in another order than the callee alone, and the bits must not depend on which was compiled before.
+    numba optimises a function alone, and again with each of its direct and indirect callers. Here a function that only
+    compiled code calls is a part of its callers, and never optimised alone. A caller has its own copies: optimised with
+    the caller, they may add in another order than the callee alone, and results must not depend on which was compiled
+    first.
     """
 
     _alone: Any = None
@@ -56,11 +57,11 @@ class _Code(JITCodeLibrary):
         self._linking_libraries.append(library)
 
     def get_pointer_to_function(self, name: str) -> Any:
-        """Return the address of a function, 0 where there is none: parts have no entry for Python."""
+        """Return the address of a function, 0 if it has none: parts have no entry for Python."""
         return super().get_pointer_to_function(name) if self._finalized or self._has(name) else 0
 
     def finalize(self) -> None:
-        """Link and optimise; the parts that this is made from stay as they are, for other callers."""
+        """Link and optimise; the parts stay unchanged for other callers."""
         self._alone, self._final_module = self._final_module, self._final_module.clone()
         own = {function.name for function in self._alone.functions if not function.is_declaration}
         for library in self._callees():
@@ -76,7 +77,10 @@ class _Code(JITCodeLibrary):
 
     @cached_property
     def part(self) -> Any:
-        """Code of this function alone, which its callers link; the same helper of numba's may be in two of them."""
+        """Return the code of this function alone, which its callers link.
+
+        Two of them may contain the same helper of numba's.
+        """
         module = (self._alone or self._final_module).clone()
         for function in module.functions:
             if not function.is_declaration and function.linkage == Linkage.external:
@@ -87,7 +91,7 @@ class _Code(JITCodeLibrary):
         return any(function.name == name for function in self._final_module.functions)
 
     def _callees(self) -> list[Any]:
-        """All that is reached by calls, each once."""
+        """Return all direct and indirect callees, each once."""
         found: list[Any] = [self]
         for library in found:
             found += [callee for callee in dict.fromkeys(library._linking_libraries) if callee not in found]
@@ -95,7 +99,7 @@ class _Code(JITCodeLibrary):
 
 
 class _CodeGenerator(JITCPUCodegen):
-    """Generates such code, in an engine of its own."""
+    """Generates such code, in its own engine."""
 
     _library_class = _Code
 
@@ -106,7 +110,7 @@ class _CodeGenerator(JITCPUCodegen):
 
 @cache
 def _shape_error() -> Any:
-    """Raises the error of an assignment to a slice; numba's own words name the shapes, and take 3 s to compile."""
+    """Raises the error of an assignment to a slice; numba's own message names the shapes, and takes 3 s to compile."""
     from numba.extending import overload
 
     def shapes_differ(from_shape: Any, to_shape: Any) -> None: ...

@@ -1,4 +1,4 @@
-"""What each operating system does in a way of its own: processes, signals, pipes, memory."""
+"""Differences between operating systems: processes, signals, pipes, memory."""
 
 import errno
 import os
@@ -10,20 +10,20 @@ from typing import Final
 ENDING_SIGNALS: Final = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGBREAK") if hasattr(signal, name)
 )
-"""Ctrl-C, ``kill``, a terminal that was closed, Ctrl-Backslash, and for the last two Ctrl-Break on Windows."""
+"""Signals of Ctrl-C, ``kill``, a closed terminal and Ctrl-Backslash; Windows has SIGBREAK for the last two."""
 _SYNCHRONIZE: Final = 0x00100000
 """The right to wait for the end of a process (Windows)."""
 
 
 def usable_cores() -> int:
-    """Number of the processors that this program may use."""
+    """Return the number of processors that this program may use."""
     if sys.platform == "linux":
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def leave_terminal() -> None:
-    """Let Ctrl-C be for the parent alone, which ends this process then; for a process that was just started."""
+    """Leave Ctrl-C to the parent, which then ends this process; call it first in a new process."""
     if sys.platform == "win32":
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGBREAK, signal.SIG_IGN)
@@ -32,7 +32,7 @@ def leave_terminal() -> None:
 
 
 def is_running(process: int) -> bool:
-    """Tell if a process of this machine runs; of one that this user may not ask about, it is believed."""
+    """Return True if a process of this machine runs, and if this user may not know."""
     try:
         if sys.platform == "win32":
             import _winapi  # os.kill would send Ctrl-C there
@@ -50,12 +50,12 @@ def is_running(process: int) -> bool:
 
 
 def reader_has_ended(error: OSError) -> bool:
-    """Tell if a pipe cannot be written because nobody reads it; Windows calls that an invalid argument."""
+    """Return True if writing failed because nobody reads the pipe; Windows reports an invalid argument."""
     return error.errno == errno.EPIPE or (sys.platform == "win32" and error.errno == errno.EINVAL)
 
 
 def peak_memory(of_children: bool = False) -> float:
-    """Most memory that this process ever had, or the largest of those that it waited for, bytes; nan on Windows."""
+    """Return the peak memory of this process, or of the largest child that it waited for, bytes; nan on Windows."""
     if sys.platform == "win32":
         return nan
     import resource

@@ -11,7 +11,7 @@ from slam.console.terminal import Terminal
 
 
 def policy_table(name: str, seeds: range, on_devices: int, console: Terminal) -> ResultTable:
-    """Score a policy everywhere with these seeds, and with the first ``on_devices`` of them on emulated devices."""
+    """Score a policy in every simulator with these seeds, and on emulated devices with the first ``on_devices``."""
     policy = make_policy(name)
     first, rows = seeds[:on_devices], []
     places: dict[str, Callable[[], list[Score]]] = {

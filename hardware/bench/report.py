@@ -30,11 +30,11 @@ _GOAL: Final = (10.0, 0.0)
 """Goal of the policy in the environment: x, y in the map frame, metres."""
 _PATH_COLUMNS: Final = ("largest\ncm", "way from sim\nrms, cm", "largest\ncm", "heading\ndeg")
 _WATCHDOGS: Final = (2.0, 0.4)
-"""Watchdogs, seconds: as delivered, and as docs/hardware.md says to set it."""
+"""Watchdogs, seconds: the factory setting, and the one that docs/hardware.md recommends."""
 
 
 def load_table(seconds: float, console: Terminal, settings: Sequence[str] = ()) -> ResultTable:
-    """Measure the processor time of drivers and emulator, and how late scans are."""
+    """Measure the processor time of drivers and emulator, and the delay of scans."""
     with console.progress(transient=True, still=True) as bar, emulated_robot(settings=settings) as emulated:
         bar.add_task(f"driving for {seconds:g} s", total=None)
         bar.refresh()
@@ -53,7 +53,7 @@ def load_table(seconds: float, console: Terminal, settings: Sequence[str] = ()) 
 
 
 def fault_table(console: Terminal, settings: Sequence[str] = ()) -> ResultTable:
-    """Measure every fault, and with both watchdogs those in which the robot is alone."""
+    """Measure every fault; faults that cut the robot off are measured with both watchdogs."""
     total = len(FAULTS) + len(_WATCHDOGS) * (len(CUT_OFF) + 1)
     with console.progress(still=True) as bar:
         rows = [_fault_row(*found) for found in bar.track(_faults(settings), total, description="faults")]
@@ -65,7 +65,7 @@ def fault_table(console: Terminal, settings: Sequence[str] = ()) -> ResultTable:
 def _faults(settings: Sequence[str]) -> Iterator[tuple[FaultResult, str]]:
     """Yield each fault's result, and the condition under which it was measured."""
     conditions = {watchdog: f", watchdog {watchdog:g} s" for watchdog in _WATCHDOGS}
-    # Killed programs are forks: they come first, while there are no threads.
+    # killed programs are forks; they come first, before there are threads
     yield from [(kill_result(watchdog, settings), condition) for watchdog, condition in conditions.items()]
     yield from ((result, "") for result in fault_results(FAULTS, _WATCHDOGS[0], settings))
     for watchdog, condition in conditions.items():
@@ -73,7 +73,7 @@ def _faults(settings: Sequence[str]) -> Iterator[tuple[FaultResult, str]]:
 
 
 def ending_table(console: Terminal) -> ResultTable:
-    """Measure every way in which a program ends, with both plants."""
+    """Measure every way in which a program can end, with both plants."""
     results = ((plant, ending_result(ending, plant)) for plant in PLANTS for ending in ENDINGS)
     with console.progress(still=True) as bar:
         total = len(PLANTS) * len(ENDINGS)
@@ -99,7 +99,7 @@ def noise_table(packets: int, console: Terminal) -> ResultTable:
 def sim_table(
     scenario: str, settings: Sequence[str], console: Terminal, allow_modules: Sequence[str] = ()
 ) -> ResultTable:
-    """Compare a scenario simulated and on emulated devices, without noise, with it, and with that of another seed."""
+    """Compare a scenario, simulated and on emulated devices, without noise and with the noise of two seeds."""
     load = partial(load_scenario, scenario, allow_modules=allow_modules)
     quiet, other = [*settings, *_QUIET], [*settings, f"seed={load(settings).seed + 1000}"]
     calm, noisy = drive_simulated(load, quiet, console), drive_simulated(load, settings, console)

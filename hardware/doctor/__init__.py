@@ -10,10 +10,10 @@ from slam.errors import RobotError
 
 
 def examine(port: str, lidar_baud: int, wire: WireSession | None = None) -> Finding:
-    """Find out which device answers at this port, and what it says.
+    """Find out which device answers at this port, and describe it.
 
     Nothing moves: the robot is opened, read and closed, its motors without power. A lidar's laser is off afterwards.
-    First it is listened whether something talks by itself, before anything is written.
+    Before it writes, the doctor listens for a device that sends without being asked.
     """
     tried = []
     for look in (examine_ld_lidar, examine_scip_lidar, examine_robot):

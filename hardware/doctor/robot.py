@@ -22,7 +22,7 @@ _LONGEST_WATCHDOG: Final = 2.0
 
 
 def examine_robot(port: str, _: int, wire: WireSession | None) -> Finding:
-    """Open the robot, read its settings and a report, and close it; NoDevice where none answers."""
+    """Open the robot, read its settings and a report, and close it; NoDevice if none answers."""
     line = ArcosLine(SerialPort(port, _FIRST_ROBOT_BAUD, wire), threading.Event())
     with closing(line.port):
         try:

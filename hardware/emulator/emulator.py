@@ -25,31 +25,31 @@ from slam.pose import FloatArray, Pose2D, unit_vectors
 from slam.scenario.schema import Scenario
 
 _FARTHEST_BEHIND: Final = 1.0
-"""Seconds by which the emulated world may fall behind the clock; beyond, it skips time."""
+"""Seconds by which the emulated world may fall behind the clock; beyond that, it skips time."""
 _LONGEST_WAIT: Final = 60.0
-"""Seconds to wait at most, since a stall without an end has no time at which it ends."""
+"""Longest wait, seconds, as a stall without an end has no time at which it ends."""
 
 
 def emulated_lidar(scenario: Scenario) -> str:
-    """Return the model of the scenario's lidar; a URG-04LX for one that has no emulator."""
+    """Return the model of the scenario's lidar; a URG-04LX for a model that has no emulator."""
     return scenario.lidar.model if scenario.lidar.model in LIDAR_DEVICES else "urg04lx"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EmulatorState:
-    """The emulated world as a viewer shows it; metres, radians, seconds since the emulator was made."""
+    """The emulated world for a viewer; metres, radians, seconds since the emulator was made."""
 
     stamp: float
     T_map_base: Pose2D
     T_odom_base: Pose2D
-    """Pose of the base by its wheels, in the frame where it was put down."""
+    """Pose of the base by its wheels, in the frame of its start."""
     points: FloatArray
-    """(N, 2): the ends of the beams of the last turn, sensor frame; none while the laser is off."""
+    """(N, 2): the ends of the beams of the last turn, sensor frame; empty while the laser is off."""
     stalled: bool
     bearings: FloatArray
-    """(B,): the directions of the lidar, radians, sensor frame ..."""
+    """(B,): directions of the beams, radians, sensor frame."""
     ranges: FloatArray
-    """... and the newest range in each, metres; nan where nothing is measured, or the laser is off."""
+    """(B,): newest range in each direction, metres; nan where nothing is measured, or while the laser is off."""
     volts: float
     """Voltage of the robot's battery."""
 
@@ -58,19 +58,19 @@ _T = TypeVar("_T")
 
 
 def device_name(lidar: str) -> str:
-    """Return the name of the device that this model is: Table 1 describes a URG-04LX with fewer beams."""
+    """Return the device name of this model; the lidar of Table 1 is a URG-04LX with fewer beams."""
     return "urg04lx" if lidar == "table1" else lidar
 
 
 class Emulator(Closing):
     """A P3-DX and a lidar at two ports; use it as a context manager.
 
-    ``noise`` is on both lines and ``drift`` in the lidar's clock. ``lidar_on_usb`` sets its line free of any bit rate;
-    with ``paced`` it answers as slowly as a real one, one command a turn. ``wire`` is told what passes at both
-    ports, and ``lidar`` is the model of the lidar.
+    ``noise`` damages bytes on both lines and ``drift`` is the error of the lidar's clock. With ``lidar_on_usb`` no bit
+    rate limits its line; with ``paced`` it answers as slowly as a real one, one command per turn. ``wire`` records what
+    passes at both ports, and ``lidar`` is the model of the lidar.
 
-    All devices belong to the thread; others reach them through ``do``. What happens at one time is done in the order of
-    time, however late the thread wakes up.
+    All devices belong to the thread; other threads reach them through ``do``. Events are handled in the order of their
+    times, however late the thread wakes up.
     """
 
     def __init__(
@@ -111,7 +111,7 @@ class Emulator(Closing):
 
     @property
     def urg04lx(self) -> EmulatedUrg04lx:
-        """The lidar, where it is a URG-04LX."""
+        """The lidar, if it is a URG-04LX."""
         assert isinstance(self.scanner, EmulatedUrg04lx)
         return self.scanner
 
@@ -123,7 +123,7 @@ class Emulator(Closing):
 
     @property
     def now(self) -> float:
-        """Time of the emulated world, seconds: the host's monotonic clock, less the time skipped."""
+        """Time of the emulated world, seconds: the host's monotonic clock, minus the skipped time."""
         return time.monotonic() - self._lag
 
     @property
@@ -133,23 +133,23 @@ class Emulator(Closing):
 
     @property
     def state(self) -> EmulatorState:
-        """The world as it is now."""
+        """Present state of the world."""
         return self.do(self._state)
 
     def schedule(self, at: float, call: Callable[[], object]) -> None:
-        """Let the thread call this ``at`` seconds after the emulator was made; before it is entered only."""
+        """Make the thread call this ``at`` seconds after the emulator was made; only before the emulator is entered."""
         self._schedule.append((self._began + at, call))
         self._schedule.sort(key=lambda item: -item[0])
 
     def do(self, call: Callable[[], _T]) -> _T:
-        """Let the thread call this, between two actions of its own, and return the result."""
+        """Make the thread call this between two of its actions, and return the result."""
         result: Future[_T] = Future()
         self._calls.append(lambda: result.set_result(call()))
         self._waker.send(b"!")
         return result.result()
 
     def close(self) -> None:
-        """Stop, and pull both plugs."""
+        """Stop the thread, and unplug both ports."""
         if self._thread.is_alive():
             self._stopping = True
             self._waker.send(b"!")
@@ -183,7 +183,7 @@ class Emulator(Closing):
             connected.port.close()
 
     def _catch_up(self) -> None:
-        """Do everything that was due until now, in the order of time."""
+        """Do everything that is due, in the order of time."""
         first = min(self._devices, key=lambda connected: connected.device.due)
         self._lag += max(0.0, self.now - first.device.due - _FARTHEST_BEHIND)
         while first.device.due <= self.now:

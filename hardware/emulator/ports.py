@@ -16,13 +16,13 @@ class Port(Protocol):
 
     @property
     def address(self) -> str:
-        """Name under which a client opens the other end."""
+        """Name under which a client opens the port."""
 
     def open(self) -> None:
-        """Be there for clients, again after ``close``."""
+        """Accept clients, also again after ``close``."""
 
     def close(self) -> None:
-        """Be gone, as a device that is unplugged; what the client does fails from now on."""
+        """Disappear like an unplugged device; reads and writes of the client fail."""
 
     def filenos(self) -> list[int]:
         """List the file descriptors to wait for; none while it is unplugged."""
@@ -31,14 +31,14 @@ class Port(Protocol):
         """Return the bytes that the client has sent."""
 
     def write(self, data: bytes) -> int:
-        """Send bytes, and return how many found room, or had nobody to go to."""
+        """Send bytes, and return how many were accepted."""
 
     def client_baud(self) -> int | None:
-        """Return the bit rate that the client has set; None where there is none."""
+        """Return the bit rate that the client has set; None without one."""
 
 
 def pseudo_terminal(link: Path | None = None) -> Port:
-    """Open a pseudo-terminal, with the symbolic link ``link`` to it where one is given; InputError on Windows."""
+    """Open a pseudo-terminal, and make the symbolic link ``link`` to it, if given; InputError on Windows."""
     if sys.platform == "win32":
         raise InputError("Windows has no pseudo-terminals; give --tcp, and open the addresses that are printed")
     from hardware.emulator.pty_port import PtyPort
@@ -47,7 +47,7 @@ def pseudo_terminal(link: Path | None = None) -> Port:
 
 
 class TcpPort:
-    """A TCP port on 127.0.0.1 for one client at a time; a newer one takes its place."""
+    """A TCP port on 127.0.0.1 for one client at a time; a newer client replaces an older one."""
 
     def __init__(self, number: int = 0) -> None:
         self._number = number
@@ -61,13 +61,13 @@ class TcpPort:
         return f"socket://127.0.0.1:{self._number}"
 
     def open(self) -> None:
-        """Listen, after the first time on the same port."""
+        """Listen; after the first time on the same port as before."""
         self._listener = socket.create_server(("127.0.0.1", self._number))
         self._listener.setblocking(False)
         self._number = self._listener.getsockname()[1]
 
     def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         for end in (self._client, self._listener):
             if end is not None:
                 end.close()
@@ -96,6 +96,7 @@ class TcpPort:
         return data
 
     def write(self, data: bytes) -> int:
+        """Send bytes, and return how many were accepted; without a client they are dropped."""
         try:
             return self._client.send(data) if self._client is not None else len(data)
         except BlockingIOError:

@@ -1,4 +1,4 @@
-"""A pseudo-terminal that an emulated device listens on; no system but those of the POSIX kind has them."""
+"""Pseudo-terminal that an emulated device listens on."""
 
 import fcntl
 import os
@@ -19,7 +19,7 @@ _TERMIOS2: Final = struct.Struct("4I20B2I")
 """Flags, line discipline and control characters, and the bit rates of input and output (asm-generic/termbits.h)."""
 _AT_ONCE: Final = 4096
 _SPEED: Final = 5
-"""Place of the bit rate among the settings that termios gives."""
+"""Index of the bit rate in the settings of termios."""
 
 
 class PtyPort:

@@ -29,7 +29,7 @@ from slam.scenario.schema import Scenario
 _TRUTH_PERIOD: Final = 0.05
 """Seconds between two true poses."""
 _SHOWN_EVERY: Final = 2
-"""Number of these periods between two states that are shown."""
+"""Number of these periods between two states for a viewer."""
 
 
 def serve(
@@ -51,9 +51,9 @@ def serve(
 
     ``lidar`` is the model that is emulated.
 
-    ``truth`` gets the true poses of the base as TUM text, 20 a second, stamped by the host's monotonic clock; each
-    of ``shows`` gets the state 10 times a second. InputError for an unknown fault, and for a file or folder that cannot
-    be used.
+    ``truth`` is a file for the true poses of the base as TUM text, 20 per second, stamped by the host's monotonic
+    clock; each of ``shows`` gets the state 10 times per second. InputError for an unknown fault, and for a file or
+    folder that cannot be used.
     """
     planned = [TimedFault.parse(text) for text in faults]
     robot_port, lidar_port = _ports(link_dir, tcp, device_name(lidar))
@@ -104,13 +104,13 @@ def _ports(link_dir: Path | None, tcp: bool, lidar: str) -> tuple[Port, Port]:
 
 
 def emulator_scene(scenario: Scenario) -> Scene:
-    """Return a scene of the true walls, without a map and curves, as nothing is estimated."""
+    """Return a scene of the true walls without a map and curves, as nothing is estimated."""
     start, mount = scenario.robot.start.pose, scenario.lidar.mount.pose
     return Scene(mount, start, outlines=tuple(scenario.world.outlines(scenario.lidar.height)), plots=())
 
 
 class EmulatorView:
-    """Sends one state after another to the viewer."""
+    """Sends states to the viewer."""
 
     def __init__(self, broadcast: Broadcast, scene: Scene) -> None:
         self._broadcast, self._scene = broadcast, scene

@@ -16,9 +16,9 @@ from slam.scenario.schema import Scenario
 
 
 class EmulatorTopics:
-    """Publishes one state after another; there is no map.
+    """Publishes states as topics, without a map.
 
-    A scan is the newest range in every direction, up to a turn old.
+    A scan has the newest range in every direction, at most one turn old.
     """
 
     def __init__(self, topics: TopicSession, scenario: Scenario) -> None:

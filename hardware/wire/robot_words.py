@@ -17,7 +17,7 @@ _SYNC: Final = ("SYNC0", "SYNC1", "SYNC2")
 
 
 class RobotWords:
-    """Tells commands and packets of one robot, with the units of the subclass that it gave."""
+    """Describes commands and packets of one robot, in the units of its subclass."""
 
     def __init__(self) -> None:
         self._open = False

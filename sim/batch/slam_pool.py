@@ -28,20 +28,20 @@ Arrays = dict[str, NDArray[Any]]
 
 
 class ScanOfRobot(NamedTuple):
-    """The scan and odometry that one robot gave in one step."""
+    """Scan and odometry of one robot in one step."""
 
     robot: int
     world: int
     seed: int | None
-    """Seed of the episode that begins; None in one that goes on."""
+    """Seed of the new episode; None within an episode."""
     scan: LaserScan
     odometry: Odometry
     T_map_base: Pose2D
-    """The truth."""
+    """True pose ``T_map_base``."""
 
 
 class Estimated(NamedTuple):
-    """The estimate of SLAM after one scan."""
+    """Estimate of SLAM after one scan."""
 
     robot: int
     views: Arrays
@@ -50,13 +50,13 @@ class Estimated(NamedTuple):
 
 @dataclass(frozen=True)
 class SlamTask:
-    """The scenarios of a batch, and what their robots need SLAM for."""
+    """Scenarios of a batch, and the reasons why its robots need SLAM."""
 
     config: EnvConfig
     scenarios: Sequence[Scenario]
 
     def take(self, episodes: dict[int, Episode], told: ScanOfRobot) -> Estimated:
-        """Go on with the episode of this robot, or begin one."""
+        """Update the SLAM of this robot, or begin its episode."""
         observation = Observation(told.scan, told.odometry, told.T_map_base)
         if told.seed is None:
             episodes[told.robot].update(observation)
@@ -71,7 +71,7 @@ class SlamTask:
 
 
 class SlamPool(Closing):
-    """So many processes, among which the robots are dealt out."""
+    """Processes that run SLAM; each has a share of the robots."""
 
     def __init__(self, processes: int, task: SlamTask) -> None:
         warm_up(Terminal(stderr=True), task.scenarios[0].slam)
@@ -88,7 +88,7 @@ class SlamPool(Closing):
             self._processes.append(process)
 
     def estimate(self, scans: Sequence[ScanOfRobot]) -> list[Estimated]:
-        """Let SLAM take these scans."""
+        """Run SLAM on these scans."""
         count = len(self._pipes)
         shares = [[told for told in scans if told.robot % count == k] for k in range(count)]
         try:
@@ -122,4 +122,4 @@ def _serve(pipe: Connection, task: SlamTask) -> None:
         try:
             pipe.send([task.take(episodes, told) for told in scans])
         except HopslamError as error:
-            pipe.send(error)  # for the environment to raise; any other ends this process
+            pipe.send(error)  # for the environment to raise; any other error ends this process

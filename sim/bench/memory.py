@@ -10,7 +10,7 @@ from slam.system import peak_memory
 
 @dataclass(frozen=True, slots=True)
 class MemoryGrowth:
-    """Megabytes by which the most memory that this process ever held has grown on the way."""
+    """Growth of the process's peak memory during a measurement, megabytes."""
 
     resets: int
     steps: int
@@ -20,9 +20,9 @@ class MemoryGrowth:
 
 
 def memory_growth(scenario: Scenario, resets: int, scans_each: int, robots: int) -> MemoryGrowth:
-    """One robot restarted and driven again and again, then so many robots made, driven for a scan and closed.
+    """Measure the memory of one robot restarted and driven many times, and of many robots made and closed.
 
-    The first hundredth of each is not counted: caches fill.
+    The first hundredth of each is not counted, as caches fill.
     """
     with SimRobot(scenario, 0) as robot:
         for seed in range(resets):

@@ -12,7 +12,7 @@ from slam.scenario.schema import Scenario
 
 
 class PlanarPeer:
-    """One robot in ir-sim, which is stepped like an environment."""
+    """One robot in ir-sim with the interface of an environment."""
 
     def __init__(self, scenario: Scenario) -> None:
         irsim = import_optional("irsim", "bench")
@@ -31,12 +31,12 @@ class PlanarPeer:
         return self._env.get_lidar_scan()["ranges"]
 
     def close(self) -> None:
-        """Let the world go."""
+        """Close the world."""
         self._env.end()
 
 
 def _world(scenario: Scenario) -> dict[str, Any]:
-    """Describe the walls and the lidar of a scenario as ir-sim does: a disk, a fan ahead, Gaussian noise of 1 cm."""
+    """Describe the walls and the lidar of a scenario for ir-sim: a disk, a fan ahead, Gaussian noise of 1 cm."""
     outlines = scenario.world.outlines(scenario.lidar.height)
     low, high = np.min([o.min(axis=0) for o in outlines], axis=0), np.max([o.max(axis=0) for o in outlines], axis=0)
     width, height = (high - low + 2.0).tolist()

@@ -16,9 +16,9 @@ SILLS: Final = range(5, 41)
 
 
 def sim_tables(long: bool, console: Terminal) -> list[ResultTable]:
-    """Tables of the simulator's speed, resets, vector environment and contacts.
+    """Make the tables of the simulator's speed, resets, vector environment and contacts.
 
-    With ``long`` also the memory over a long life.
+    ``long`` adds the memory of many resets and steps.
     """
     parts: list[Callable[[], ResultTable]] = [_speeds, _resets, _vector, _blocked, _sills]
     if long:

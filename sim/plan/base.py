@@ -19,12 +19,12 @@ from slam.compiled import compiled_on_views, wrapped
 from slam.pose import FloatArray
 
 HALVINGS: Final = 5
-"""Halvings of a control step that ends in a wall, so that the robot stops within 1/32 of it before the wall."""
+"""Halvings of a control step that ends in a wall: the robot stops within 1/32 of the step before the wall."""
 
 
 @compiled_on_views
 def put_down(base: Any, x: float, y: float, theta: float, stream: np.uint64) -> None:
-    """Let the robot stand here, as if just switched on."""
+    """Place the robot at a pose, as if just switched on."""
     base.x, base.y, base.theta, base.stream = x, y, theta, stream
     base.v = base.omega = base.target_v = base.target_omega = base.left = base.right = 0.0
     base.rim_left = base.rim_right = base.odom_x = base.odom_y = base.odom_theta = base.way_left = base.way_right = 0.0
@@ -34,7 +34,7 @@ def put_down(base: Any, x: float, y: float, theta: float, stream: np.uint64) -> 
 
 @compiled_on_views
 def command(base: Any, model: Any, v: float, omega: float) -> None:
-    """Ask for a velocity, which is clipped to the limits."""
+    """Command a velocity, which is clipped to the limits."""
     base.target_v = min(max(v, -model.linear), model.linear)
     base.target_omega = min(max(omega, -model.angular), model.angular)
     base.awake = model.watchdog
@@ -53,10 +53,10 @@ def control(base: Any, model: Any) -> None:
 
 @compiled_on_views
 def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArray, radii: FloatArray) -> None:
-    """Let one control step pass with the motors at the setpoint, then read the encoders and reckon.
+    """Run one control step with the motors at the setpoint, then read the encoders and update the odometry.
 
-    A motion that would end deeper in a wall or a leg than it begins is made in part; the wheels stand for the rest, or
-    spin where the floor is too slippery to stall them.
+    A motion that would end deeper in a wall or a leg than it begins is made in part; for the rest of the step the
+    wheels are at rest, or spin if the floor is too slippery to stall them.
     """
     left = (base.v - 0.5 * base.omega * model.track) / model.left_radius
     right = (base.v + 0.5 * base.omega * model.track) / model.right_radius
@@ -76,7 +76,7 @@ def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArra
 
 @compiled_on_views
 def _roll(base: Any, model: Any, left: float, right: float) -> tuple[float, float]:
-    """Let the motors bring the rims to these speeds, physics step by physics step; metres that they want to roll."""
+    """Let the motors approach these rim speeds over the physics steps; return the metres that the rims roll."""
     force = (MOTOR_TORQUE if base.cut_for == 0 else DRAG_TORQUE) / WHEEL_RADIUS
     missing_left, missing_right = missing_speeds(base.rim_left, base.rim_right)
     left, right = left - missing_left, right - missing_right
@@ -90,7 +90,7 @@ def _roll(base: Any, model: Any, left: float, right: float) -> tuple[float, floa
 
 @compiled_on_views
 def arc(x: float, y: float, theta: float, ahead: float, turn: float) -> tuple[float, float, float]:
-    """Pose after so many metres along an arc of so many radians: ``Twist2D.motion``."""
+    """Return the pose after an arc of ``metres`` and ``radians``: ``Twist2D.motion``."""
     half = 0.5 * turn
     chord = ahead * (sin(half) / half if abs(half) > 1e-8 else 1.0)
     return x + chord * cos(theta + half), y + chord * sin(theta + half), wrapped(theta + turn)
@@ -101,7 +101,7 @@ def _drive(
     base: Any, model: Any, left: float, right: float,
     obstacles: WallPlan, world: int, legs: FloatArray, radii: FloatArray,
 ) -> float:  # fmt: skip
-    """Move as far as nothing is in the way, and note what the outline then touches; the share that was moved."""
+    """Move until something is in the way, and record the bumper contacts there; return the share of the motion made."""
     cell = cell_near(obstacles, world, base.x, base.y, 0.0)
     x, y, theta = _moved(base, model, left, right)
     found = deepest_overlap(x, y, theta, obstacles, cell, legs, radii)
@@ -127,7 +127,7 @@ def _drive(
 
 @compiled_on_views
 def _moved(base: Any, model: Any, left: float, right: float) -> tuple[float, float, float]:
-    """Pose after the wheels without error have rolled so many metres.
+    """Return the pose after the wheels without error have rolled these distances.
 
     As in PyBullet, each physics step moves along the heading at its start, half a step's turn behind the arc.
     """
@@ -156,7 +156,7 @@ def _watch(base: Any, model: Any, blocked: bool) -> None:
 
 @compiled_on_views
 def _reckon(base: Any, model: Any) -> None:
-    """Read the encoders, and add the way since the last reading to the odometry: ``WheelOdometry.add``."""
+    """Read the encoders, and add the motion since the last reading to the odometry: ``WheelOdometry.add``."""
     det = model.same * model.same - model.other * model.other  # as in TractionModel.to_robot
     left = np.rint((model.same * base.left - model.other * base.right) / det * TICKS_PER_RADIAN)
     right = np.rint((model.same * base.right - model.other * base.left) / det * TICKS_PER_RADIAN)
@@ -175,6 +175,6 @@ def _reckon(base: Any, model: Any) -> None:
 
 @compiled_on_views
 def _travel(base: Any, ticks: float, radius: float, noise: float) -> float:
-    """Metres that a wheel believed of this radius rolled: ``WheelOdometry._travel``."""
-    way = ticks / TICKS_PER_RADIAN * radius
-    return float(way + noise * np.sqrt(abs(way)) * normal(base)) if noise > 0.0 else float(way)
+    """Return the metres that a wheel with this assumed radius rolled: ``WheelOdometry._travel``."""
+    distance = ticks / TICKS_PER_RADIAN * radius
+    return float(distance + noise * np.sqrt(abs(distance)) * normal(base)) if noise > 0.0 else float(distance)

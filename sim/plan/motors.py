@@ -12,27 +12,27 @@ from sim.wheels import TRACK, WHEEL_RADIUS
 from slam.compiled import compiled_on_views
 
 MASS: Final = 9.0
-"""kg, of p3dx.urdf like all here."""
+"""Mass of the robot, kg; like all values here from p3dx.urdf."""
 MOMENT: Final = 6.8 * 0.06 + 0.2 * 0.211
-"""m d, kg m: of body and caster."""
+"""m d, kg m: body and caster."""
 INERTIA: Final = (0.1996 + 6.8 * 0.06**2) + 2.0 * (0.00249 + 1.0 * 0.165**2) + (0.0001 + 0.2 * 0.211**2)
-"""I, kg m^2: of body, wheels and caster."""
+"""I, kg m^2: body, wheels and caster."""
 OWN: Final = MASS / 4.0 + INERTIA / TRACK**2 + 0.00475 / WHEEL_RADIUS**2
-"""Force at a rim for the acceleration of that rim, kg; the last part turns the wheel itself ..."""
+"""Force at a rim per acceleration of that rim, kg; the last term accelerates the wheel itself."""
 CROSS: Final = MASS / 4.0 - INERTIA / TRACK**2
-"""... and for that of the other rim."""
+"""Force at a rim per acceleration of the other rim, kg."""
 
 GIVE: Final = 2.5e-5 * WHEEL_RADIUS
-"""Speed that PyBullet's solver leaves missing at a rim for each N with which a turn pulls at it, m/s: measured ..."""
+"""Rim speed that PyBullet's solver misses for each N with which turning loads this rim, m/s; measured."""
 OTHER_GIVE: Final = 1.35e-5 * WHEEL_RADIUS
-"""... and for each N at the other rim."""
+"""Rim speed that it misses for each N at the other rim, m/s; measured."""
 
 
 @compiled_on_views
 def rims_after(
     left: float, right: float, left_target: float, right_target: float, seconds: float, force: float
 ) -> tuple[float, float]:
-    """Rim speeds after ``seconds`` in which each motor reaches its target, or pushes with ``force`` at most."""
+    """Return the rim speeds after ``seconds``; each motor reaches its target, or pushes with ``force`` at most."""
     bias_left, bias_right = _pulls_of_turning(left, right)
     a, b = (left_target - left) / seconds, (right_target - right) / seconds
     push, other_push = OWN * a + CROSS * b + bias_left, CROSS * a + OWN * b + bias_right
@@ -47,14 +47,14 @@ def rims_after(
 
 @compiled_on_views
 def missing_speeds(left: float, right: float) -> tuple[float, float]:
-    """Speeds that PyBullet's solver leaves missing at the rims, which have these speeds."""
+    """Return the speeds that PyBullet's solver misses at rims with these speeds."""
     pull_left, pull_right = _pulls_of_turning(left, right)
     return GIVE * pull_left + OTHER_GIVE * pull_right, GIVE * pull_right + OTHER_GIVE * pull_left
 
 
 @compiled_on_views
 def _pulls_of_turning(left: float, right: float) -> tuple[float, float]:
-    """Forces at the rims that keep their speeds while the robot turns."""
+    """Return the forces at the rims that keep their speeds while the robot turns."""
     v, omega = 0.5 * (left + right), (right - left) / TRACK
     ahead, turn = 0.5 * MOMENT * omega * omega, MOMENT * v * omega / TRACK
     return ahead + turn, ahead - turn
@@ -62,7 +62,7 @@ def _pulls_of_turning(left: float, right: float) -> tuple[float, float]:
 
 @compiled_on_views
 def _limited(push: float, other: float, bias: float, other_bias: float, force: float) -> tuple[float, float]:
-    """Accelerations of a rim whose motor pushes as it can, and of the other, which shall be ``other``."""
+    """Return the accelerations of a rim whose motor is at its limit, and of the other, which is ``other``."""
     push = min(max(push, -force), force)
     a = (push - bias - CROSS * other) / OWN
     other_push = CROSS * a + OWN * other + other_bias

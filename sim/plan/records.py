@@ -1,4 +1,4 @@
-"""The robots and what scenarios say about them, as records that compiled code reads and writes. SI units, radians."""
+"""The robots and the settings of their scenarios, as records for compiled code. SI units, radians."""
 
 from typing import Any, Final
 
@@ -38,11 +38,11 @@ MODEL: Final = np.dtype(
     ],
     align=True,
 )  # fmt: skip
-"""Record of a scenario's robot."""
+"""Settings of a scenario's robot; accelerations and times are per control step."""
 
 
 def model_of(config: RobotConfig, physics_rate: int) -> NDArray[Any]:
-    """Make the record, (1,), of this robot, whose motors are looked at so many times a second."""
+    """Make the record, (1,), of this robot; the motors are simulated ``physics_rate`` times a second."""
     limits, believed, rate = config.limits, config.odometry, config.control_rate
     traction = TractionModel(config.traction)
     spins = config.traction.friction * AXLE_LOAD < 2.0 * MOTOR_TORQUE / WHEEL_RADIUS

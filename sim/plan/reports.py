@@ -22,7 +22,7 @@ def reported_pose(base: Any, model: Any) -> tuple[float, float, float]:
 
 @compiled_on_views
 def take_mean_twist(base: Any, model: Any, seconds: float) -> tuple[float, float]:
-    """Mean v and omega since the last call, ``seconds`` ago; 0 where no time passed."""
+    """Return the mean v and omega since the last call, ``seconds`` ago; 0 if no time passed."""
     rate = 1.0 / seconds if seconds > 0.0 else 0.0
     left, right = base.way_left * rate, base.way_right * rate
     base.way_left = base.way_right = 0.0

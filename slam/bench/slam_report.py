@@ -30,7 +30,7 @@ PEERS: Final = {
 
 
 def slam_tables(names: Sequence[str], folder: Path, config: SlamConfig, console: Terminal) -> list[ResultTable]:
-    """Run the logs of these names in the folder, all without a name; those not there are skipped."""
+    """Run the logs of these names in the folder, or all; missing ones are skipped."""
     asked = list(names) or list(LOGS)
     paths = {name: folder / LOGS.get(name, name) for name in asked}
     for name, path in paths.items():

@@ -21,7 +21,7 @@ from slam.sweep.scheduler import Scheduler
 from slam.system import peak_memory
 
 _ADDING_TIME: Final = 4.0
-"""Seconds."""
+"""Simulated seconds per run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,15 +29,15 @@ class SweepSpeed:
     """Speed of a warm executor with some number of jobs at a time."""
 
     rate: float
-    """Runs a second."""
+    """Runs per second."""
     driver: float
-    """Share of one core that the driver takes."""
+    """Share of one core that the driver uses."""
     overhead: float
-    """Seconds of a worker that a run costs besides those in which the robot drives."""
+    """Seconds that a run costs a worker in addition to the drive."""
 
 
 def sweep_speed(make: Callable[[str, int], Executor], at_a_time: int, runs: int) -> SweepSpeed:
-    """Measure the executor that ``make`` gives for the address of the runs and a number of jobs."""
+    """Measure the executor that ``make`` returns for the URL of the runs and a number of jobs."""
     with TemporaryDirectory() as here, closing(make(f"{here}/runs", at_a_time)) as executor:
         jobs, store = _jobs(runs + at_a_time, duration=30.0), ResultStore(Folder(here))
         _warm(executor, list(islice(jobs, at_a_time)))
@@ -49,7 +49,7 @@ def sweep_speed(make: Callable[[str, int], Executor], at_a_time: int, runs: int)
 
 
 def memory_of_rows(count: int) -> float:
-    """Most megabytes that this process has held after so many rows, of runs that are only made up."""
+    """Return the peak memory of this process, megabytes, after ``rows`` artificial rows."""
     with TemporaryDirectory() as here:
         store = ResultStore(Folder(here))
         Scheduler(_FakeExecutor(), store, retry=0, show=lambda done, failed: None).run(_jobs(count, duration=1.0))
@@ -58,12 +58,12 @@ def memory_of_rows(count: int) -> float:
 
 
 def arithmetic_ratio() -> float:
-    """Ratio of the additions that two processes do to those of one: the best that any sweep can reach here."""
+    """Return the additions that two processes do over those of one: the best ratio that any sweep can reach here."""
     return _additions(2) / _additions(1)
 
 
 class _FakeExecutor:
-    """Executor that makes rows up, as wide as real ones."""
+    """Executor that makes artificial rows, as wide as real ones."""
 
     def __init__(self) -> None:
         self._jobs: deque[Job] = deque()
@@ -90,13 +90,13 @@ class _FakeExecutor:
 
 
 def _jobs(count: int, duration: float) -> Iterator[Job]:
-    """Jobs of the paper's world with this project's method, at most so many simulated seconds long."""
+    """Make jobs of the paper's world with this project's method, at most this number of simulated seconds long."""
     changes = {"seeds": f"0:{count}", "modes": ["hopslam"], "settings": {"duration": duration}}
     return make_plan(["paper_simulation"], changes).jobs()
 
 
 def _warm(executor: Executor, jobs: list[Job]) -> None:
-    """Do a first run in each worker, which loads what runs need."""
+    """Finish a first run in each worker, which loads what runs need."""
     for job in jobs:
         executor.submit(job)
     while executor.busy:
@@ -104,14 +104,14 @@ def _warm(executor: Executor, jobs: list[Job]) -> None:
 
 
 def _additions(processes: int) -> float:
-    """Additions of all the processes together, in the same seconds."""
+    """Count the additions of all processes together, in the same seconds."""
     context = get_context("spawn")
     pipes = [context.Pipe() for _ in range(processes)]
     workers = [context.Process(target=_add, args=(far,)) for _, far in pipes]
     for worker in workers:
         worker.start()
     for near, _ in pipes:
-        near.recv_bytes()  # it is there
+        near.recv_bytes()  # it has started
     for near, _ in pipes:
         near.send_bytes(b"go")
     done = sum(int(near.recv_bytes()) for near, _ in pipes)

@@ -26,9 +26,9 @@ def run_in_workers(
     console: Terminal,
     workers: int = WORKERS,
 ) -> list[R]:
-    """Results of the function for these arguments, in their order.
+    """Return the results of the function for these arguments, in their order.
 
-    A bar shows how many there are. The first error ends all jobs.
+    A bar shows the number of finished jobs. The first error ends all jobs.
     """
     with _worker_pool(workers) as pool:
         futures = [pool.submit(function, *job) for job in jobs]
@@ -41,7 +41,7 @@ def run_in_workers(
 def _as_completed(futures: Iterable["Future[R]"]) -> Iterator["Future[R]"]:
     """Yield each future when it is done.
 
-    It wakes up twice a second: Python handles a signal that comes just before an endless wait only after that wait.
+    It wakes up twice a second: Python delays a signal that arrives just before an endless wait until after that wait.
     """
     waiting = set(futures)
     while waiting:
@@ -51,11 +51,11 @@ def _as_completed(futures: Iterable["Future[R]"]) -> Iterator["Future[R]"]:
 
 @contextmanager
 def _worker_pool(size: int) -> Iterator[ProcessPoolExecutor]:
-    """Worker processes for the block. Where an error or a signal leaves it, they end at once, even in a job.
+    """Run worker processes for the block. If an error or a signal leaves it, they end at once, even in a job.
 
-    Each worker leads a session, so that Ctrl-C is for the benchmark alone, and holds one end of a pipe. When the
-    other end is closed, or this process is gone, the worker kills its group: itself and all that its job has started.
-    It does so on SIGTERM too, which the executor sends to the other workers as soon as it sees that one has ended.
+    Each worker leads a session, so that Ctrl-C reaches the benchmark alone, and holds one end of a pipe. When the
+    other end is closed, or this process is gone, the worker kills its group: itself and everything that its job has
+    started. It does so on SIGTERM too, which the executor sends to the other workers as soon as one has ended.
     """
     ends: tuple[Any, Any] = Pipe()  # of a class that depends on the system
     near_end, far_end = ends

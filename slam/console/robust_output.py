@@ -1,4 +1,4 @@
-"""Standard output that may go away while the program works on: ``| head``, a full disk, a closed terminal."""
+"""Standard output that may fail while the program runs: ``| head``, a full disk, a closed terminal."""
 
 import errno
 import io
@@ -11,17 +11,17 @@ from slam.system import reader_has_ended
 
 
 class RobustFile(io.RawIOBase):
-    """A file that takes everything: after its first error, what is written to it is dropped.
+    """A file whose writes never fail: after the first error, data is dropped.
 
-    The descriptor stays open. Python chooses how it is written to: the console of Windows is no file.
+    The descriptor stays open. ``open`` chooses how to write to it: the console of Windows is no file.
     """
 
     def __init__(self, descriptor: int) -> None:
         self._raw = open(descriptor, "wb", buffering=0, closefd=False)  # noqa: SIM115
         self.error: OSError | None = None
-        """The first error."""
+        """The first error, if any."""
         self.dropped = False
-        """True once anything was dropped."""
+        """True once data was dropped."""
 
     def write(self, data: Any) -> int:
         """Write the bytes, and return how many."""
@@ -44,19 +44,22 @@ class RobustFile(io.RawIOBase):
 
 
 class RobustOutput:
-    """Makes ``sys.stdout`` and ``sys.stderr`` take everything, also where they were closed before the program began."""
+    """Replaces ``sys.stdout`` and ``sys.stderr`` by streams whose writes never fail.
+
+    That includes files that were closed before the program began.
+    """
 
     def __init__(self) -> None:
         closed = _open_standard_files()
         self._output = RobustFile(1)
         if 1 in closed:
             self._output.error = OSError(errno.EBADF, "it was closed")
-        if sys.stdout is sys.__stdout__:  # and no test has put its own there
+        if sys.stdout is sys.__stdout__:  # unless a test has replaced it
             sys.stdout = _text(self._output, sys.stdout)
             sys.stderr = _text(RobustFile(2), sys.stderr)
 
     def exit_code(self) -> int:
-        """0 if all output has arrived; 141 if its reader has ended, and 1 with a message if it could not be written."""
+        """Return 0 if all output was written, 141 if its reader has ended, and 1, after a message, otherwise."""
         sys.stdout.flush()
         error = self._output.error
         if error is None or not self._output.dropped:
@@ -68,7 +71,10 @@ class RobustOutput:
 
 
 def _open_standard_files() -> list[int]:
-    """Open those of 0, 1 and 2 that are closed, so that no file that is opened later takes their place; which ones."""
+    """Open those of the files 0, 1 and 2 that are closed, so that no later file gets their number.
+
+    Return their numbers.
+    """
     closed = []
     while (free := os.open(os.devnull, os.O_RDWR)) <= 2:
         closed.append(free)
@@ -77,9 +83,9 @@ def _open_standard_files() -> list[int]:
 
 
 def _text(file: RobustFile, before: Any) -> io.TextIOWrapper:
-    """A text stream on this file, in the encoding of the one that was there before, if there was any.
+    """Make a text stream on this file, with the encoding of the stream before it, if there was one.
 
-    What that encoding does not have, such as the frame of a table in that of Windows, is written as a question mark.
+    Characters that the encoding lacks, such as the frames of tables in cp1252, are written as question marks.
     """
     if before is not None:
         before.flush()

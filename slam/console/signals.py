@@ -16,9 +16,9 @@ _suspensions = 0
 
 @contextmanager
 def signal_handler(handler: Callable[[int, FrameType | None], object], numbers: Iterable[int]) -> Iterator[None]:
-    """Handle these signals while the block runs; only the main thread can.
+    """Handle these signals while the block runs; only possible in the main thread.
 
-    The signal of a closed terminal is left alone in a program that was started with nohup.
+    The signal of a closed terminal keeps its handler in a program that was started with nohup.
     """
     with ExitStack() as before:
         if threading.current_thread() is threading.main_thread():

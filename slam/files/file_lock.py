@@ -1,15 +1,15 @@
-"""A lock on an open file, which the system lets go when the process ends, however it ends."""
+"""Lock on an open file, which the system releases when the process ends."""
 
 import os
 import sys
 from typing import IO, Any, Final
 
 _FAR_BYTE: Final = 1 << 30
-"""Place of the byte that is locked on Windows, where nobody can read what is locked."""
+"""Position of the byte that is locked on Windows, far from the text, because nobody can read locked bytes there."""
 
 
 def try_lock(file: IO[Any]) -> bool:
-    """Lock a file for this process until it is closed; False where another process holds it."""
+    """Lock a file for this process until it is closed; return False if another process has locked it."""
     try:
         if sys.platform == "win32":
             import msvcrt

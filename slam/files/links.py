@@ -1,4 +1,4 @@
-"""Links: to the folder of the last run, and to files that are read at two places."""
+"""Links to folders and files, as far as the system has them."""
 
 import os
 import stat
@@ -8,17 +8,17 @@ from pathlib import Path
 
 
 def is_folder_link(path: Path) -> bool:
-    """Tell if a path is what ``link_folder`` makes: a symbolic link, or on Windows a junction."""
+    """Return True for a symbolic link and, on Windows, for a junction."""
     if sys.platform == "win32" and os.path.lexists(path):
         return path.is_symlink() or path.lstat().st_reparse_tag == stat.IO_REPARSE_TAG_MOUNT_POINT
     return path.is_symlink()
 
 
 def link_folder(link: Path, folder: Path) -> None:
-    """Let a link lead to a folder beside it, in the place of the link that was there.
+    """Make a link to a folder beside it, and replace the link that was there.
 
-    Windows lets few users make symbolic links, and all users make junctions. Where the file system has no links, such
-    as that of most USB sticks, there is none.
+    On Windows it is a junction, because few users may make symbolic links there. On a file system without links, as on
+    most USB sticks, no link is made.
     """
     if sys.platform == "win32":
         import _winapi
@@ -35,7 +35,7 @@ def link_folder(link: Path, folder: Path) -> None:
 
 
 def lend_file(file: Path, place: Path) -> None:
-    """Let a file be read at another place of the same disk, too."""
+    """Make a file readable at a second place on the same disk, without a copy."""
     try:
         place.symlink_to(file.resolve())
     except OSError:  # on Windows, for most users
@@ -43,5 +43,5 @@ def lend_file(file: Path, place: Path) -> None:
 
 
 def is_lent(place: Path) -> bool:
-    """Tell a file that was lent to this place from one that was written there."""
+    """Return True for a file that was lent to this place, not written there."""
     return place.is_symlink() or place.stat().st_nlink > 1

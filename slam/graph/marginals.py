@@ -14,12 +14,15 @@ from slam.graph.pose_graph import Edges, linear_system
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
-if TYPE_CHECKING:  # it takes long to load
+if TYPE_CHECKING:  # here, as it takes long to load
     from scipy.sparse import csc_matrix
 
 
 def pose_covariances(poses: FloatArray, edges: Edges, weights: FloatArray) -> FloatArray:
-    """Covariances (N, 3, 3) of poses (N, 3), map frame, where the first is known; ``weights`` (E,) are of the edges."""
+    """Return the covariances (N, 3, 3) of poses (N, 3), map frame, with the first known.
+
+    ``weights`` (E,) are those of the edges.
+    """
     covariances = np.zeros((len(poses), 3, 3))
     if len(poses) > 1:
         H, _ = linear_system(poses, edges, weights)
@@ -28,7 +31,7 @@ def pose_covariances(poses: FloatArray, edges: Edges, weights: FloatArray) -> Fl
 
 
 def inverse_blocks(H: "csc_matrix") -> FloatArray:
-    """The diagonal blocks (N, 3, 3) of the inverse of a symmetric positive definite (3N, 3N)."""
+    """Return the diagonal blocks (N, 3, 3) of the inverse of a symmetric positive definite (3N, 3N)."""
     blocks = H.tobsr(blocksize=(3, 3))
     blocks.sort_indices()
     begins, rows = blocks.indptr.astype(np.int64), blocks.indices.astype(np.int64)
@@ -39,7 +42,7 @@ def inverse_blocks(H: "csc_matrix") -> FloatArray:
 
 
 def _elimination_places(begins: IntArray, rows: IntArray) -> IntArray:
-    """Place of each node in the order of elimination, (N,), so that few blocks fill: by minimum degree."""
+    """Return the place of each node in the order of elimination, (N,), with few fill-in blocks: minimum degree."""
     from scipy.sparse import csc_matrix, identity
     from scipy.sparse.linalg import splu
 
@@ -91,7 +94,7 @@ def _node_at(place: IntArray) -> IntArray:
 
 @compiled
 def _note(i: int, j: int, mark: IntArray, members: IntArray, size: int) -> int:
-    """Write row ``i`` of column ``j``, if it is below the diagonal and not there yet; returns the size then."""
+    """Write row ``i`` of column ``j``, if it is below the diagonal and new; return the new size."""
     if i > j and mark[i] != j:
         mark[i], members[size] = j, i
         return size + 1
@@ -102,7 +105,7 @@ def _note(i: int, j: int, mark: IntArray, members: IntArray, size: int) -> int:
 def _factors(
     begins: IntArray, rows: IntArray, data: FloatArray, place: IntArray, columns: IntArray, members: IntArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The inverse of D (N, 3, 3), and the blocks of L, (B, 3, 3)."""
+    """Return the inverse of D (N, 3, 3), and the blocks of L, (B, 3, 3)."""
     count = len(place)
     node, at = _node_at(place), np.zeros(count, np.int64)
     D, L = np.zeros((count, 3, 3)), np.zeros((len(members), 3, 3))
@@ -113,7 +116,7 @@ def _factors(
             i = place[rows[b]]
             if i == j:
                 D[j] += data[b]
-            elif i > j:  # the blocks of a row are those of the column, turned over
+            elif i > j:  # the blocks of a row are those of the column, transposed
                 L[at[i]] += data[b].T
     for j in range(count):
         D[j] = np.linalg.inv(D[j])
@@ -132,7 +135,7 @@ def _factors(
 
 @compiled
 def _inverse_diagonal(D: FloatArray, L: FloatArray, columns: IntArray, members: IntArray) -> FloatArray:
-    """Blocks Z_jj (N, 3, 3) of the inverse, in the order of elimination; ``D`` (N, 3, 3) is inverse."""
+    """Return the blocks Z_jj (N, 3, 3) of the inverse, in the order of elimination; ``D`` (N, 3, 3) is inverted."""
     diagonal, below = np.empty_like(D), np.zeros_like(L)
     at = np.zeros(len(D), np.int64)
     for j in range(len(D) - 1, -1, -1):

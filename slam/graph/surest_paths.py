@@ -9,23 +9,23 @@ from slam.compiled import compiled
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
-TURN_COST = 25.0  # m^2 a rad^2: how a variance of the heading counts when paths are compared
+TURN_COST = 25.0  # m^2 per rad^2: weight of the variance of the heading when paths are compared
 
 
 class Hops(NamedTuple):
-    """Steps between submaps, each of which goes both ways."""
+    """Steps between submaps, in both directions."""
 
     first: IntArray
-    """(H,) positions in the list of submaps."""
+    """(H,): indices in the list of submaps."""
     second: IntArray
     covariance: FloatArray
-    """(H, 3, 3), map axes."""
+    """(H, 3, 3): covariances, map axes."""
 
 
 def surest_covariances(source: int, poses: FloatArray, hops: Hops) -> FloatArray:
-    """Covariance (N, 3, 3) of the poses (N, 3) of all submaps as seen from one of them, map axes.
+    """Return the covariance (N, 3, 3) of the poses (N, 3) of all submaps relative to one of them, map axes.
 
-    Infinite where no path leads.
+    Infinite if no path leads there.
     """
     order = np.argsort(np.concatenate([hops.first, hops.second]), kind="stable")
     start = np.concatenate([hops.first, hops.second])[order]

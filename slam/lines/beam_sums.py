@@ -15,9 +15,9 @@ from slam.pose import FloatArray
 from slam.scan import BEARING, COS, SIN
 
 Q, X, Y, XX, XY, YY = range(6)
-"""Columns of the sums (N + 1, 6): those of q, q x, q y, q x^2, q x y and q y^2 over all points before each place."""
+"""Columns of the sums (N + 1, 6): q, q x, q y, q x^2, q x y and q y^2, summed over all points before each index."""
 SUMS = 6
-GAP = 0.05  # metres; a jump longer than this, and than six beam spacings and three sigmas together, parts two walls
+GAP = 0.05  # metres; a longer jump, beyond six beam spacings and three sigmas in addition, separates two walls
 GAP_SPACINGS = 6.0
 GAP_SIGMAS = 3.0
 
@@ -27,7 +27,7 @@ def prefix_sums(
     ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], noise: RangeNoise,
     sums: FloatArray, beam: IntArray, after_gap: NDArray[np.bool_],
 ) -> int:  # fmt: skip
-    """Fill in the sums, the beam of each point, and True where a gap parts it from the last; return how many points.
+    """Fill in the sums, the beam of each point, and True after a gap; return the number of points.
 
     The points are the beams with an echo.
     """
@@ -57,7 +57,7 @@ def prefix_sums(
 
 @compiled
 def chi_square(sums: FloatArray, i: int, j: int) -> float:
-    """Return that of the points i to j (exclusive) about their best line; infinite where they lie in one bearing."""
+    """Return chi-square of the points i to j (exclusive) about their best line; infinite if they lie in one bearing."""
     q, x, y = sums[j, Q] - sums[i, Q], sums[j, X] - sums[i, X], sums[j, Y] - sums[i, Y]
     xx, xy, yy = sums[j, XX] - sums[i, XX], sums[j, XY] - sums[i, XY], sums[j, YY] - sums[i, YY]
     determinant = xx * yy - xy * xy

@@ -11,11 +11,11 @@ from slam.scan import COS, SIN, LaserScan
 
 X, Y, NX, NY, VARIANCE, COUNT, LINKED = range(7)
 """Columns of facets (F, 7): centre, unit normal away from the sensor (0, 0 for a cluster), variance of the centre along
-the normal (m^2), number of points, and 1 where the facet before it is of the same segment, else 0."""
-RANGE_FLOOR = 0.003  # metres: least standard deviation of a range; the matcher adds that walls are not flat
-CLUSTER_GAP = 0.10  # metres between neighbouring points of a cluster, at most
-CLUSTER_SIZE = 0.15  # metres from its first point to its last
-TRUNCATED_SIGMAS = 2.5  # from the end of the reach: nearer to it, only readings that came short are seen
+the normal (m^2), number of points, and 1 if the previous facet is of the same segment, else 0."""
+RANGE_FLOOR = 0.003  # metres: least standard deviation of a range; the matcher adds that of walls that are not flat
+CLUSTER_GAP = 0.10  # metres, the largest gap between neighbouring points of a cluster
+CLUSTER_SIZE = 0.15  # metres, the largest size of a cluster
+TRUNCATED_SIGMAS = 2.5  # standard deviations from the range limit within which readings are too short
 
 
 def facets_of(scan: LaserScan, segments: Segments, length: float) -> FloatArray:
@@ -47,9 +47,9 @@ def _facets(
 
 @compiled
 def _drop_truncated(facets: FloatArray, count: int, range_max: float, noise: RangeNoise) -> int:
-    """Leave out facets so near to the end of the reach that about half of their echoes were lost beyond it.
+    """Leave out facets so near the range limit that about half of their echoes were lost beyond it.
 
-    The readings that remain are too short: a far wall would be mapped too near, and hold the robot back later.
+    The remaining readings are too short: a far wall would be mapped too near.
     """
     kept, unbroken = 0, True
     for k in range(count):
@@ -70,7 +70,7 @@ def _cut(
     points: FloatArray, begin: int, stop: int, theta: float, noise: RangeNoise, length: float,
     facets: FloatArray, count: int,
 ) -> int:  # fmt: skip
-    """Cut one segment into pieces no longer than ``length``, and write a facet of each."""
+    """Cut one segment into pieces no longer than ``length``, and write a facet for each."""
     nx, ny = np.cos(theta), np.sin(theta)
     s0 = nx * points[begin, 1] - ny * points[begin, 0]
     whole = nx * points[stop - 1, 1] - ny * points[stop - 1, 0] - s0
@@ -100,7 +100,7 @@ def _cut(
 
 @compiled
 def _clusters(points: FloatArray, begin: int, stop: int, noise: RangeNoise, facets: FloatArray, count: int) -> int:
-    """Write a facet without normal for every two or more neighbouring points off the segments."""
+    """Write a facet without normal for each group of at least two neighbouring points off the segments."""
     i = begin
     while i < stop:
         j, x, y, v = i, 0.0, 0.0, 0.0

@@ -12,12 +12,12 @@ from slam.scan import COS, SIN
 RHO, THETA = range(2)
 """Columns of the lines (K, 2)."""
 START, END = range(2)
-"""Places of the two ends of a line."""
+"""Indices of the two ends of a line."""
 AA, AB, BB = range(3)
 """Columns of the covariance of (a, b), of the line a x + b y = 1."""
-CORNER_DISTANCE = 0.10  # metres: lines of neighbouring runs that cross this near to where the runs meet make a corner
+CORNER_DISTANCE = 0.10  # metres: lines of neighbouring runs that cross this near their boundary form a corner
 CORNER_STEPS = 2.0  # steps from one beam to the next that are added to it
-MIN_CORNER_SINE = 0.2  # of the angle between these lines
+MIN_CORNER_SINE = 0.2  # sine of the least angle between these lines
 
 
 @compiled
@@ -54,7 +54,7 @@ def wall_lines(
 
 @compiled
 def _solve(totals: FloatArray, ab: FloatArray, cov: FloatArray) -> bool:
-    """Solve for (a, b) of a x + b y = 1 and its covariance from the six sums; False where they leave it open."""
+    """Solve for (a, b) of a x + b y = 1 and its covariance from the six sums; False if they are singular."""
     x, y, xx, xy, yy = totals[X], totals[Y], totals[XX], totals[XY], totals[YY]
     determinant = xx * yy - xy * xy
     if not determinant > 1e-12 * xx * yy:
@@ -82,10 +82,10 @@ def _polar(ab: FloatArray, cov: FloatArray, line: FloatArray, line_cov: FloatArr
 def _end(
     ab: FloatArray, cov: FloatArray, c: float, s: float, spacing: float, end: FloatArray, end_cov: FloatArray
 ) -> None:
-    """Find where the beam of this cosine and sine meets the line.
+    """Return the intersection of the line with the beam of this cosine and sine.
 
-    That point is as sure as the line is along the beam. Along the line, the wall ends anywhere up to the next beam: the
-    mean square of that error is a third of the square of the way there.
+    Its uncertainty along the beam is that of the line. Along the line, the wall ends anywhere up to the next beam: the
+    mean square of that error is a third of the squared distance to it.
     """
     a, b = ab
     r = 1.0 / (a * c + b * s)
@@ -99,7 +99,7 @@ def _end(
 
 @compiled
 def _corner(ab: FloatArray, cov: FloatArray, spacing: float, ends: FloatArray, ends_cov: FloatArray) -> None:
-    """Let two neighbours end where their lines cross, with the covariance that follows from both lines."""
+    """End two neighbours at their intersection, with the covariance that follows from both lines."""
     (a0, b0), (a1, b1) = ab
     cross = a0 * b1 - a1 * b0
     if cross * cross < MIN_CORNER_SINE**2 * (a0 * a0 + b0 * b0) * (a1 * a1 + b1 * b1):

@@ -1,12 +1,12 @@
-"""A scan's facets to the map's surfels: Gauss-Newton with a robust kernel and the prior, compiled.
+"""Match of a scan's facets to the map's surfels: Gauss-Newton with a robust kernel and a prior, compiled.
 
 Pose, facet f and surfel s give the residual r = n_s . (R f + t - c_s) along the surfel's normal, or the whole offset
-for a cluster. Its variance is v = v_f + v_s + floor^2, its weight 1 / (v (1 + r^2 / (kernel^2 + v))^2), which is Geman
-and McClure's. A facet is matched to the nearest surfel that faces its way, anew at every iteration, while the kernel
-shrinks.
+for a cluster. Its variance is v = v_f + v_s + floor^2, its weight 1 / (v (1 + r^2 / (kernel^2 + v))^2), which is that
+of Geman and McClure. At every iteration a facet is matched again to the nearest surfel that faces the same way, while
+the kernel shrinks.
 
-A step is taken only in the directions that the scan constrains: those eigenvectors of its own information, turns
-counted as motion of a lever, whose eigenvalue is not a small share of the largest. In the others the prior stands.
+A step is taken only in the directions that the scan constrains: the eigenvectors of its own information, with rotation
+scaled by a lever, whose eigenvalue is not a small share of the largest. In the others the pose of the prior is kept.
 """
 
 from typing import NamedTuple
@@ -19,11 +19,11 @@ from slam.matching.normal_equations import fill_normal_equations
 from slam.pose import FloatArray
 
 WIDE_ITERATIONS = 2  # in which a surfel may be a whole cell away
-MIN_INFORMATION = 100.0  # m^-2: below it a scan says nothing of a direction
+MIN_INFORMATION = 100.0  # m^-2: below it a direction is unconstrained
 
 
 class SolverSettings(NamedTuple):
-    """The settings of LeastSquaresConfig that the compiled loop needs, and for how long a small thing is new."""
+    """Settings of LeastSquaresConfig for the compiled loop, and the path for which small things count as new."""
 
     gate: float
     floor: float
@@ -37,16 +37,16 @@ class SolverSettings(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """The pose that fits best, and what the scan says of it."""
+    """The pose that fits best, and the information of the scan."""
 
     pose: FloatArray
     """(3,): x, y, theta of the sensor."""
     information: FloatArray
-    """(3, 3), of the scan alone."""
+    """(3, 3): information of the scan alone."""
     projector: FloatArray
-    """(3, 3), onto the directions that the scan constrains, in (x, y, lever theta)."""
+    """(3, 3): projector onto the directions that the scan constrains, in (x, y, lever theta)."""
     inliers: float
-    """The weight of the facets that agree with the map."""
+    """Sum of the weights of the facets that agree with the map."""
     iterations: int
     converged: bool
 
@@ -79,7 +79,7 @@ def solve(
             if B.shape[1] == 0:
                 return Fit(prior.copy(), H, np.zeros((3, 3)), inliers, q, False)
             projector = B @ B.T
-            a = B.T @ d  # where the pose is, seen from the prior, in the directions that are constrained
+            a = B.T @ d  # the pose relative to the prior, in the constrained directions
             moved = B @ (a + np.linalg.solve(B.T @ (A + L) @ B, B.T @ (g / scale - L @ (B @ a)))) - d
         pose += moved / scale
         last_kernel, kernel = kernel, max(0.5 * kernel, settings.kernel)
@@ -89,7 +89,7 @@ def solve(
 
 @compiled
 def _scaled(information: FloatArray, lever: float) -> FloatArray:
-    """An information (3, 3) of x, y, theta as one of x, y, lever theta."""
+    """Transform an information (3, 3) of x, y, theta to x, y, lever theta."""
     scaled = information.copy()
     for i in range(2):
         scaled[i, 2] /= lever
@@ -107,14 +107,14 @@ def _identity() -> FloatArray:
 
 @compiled
 def _surely_constrained(A: FloatArray, weak: float) -> bool:
-    """True where no direction can be weak, told without eigenvalues: the least of three is at least 4 det / trace^2."""
+    """Return True if surely no direction is weak: the least eigenvalue of three is at least 4 det / trace^2."""
     trace = A[0, 0] + A[1, 1] + A[2, 2]
     return bool(4.0 * _determinant(A) > max(weak * trace, MIN_INFORMATION) * trace * trace)
 
 
 @compiled
 def _constrained(A: FloatArray, weak: float) -> FloatArray:
-    """An orthonormal basis (3, K) of the directions in which the information (3, 3) is not weak."""
+    """Return an orthonormal basis (3, K) of the directions in which the information (3, 3) is not weak."""
     values, vectors = np.linalg.eigh(A)
     free = 0
     while free < 3 and (values[free] < weak * values[2] or values[free] < MIN_INFORMATION):
@@ -124,7 +124,7 @@ def _constrained(A: FloatArray, weak: float) -> FloatArray:
 
 @compiled
 def _determinant(A: FloatArray) -> float:
-    """Determinant of a symmetric (3, 3)."""
+    """Return the determinant of a symmetric (3, 3)."""
     minor_0, minor_1 = A[1, 1] * A[2, 2] - A[1, 2] * A[1, 2], A[0, 1] * A[2, 2] - A[1, 2] * A[0, 2]
     minor_2 = A[0, 1] * A[1, 2] - A[1, 1] * A[0, 2]
     return float(A[0, 0] * minor_0 - A[0, 1] * minor_1 + A[0, 2] * minor_2)
@@ -132,7 +132,7 @@ def _determinant(A: FloatArray) -> float:
 
 @compiled
 def _solved(A: FloatArray, b: FloatArray) -> FloatArray:
-    """X of A x = b, for A (3, 3) symmetric and positive definite, by A = M M^T."""
+    """Solve A x = b, for A (3, 3) symmetric and positive definite, by A = M M^T."""
     m = np.sqrt(A[0, 0])
     p, q = A[0, 1] / m, A[0, 2] / m
     n = np.sqrt(A[1, 1] - p * p)

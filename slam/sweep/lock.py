@@ -14,10 +14,10 @@ _NAME: Final = "driver.lock"
 
 
 class SweepLock:
-    """Held while a driver works in the folder; InputError while another does.
+    """Lock of a folder for one driver; InputError while another driver has it.
 
-    On a file system the system holds it, and lets go when the process dies, however it dies. At a URL it is a file that
-    names host and process: that of a process of this host that is gone is taken over.
+    On a file system the system holds it, and releases it when the process dies. At a URL it is a file with host and
+    process: the lock of a dead process of this host is taken over.
     """
 
     def __init__(self, folder: Folder) -> None:
@@ -65,7 +65,7 @@ class SweepLock:
 
 
 def _claim(text: str) -> dict[str, Any]:
-    """Host and process that a lock names; empty where it cannot be read."""
+    """Read host and process of a lock; empty if it cannot be read."""
     try:
         claim = json.loads(text)
     except ValueError:
@@ -74,7 +74,7 @@ def _claim(text: str) -> dict[str, Any]:
 
 
 def _may_run(other: str) -> bool:
-    """True where that process may still be at work: one of another host is believed to be."""
+    """Return True if that process may still run: one of another host counts as running."""
     who = _claim(other)
     if who.get("host") != platform.node() or not isinstance(who.get("pid"), int):
         return True

@@ -19,11 +19,11 @@ from slam.system import leave_terminal
 ONE_THREAD: Final = dict.fromkeys(
     ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
-"""Environment of a worker: there are as many of them as processors, and sums must be made in the same order."""
+"""Environment of a worker: one thread, as there are as many workers as processors, and sums keep their order."""
 
 
 class ProcessPool:
-    """``size`` workers, which stay warm from job to job; each has one job at a time.
+    """``size`` workers, which run one job after another.
 
     ``allowed`` is the code that the user allows: see slam/config/section.py.
     """
@@ -80,10 +80,10 @@ class _Worker:
         )
         with environment(ONE_THREAD), main_module_hidden():
             self._process.start()
-        far_end.close()  # the worker's alone, so that its death closes the pipe
+        far_end.close()  # only the worker holds it, so that its death closes the pipe
 
     def send(self, job: Job) -> bool:
-        """False where the process is gone."""
+        """Send a job; return False if the process has died."""
         try:
             self.pipe.send_bytes(job.model_dump_json().encode())
         except OSError:
@@ -92,7 +92,7 @@ class _Worker:
         return True
 
     def receive(self) -> FinishedJob | LostJob | None:
-        """Result that came through the pipe; None where there was no job."""
+        """Return the result from the pipe; None without a job."""
         job, self.job = self.job, None
         if job is None:
             return None
@@ -110,10 +110,10 @@ class _Worker:
 
 
 def _work(pipe: Connection, runs: str, pictures: bool, allowed: Sequence[str]) -> None:
-    """Run jobs until the pipe is closed, or the driver is gone: then stop at once, even in a run."""
+    """Run jobs until the pipe is closed or the driver has died; then stop at once, even in a run."""
     leave_terminal()
     threading.Thread(target=_exit_with_driver, daemon=True).start()
-    from slam.sweep.run_job import run_job  # here, so that the time it takes is the worker's
+    from slam.sweep.run_job import run_job  # here, so that the worker spends the time
 
     while (message := _next(pipe)) is not None:
         row = run_job(Job.model_validate_json(message), runs, pictures, allowed)
@@ -142,7 +142,7 @@ def _describe_exit(exitcode: int | None) -> str:
 
 @contextmanager
 def main_module_hidden() -> Iterator[None]:
-    """Hide the user's script, which a new process would run once more: nothing of it is needed there."""
+    """Hide the user's script, which a new process would otherwise run again."""
     main = sys.modules["__main__"]
     hidden: dict[str, Any] = {name: vars(main).pop(name) for name in ("__file__", "__spec__") if name in vars(main)}
     main.__spec__ = None

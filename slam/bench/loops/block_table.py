@@ -31,22 +31,22 @@ class BlockRun(NamedTuple):
     times: FloatArray
     """Wall time of every update, (N,)."""
     front_time: float
-    """Wall time from the first scan to the last ..."""
+    """Wall time from the first scan to the last."""
     finish_time: float
-    """... and after it."""
+    """Wall time after the last scan."""
     front_cpu: float
-    """Processor time of the front end ..."""
+    """Processor time of the front end."""
     back_cpu: float
-    """... and of the back end, until the closed map is there."""
+    """Processor time of the back end, until the closed map is complete."""
     front_memory: float
-    """Most memory of the front end beyond what there was before the first scan ..."""
+    """Peak memory of the front end, minus the memory before the first scan."""
     back_memory: float
-    """... and of the back end's process."""
+    """Peak memory of the back end's process."""
     loops: LoopCounts | None
 
 
 def block_table(seed: int, config: SlamConfig, console: Terminal, scans: int = SCANS) -> ResultTable:
-    """Run the method through the building, without loops and with, each in a process of its own."""
+    """Run the method through the building, without loops and with, each in a new process."""
     rows = []
     for way, settings in (("never", without_loops(config)), ("auto", config)):
         jobs, description = [(seed, settings, scans)], f"a building of {scans} scans, loops: {way}"

@@ -48,7 +48,7 @@ def write_key_scans(path: Path, keys: Iterable[KeyScan]) -> None:
 
 
 def read_known_graph(path: Path, graph: RunGraph) -> KnownGraph:
-    """The key scans of this graph, with it; InputError names the file and what is wrong."""
+    """Read the key scans of this graph, and return the graph with them; InputError names the file and what is wrong."""
     arrays = _read(path)
     _require_whole(path, arrays, len(graph.scans))
     return KnownGraph.of(graph, tuple(_keys(arrays, graph)))

@@ -33,7 +33,10 @@ class SavedKey(_Strict):
 
 
 class SavedSubmap(_Strict):
-    """A stretch of key scans, by their places in ``keys``; ``broken`` where odometry alone joins it to the last one."""
+    """Consecutive key scans, by their indices in ``keys``.
+
+    ``broken`` if only odometry joins it to the submap before.
+    """
 
     number: Number
     node: Number
@@ -50,12 +53,12 @@ class SavedConstraint(_Strict):
     T_first_second: PoseRow
     information: Matrix
     loop: Number | None
-    """Number of the loop that it belongs to."""
+    """Number of the loop that the constraint belongs to."""
     weight: Share
 
 
 class SavedLoop(_Strict):
-    """A submap that was found in another one, and the verdict on it: see slam/graph/loop.py."""
+    """A submap that was found in another one, with the result of the check: see slam/graph/loop.py."""
 
     number: Number
     submap: Number

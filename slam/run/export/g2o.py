@@ -44,7 +44,7 @@ def _rows(graph: RunGraph) -> Iterator[str]:
 
 
 def turned_to_second(edges: Edges) -> FloatArray:
-    """The information (E, 3, 3) in the axes of the second nodes, where the edges have these."""
+    """Return the information (E, 3, 3) in the axes of the second nodes, the convention of g2o."""
     c, s = np.cos(edges.measured[:, 2]), np.sin(edges.measured[:, 2])
     R = np.zeros((len(c), 3, 3))
     R[:, 0, 0], R[:, 0, 1], R[:, 1, 0], R[:, 1, 1], R[:, 2, 2] = c, -s, s, c, 1.0

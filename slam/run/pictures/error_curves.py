@@ -24,7 +24,7 @@ _ERRORS = (
 def draw_errors(folder: Path) -> None:
     """Write ``errors.png`` into a run folder that has at least one step.
 
-    Against the truth where there is one; otherwise what SLAM says less what the odometry says.
+    It shows errors against the true pose if that is known; otherwise SLAM minus odometry.
     """
     traces = Traces.read(folder)
     if traces is None:
@@ -54,7 +54,7 @@ def draw_errors(folder: Path) -> None:
 
 
 def paper_curves(traces: Traces) -> Iterator[tuple[str, Figure]]:
-    """Figures by name; Figs. 17 to 19 only where the truth is known."""
+    """Return figures by name; Figs. 17 to 19 only if the true pose is known."""
     if traces.truth is not None:
         for (name, scale, label), error in zip(_ERRORS, pose_errors(traces.estimate, traces.truth).T, strict=True):
             yield name, _curve(np.arange(len(error)), scale * error, label)

@@ -12,13 +12,13 @@ class Metric:
     key: str
     quantity: str
     statistic: str
-    """Empty for a quantity that is one number."""
+    """Name of the statistic; empty for a quantity that is one number."""
     unit: str
     meaning: str
     form: str = ".3f"
     less_is_better: bool = False
     more_is_better: bool = False
-    """With neither, no value of it is better than another."""
+    """If neither is set, no value is better than another."""
 
     @property
     def name(self) -> str:
@@ -26,7 +26,7 @@ class Metric:
         return f"{self.quantity}, {self.statistic}" if self.statistic else self.quantity
 
     def shown(self, value: Any) -> str:
-        """The value as a table has it; a dash where it is not known."""
+        """Format the value for a table; a dash if it is unknown."""
         if value is None:
             return "–"  # noqa: RUF001  # a dash, as printed
         return format(int(value) if self.form == "d" else float(value), self.form)
@@ -105,16 +105,16 @@ _TEXTS: Final = frozenset(
 )
 _LARGEST: Final = 1e18
 METRICS: Final = {metric.key: metric for metric in _METRICS}
-"""Every metric by its key, in the order in which tables show them."""
+"""Every metric by its key, in the order of the tables."""
 
 
 def more_is_better(key: str) -> bool:
-    """True for a metric whose greatest value is the best; false for all other keys, also those that no table shows."""
+    """Return True for a metric whose greatest value is the best; False for all other keys."""
     return key in METRICS and METRICS[key].more_is_better
 
 
 def metrics_fault(metrics: Any) -> str | None:
-    """Say what is wrong with the content of a ``metrics.json``; None where nothing is."""
+    """Describe the fault in the content of a ``metrics.json``; None if there is none."""
     if not isinstance(metrics, dict):
         return f"is no object but {str(metrics)[:20]!r}"
     for key, value in metrics.items():

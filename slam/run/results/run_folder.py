@@ -9,13 +9,13 @@ from slam.errors import InputError
 from slam.files.links import is_folder_link, link_folder
 
 _LONGEST: Final = 200
-"""Bytes of a scenario's name in that of a folder; systems take 255, and the time is added."""
+"""Bytes of a scenario's name in the name of a folder; systems allow 255, and the time is added."""
 
 
 def make_run_folder(name: str, out: Path | None = None, runs: Path = Path("runs")) -> Path:
-    """A new folder for a run: ``out``, or ``runs/<name>-<time>`` with ``runs/latest`` pointing at it.
+    """Make a new folder for a run: ``out``, or ``runs/<name>-<time>`` with a link ``runs/latest`` to it.
 
-    Raises InputError when ``out`` already holds something, or cannot be made.
+    Raises InputError if ``out`` is not empty, or cannot be made.
     """
     try:
         return _given(out) if out else _stamped(name, runs)
@@ -42,12 +42,12 @@ def _stamped(name: str, runs: Path) -> Path:
 
 
 def shortened(name: str) -> str:
-    """The name, cut to what a folder's name can hold; never inside a character."""
+    """Cut the name to the length of a folder's name, never inside a character."""
     return os.fsencode(name)[:_LONGEST].decode(errors="ignore")
 
 
 def _first_free(wanted: Path) -> Path:
-    """Make ``wanted``, or ``wanted-2``, ``-3`` ... when another run began in the same second."""
+    """Make ``wanted``, or ``wanted-2``, ``-3`` ... if another run began in the same second."""
     folder, number = wanted, 1
     while True:
         try:

@@ -19,14 +19,14 @@ _NEEDED: Final = (
 )  # fmt: skip
 """Columns that every run has."""
 _MAY_BE_EMPTY: Final = ("cov_", "battery", "sonar_")
-"""Columns of which these are the beginnings."""
+"""Prefixes of optional columns."""
 _LARGEST: Final = 1e18
 
 
 def read_steps(path: Path) -> tuple[NDArray[Any], str | None]:
-    """Records (K,), named as the columns, and the fault of the line at which the table ends before the file does.
+    """Read records (K,), with a field for each column, and the fault of the line at which a damaged table ends.
 
-    The fault is None for a whole file. InputError where the head is damaged.
+    The fault is None for an intact file. InputError for a damaged head.
     """
     values, fault = array("d"), None
     with closing(read_lines(path)) as lines:

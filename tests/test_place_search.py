@@ -52,7 +52,7 @@ def test_the_best_place_of_a_block_is_that_of_a_plain_search() -> None:
     places, shares = _best_of_blocks(chosen, blocks, shifts, pictures.drawn, window)
     for block, place, share in zip(chosen.tolist(), places, shares, strict=True):
         a, i0, j0 = np.unravel_index(block, (3, blocks, blocks))
-        best = (-np.inf,)
+        best: tuple[float, ...] = (-np.inf,)
         for i in range(BLOCK * i0, min(BLOCK * (i0 + 1), 2 * window.places + 1)):
             for j in range(BLOCK * j0, min(BLOCK * (j0 + 1), 2 * window.places + 1)):
                 total = 0.0

@@ -1,18 +1,26 @@
-"""What a search for a loop makes of the places that it found: one, two that are as good, one that says too little."""
+"""The search for a loop: rooms that are found again, and what is made of two places that are as good."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slam.config import LeastSquaresConfig, SurfelMapConfig
+from slam.bench.block_log import cast_walls
+from slam.config import ChiSquareConfig, LeastSquaresConfig, SurfelMapConfig
+from slam.graph.condensed import CondensedGraph
 from slam.graph.key_scan import KeyScan
+from slam.graph.loop import Loop
 from slam.graph.loop_check import Check, KeyMatch
+from slam.graph.loop_finder import LoopFinder
 from slam.graph.loop_search import MOST_ANGLE, MOST_WINDOW, LoopSearch, _second_place, _window, _without
 from slam.graph.submap_graph import SubmapGraph
-from slam.lidars import TABLE1
+from slam.lidars import Lidar
+from slam.lines.chi_square import segments_by_chi_square
+from slam.lines.facets import facets_of
+from slam.lines.learnt_noise import ASSUMED
 from slam.matching.coarse_search import HEADING_STEP, PIXEL
 from slam.pose import FloatArray, compose_poses
+from slam.scan import LaserScan
 
 OWN = np.array([4.0, -2.0, 0.5])
 """Pose of the key scan by which places are compared."""
@@ -78,13 +86,74 @@ def test_a_window_reaches_three_sigmas_but_not_beyond_its_most() -> None:
     np.testing.assert_allclose(small.information, np.diag(np.array([0.19, 0.1, 0.05]) ** -2.0) / 50.0)
 
 
-def test_scans_that_see_hardly_a_wall_are_not_sought() -> None:
-    graph, facets = SubmapGraph(), np.array([[1.0, 0.0, 1.0, 0.0, 1e-4, 5.0, 0.0]] * 2)
-    for number in range(4):
-        pose = np.array([0.3 * number, 0.0, 0.0])
-        graph.add(KeyScan(pose, (number // 2,), facets, np.ones(3, np.float32), TABLE1.lidar, index=number))
-    search = LoopSearch(graph, LeastSquaresConfig(), SurfelMapConfig())
+def outline(*corners: tuple[float, float]) -> FloatArray:
+    """The walls (W, 2, 2) between these corners, and back to the first."""
+    return np.stack([np.array(corners), np.roll(np.array(corners), -1, axis=0)], axis=1)
+
+
+def twice_in(walls: FloatArray, drift: FloatArray, broken: bool = False) -> SubmapGraph:
+    """Two submaps, finished, of three scans each in the middle of a room; ``local`` has drifted between the two."""
+    graph, lidar = SubmapGraph(), Lidar(-np.pi, np.pi / 180, 360, 0.05, 20.0, 0.1)
+    for number in range(6):
+        place = np.array([0.3 * (number % 3), 0.1, 0.2])
+        ranges = cast_walls(walls, place[None], lidar.angle_min, lidar.angle_increment, lidar.beams)[0]
+        scan = LaserScan(0.0, lidar.angle_min, lidar.angle_increment, lidar.range_min, lidar.range_max, ranges)
+        facets = facets_of(scan, segments_by_chi_square(scan, ChiSquareConfig(), ASSUMED), 0.2)
+        local = compose_poses(drift, place) if number >= 3 else place
+        readings, breaks = ranges.astype(np.float32), broken and number == 3
+        graph.add(KeyScan(local, (number // 3,), facets, readings, lidar, index=number, broken=breaks))
     for submap in graph.submaps.values():
         submap.finish(graph.keys)
-    view = search.view(graph.submaps[1])
-    assert search.find(view, graph.submaps[0], np.diag([0.1, 0.1, 0.05]), "odometry") is None
+    return graph
+
+
+def found_in(graph: SubmapGraph, covariance: FloatArray) -> Loop | None:
+    search = LoopSearch(graph, LeastSquaresConfig(), SurfelMapConfig())
+    return search.find(search.view(graph.submaps[1]), graph.submaps[0], covariance, "odometry")
+
+
+L_ROOM = outline((-3.0, -2.0), (4.0, -2.0), (4.0, 1.0), (1.5, 1.0), (1.5, 4.0), (-3.0, 4.0))
+HALL = outline((-4.0, -2.5), (4.0, -2.5), (4.0, 2.5), (-4.0, 2.5))
+DRIFT = np.array([0.0, -0.3, 0.15])
+KNOWN, ANY_HEADING = np.diag([0.3, 0.3, 0.1]) ** 2, np.diag([0.5, 0.5, 2.0]) ** 2
+
+
+@pytest.mark.parametrize("covariance", [KNOWN, ANY_HEADING])
+def test_a_room_is_found_again_through_a_drift(covariance: FloatArray) -> None:
+    loop = found_in(twice_in(L_ROOM, DRIFT), covariance)
+    assert loop is not None
+    assert compose_poses(loop.T_other_submap, DRIFT) == pytest.approx(np.zeros(3), abs=0.01)
+    assert (loop.submap, loop.other, loop.agreeing) == (1, 0, 3)
+
+
+def test_a_hall_that_looks_alike_from_both_ends_is_found_where_its_heading_is_known() -> None:
+    graph = twice_in(HALL, DRIFT)
+    assert found_in(graph, ANY_HEADING) is None
+    loop = found_in(graph, KNOWN)
+    assert loop is not None
+    off = compose_poses(loop.T_other_submap, DRIFT)
+    assert off[1:] == pytest.approx(np.zeros(2), abs=0.01)  # along the hall it may be left where it was thought to be
+
+
+def test_another_room_is_no_loop() -> None:
+    graph = twice_in(L_ROOM, DRIFT)
+    graph.keys[3:] = twice_in(outline((-2.0, -9.0), (2.0, -9.0), (1.0, 5.0), (-2.0, 5.0)), DRIFT).keys[3:]
+    assert found_in(graph, KNOWN) is None
+
+
+def test_scans_that_see_hardly_a_wall_are_not_sought() -> None:
+    graph = twice_in(outline((1.0, -0.1), (1.0, 0.1)), DRIFT)
+    assert found_in(graph, KNOWN) is None
+
+
+def test_where_nothing_is_found_after_a_break_nothing_is_added() -> None:
+    """The robot was carried into another room: the first is tried, by the graph, and with any heading."""
+    corridor = outline((-9.0, -1.0), (9.0, -1.0), (9.0, 1.0), (-9.0, 1.0))
+    graph = twice_in(L_ROOM, DRIFT, broken=True)
+    graph.keys[3:] = twice_in(corridor, DRIFT, broken=True).keys[3:]
+    finder = LoopFinder(graph, CondensedGraph(graph, 30.0), LeastSquaresConfig(), SurfelMapConfig())
+    for submap in graph.submaps.values():
+        finder.add(submap)
+    assert finder.find(graph.submaps[1]) == 0
+    assert finder.tried >= 2
+    assert graph.loops == []

@@ -188,6 +188,14 @@ def test_results_that_are_cut_off_are_dropped() -> None:
         assert len(got) == (length >= len(written[0])) + (length >= len(whole))
 
 
+@pytest.mark.parametrize(
+    ("code", "how"),
+    [(0, "ended with exit code 0"), (3, "ended with exit code 3"), (-signal.SIGSEGV, "was killed by SIGSEGV")],
+)
+def test_it_is_told_how_the_process_ended(code: int, how: str) -> None:
+    assert back_end_process._Ended(code).how == how
+
+
 def test_a_run_that_lost_it_has_a_causal_folder_that_says_so(lost_run: Path) -> None:
     record = RunRecord.open(lost_run)
     assert record.metrics is not None

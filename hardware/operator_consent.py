@@ -8,7 +8,7 @@ from hardware.keyboard import forget_typed, typed_line
 from slam.console.signals import count_suspensions
 from slam.errors import RobotError
 
-_QUESTION: Final = "The robot is about to move. Is its way free, and a hand at the emergency stop? [y/N] "
+_QUESTION: Final = "The robot is about to move. Is its path clear, and a hand at the emergency stop? [y/N] "
 
 
 class OperatorConsent:
@@ -21,7 +21,7 @@ class OperatorConsent:
 
     def __init__(self, given: bool) -> None:
         self._always = self.given = given
-        self._cure = "give --yes, or yes=True, when its way is free"
+        self._cure = "give --yes, or yes=True, when its path is clear"
         count_suspensions()  # from now on
 
     def ask(self, over: Callable[[], bool]) -> None:

@@ -1,4 +1,4 @@
-"""Reasons why a port cannot be opened or was lost, in words, each with the next step."""
+"""Reasons why a port cannot be opened or was lost, each with the next step for the user."""
 
 import errno
 import os
@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Final
 from urllib.parse import urlsplit
 
-_NOT_A_PORT: Final = "this is no serial port; hopslam doctor without a name lists those there are"
+_NOT_A_PORT: Final = "this is no serial port; hopslam doctor without a name lists the serial ports"
 _SILENT_HOST: Final = "the host does not answer; is it switched on, and in this network?"
 _REASONS: Final = {
-    errno.ENOENT: "there is no such port; plug the device in, and see hopslam doctor for the ports there are",
+    errno.ENOENT: "there is no such port; plug the device in, and hopslam doctor lists the ports",
     errno.EBUSY: "another program is using it; close that one first",
     errno.EAGAIN: "another program is using it; close that one first",
     errno.EIO: "the device is gone; was it unplugged?",
@@ -22,12 +22,12 @@ _REASONS: Final = {
     errno.ENODEV: "the device is gone; was it unplugged?",
     errno.ENOTTY: _NOT_A_PORT,
     errno.EISDIR: _NOT_A_PORT,
-    errno.ECONNREFUSED: "nobody listens there; start the emulator or the serial server first, or mend the number",
+    errno.ECONNREFUSED: "nobody listens there; start the emulator or the serial server first, or correct the number",
     errno.ECONNRESET: "the other side has hung up; is another program using it?",
     errno.EPIPE: "the other side has hung up; is another program using it?",
     errno.ETIMEDOUT: _SILENT_HOST,
     errno.EHOSTUNREACH: _SILENT_HOST,
-    errno.ENETUNREACH: "there is no way to that network; is this computer connected?",
+    errno.ENETUNREACH: "that network cannot be reached; is this computer connected?",
 }
 _IN_WORDS: Final = re.compile(r"Error\((\d+),")
 """Number of a cause that pyserial gives only as text on Windows, such as ``PermissionError(13, ...)``."""
@@ -41,7 +41,7 @@ def reason_of(url: str, error: BaseException) -> str:
         return _URL_FORM.format(scheme=parts.scheme)
     causes = list(_causes(error))
     if any(isinstance(cause, socket.gaierror) for cause in causes):
-        return f"no host is called {parts.hostname}; mend the name, or give its number"
+        return f"no host is called {parts.hostname}; correct the name, or give its address"
     if any(isinstance(cause, TimeoutError) for cause in causes):
         return _SILENT_HOST
     number = next(filter(None, map(_number, causes)), None)

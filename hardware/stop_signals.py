@@ -1,4 +1,4 @@
-"""Signals that end or suspend a program, passed on before they do so."""
+"""Signals that end or suspend a program, passed on before they take effect."""
 
 import logging
 import os

@@ -1,4 +1,4 @@
-"""The serial ports of this machine: which of them a robot or a lidar is likely behind, and how long they hold bytes."""
+"""The serial ports of this machine: those that may belong to a robot or a lidar, and their latency."""
 
 import re
 from dataclasses import dataclass

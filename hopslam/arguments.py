@@ -1,4 +1,4 @@
-"""Arguments of the API, checked: a fault is one InputError that names argument, value, index and cure."""
+"""Checks of the arguments of the API: a fault is one InputError with argument, value, index and advice."""
 
 from math import isfinite, pi
 from numbers import Real

@@ -1,4 +1,4 @@
-"""Scans and odometry as a user gives them, one after another, made into what the method takes."""
+"""Checks and converts the scans and the odometry that a caller passes one after another."""
 
 import warnings
 from typing import Any, Final

@@ -1,4 +1,4 @@
-"""The robot in a PyBullet world: wheels, walls, people and furniture that meet with forces."""
+"""The robot in a PyBullet world: wheels, walls, people and furniture with contact forces."""
 
 import numpy as np
 

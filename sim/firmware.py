@@ -2,10 +2,10 @@
 
 ``base`` is a record of the type BASE, ``model`` one of the type MODEL: sim/records.py.
 
-The stall protection cuts motors that push in vain, and tries them again a little later. ARCOS has two settings for it,
-which every P3-DX reports (Pioneer 3 Operations Manual, CONFIGpac): StallVal, "maximum
-PWM before stall", and StallCount, milliseconds after a stall in which the motors are not engaged. The manual gives no
-factory values, so the effort and both times are ours.
+The stall protection cuts motors that strain without turning, and tries them again a little later. ARCOS has two
+settings for it, which every P3-DX reports (Pioneer 3 Operations Manual, CONFIGpac): StallVal, "maximum PWM before
+stall", and StallCount, milliseconds after a stall in which the motors are not engaged. The manual gives no factory
+values, so torque and both times are our choice.
 """
 
 from typing import Any, Final

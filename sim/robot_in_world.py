@@ -1,4 +1,4 @@
-"""The P3-DX and its sensors in the world of a scenario: what the simulated robot and the emulated devices share."""
+"""The P3-DX and its sensors in the world of a scenario, for the simulated robot and the emulated devices."""
 
 import logging
 from abc import ABC, abstractmethod

@@ -1,4 +1,4 @@
-"""Machine code of a hot loop, made once: together with the code of all that it calls."""
+"""Machine code of a hot loop, compiled once, together with the code of all its callees."""
 
 # mypy: disable-error-code="no-untyped-call"
 # numba's classes are typed only in part.

@@ -55,7 +55,7 @@ def test_a_failed_driver_says_so_and_begins_anew(caplog: pytest.LogCaptureFixtur
     driver.thread.close()
     assert (driver.losses, driver.connections) == (3, 4)
     said = [record.getMessage() for record in caplog.records]
-    assert "begins anew: ZeroDivisionError: in a codec (test_silent_devices.py, line" in said[0]
+    assert "starts again: ZeroDivisionError: in a codec (test_silent_devices.py, line" in said[0]
     assert said[1:3] == ["the lidar is back", "unplugged"]
 
 

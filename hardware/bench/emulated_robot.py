@@ -1,4 +1,4 @@
-"""The drivers and the emulated devices in one process, for the benchmarks to measure, and the load of them."""
+"""The drivers and the emulated devices in one process, for benchmarks, and the measurement of their load."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager

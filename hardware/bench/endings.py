@@ -1,4 +1,4 @@
-"""Benchmark of endings: how soon a robot is told to stop, and stands, when its program ends or is suspended."""
+"""Benchmark of endings: time until a robot is told to stop, and stops, after its program ends or is suspended."""
 
 import resource
 import signal

@@ -1,4 +1,4 @@
-"""Benchmark of faults: how soon the robot stands, which reason it names, and whether the cure brings it back."""
+"""Benchmark of faults: time until the robot stops, the reason that is given, and the recovery after the fault."""
 
 import os
 import signal

@@ -1,4 +1,4 @@
-"""Keeps what passes over the ports in a file that only grows, and never lets a driver wait for the disk."""
+"""Records the traffic on the ports in a file, without delaying a driver when the disk is slow."""
 
 import logging
 import os

@@ -1,4 +1,4 @@
-"""N robots, and what they see and get in a step, as arrays. SI units, radians."""
+"""State, views and rewards of N robots, as arrays. SI units, radians."""
 
 from typing import Any, NamedTuple
 

@@ -1,4 +1,4 @@
-"""SLAM for the robots of a batch, in processes of their own: each robot has the episode that it would have alone."""
+"""SLAM for the robots of a batch, in separate processes; the results are those of single robots."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -96,7 +96,7 @@ class SlamPool(Closing):
                 pipe.send(share)
             answers = [pipe.recv() for pipe in self._pipes]
         except (EOFError, OSError) as error:
-            raise RobotError("a process that ran SLAM for the batch has ended; make the environment anew") from error
+            raise RobotError("a process that ran SLAM for the batch has ended; make a new environment") from error
         for answer in answers:
             if isinstance(answer, HopslamError):
                 raise answer

@@ -1,4 +1,4 @@
-"""One step of many robots, compiled: drive until the next scan, take it, and look how far the route is done."""
+"""One step of many robots, compiled: drive until the next scan, take it, and update the progress on the route."""
 
 from math import atan2, cos, hypot, sin
 from typing import Any

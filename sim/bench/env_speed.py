@@ -109,7 +109,7 @@ def _slam(sizes: Sequence[int]) -> ResultTable:
 def _thread_times(envs: Any, size: int, seconds: float) -> tuple[float, float, float]:
     """Return the wall time, the CPU time of all threads and of this thread for one step of all robots.
 
-    Closes the environment.
+    It closes the environment.
     """
     actions = np.tile(ACTION, (size, 1))
     envs.reset(seed=0)

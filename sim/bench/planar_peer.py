@@ -1,4 +1,4 @@
-"""ir-sim, another simulator of robots in the plane, in the same world and with as many beams: a yardstick of speed."""
+"""ir-sim, another planar robot simulator, in the same world with the same number of beams, as a reference for speed."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory

@@ -1,7 +1,7 @@
-"""Speed of the simulator, and PyBullet's own share of it: its calls are recorded, and made again alone.
+"""Speed of the simulator, and PyBullet's own share of it: its calls are recorded, and repeated alone.
 
-They are made again in the world in which the whole is timed: two worlds that are the same differ by up to 5 % in speed,
-by where their memory lies.
+They are repeated in the world in which the whole is timed: two equal worlds differ by up to 5 % in speed, because their
+memory lies elsewhere.
 """
 
 from collections.abc import Callable, Iterator

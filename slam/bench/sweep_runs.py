@@ -1,4 +1,4 @@
-"""Cost of sweeping itself: runs a second by the number of jobs, the driver's share, its memory."""
+"""Cost of a sweep itself: runs per second by the number of jobs, the driver's share, its memory."""
 
 from collections import deque
 from collections.abc import Callable, Iterator

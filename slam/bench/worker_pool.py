@@ -1,4 +1,4 @@
-"""Runs the jobs of a benchmark in processes of their own, which end with the benchmark, however that ends."""
+"""Runs the jobs of a benchmark in separate processes, which always end with the benchmark."""
 
 import os
 import signal

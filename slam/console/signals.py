@@ -1,4 +1,4 @@
-"""Signals by which somebody ends a program, or suspends it."""
+"""Signals that end or suspend a program."""
 
 import signal
 import sys

@@ -1,4 +1,4 @@
-"""The system calls by which the files of results change: all go through one object, for which tests have another."""
+"""System calls that change the files of results: all use one object, which tests replace."""
 
 import errno
 import os

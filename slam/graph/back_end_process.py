@@ -1,8 +1,8 @@
-"""The back end in a process of its own, so that its search costs the loop of the robot nothing.
+"""The back end in a separate process, so that its search does not delay the loop of the robot.
 
 Key scans go in by its standard input, closures come out by its standard output, both in order. Two threads move them,
-so that neither side waits for the other. It ends with its input, however this process ends. Signals that end a program
-are for the loop, which asks for the last result then.
+so that neither side waits for the other. The process ends with its input, however this process ends. Signals that end a
+program are left to the loop, which then asks for the last result.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""The constellation of a submap: its walls, and the floor that they leave free."""
+"""The constellation of a submap: its walls, and the free floor between them."""
 
 from typing import Final, NamedTuple, Self
 

@@ -1,8 +1,8 @@
 """Covariances of the poses of a graph: the diagonal blocks of the inverse of its information matrix.
 
-The inverse is full, but its blocks where the factors L D L^T have one follow from one another, from the last column
-backwards (Takahashi, Fagan and Chen, 1973; Kaess and Dellaert, Robotics and Autonomous Systems 57, 2009):
-Z_ij = -sum_k Z_ik L_kj and Z_jj = D_j^-1 - sum_k L_kj^T Z_kj, over the blocks k of column j of L.
+The inverse is full, but its blocks at the non-zero blocks of the factors L D L^T follow from one another, from the last
+column backwards (Takahashi, Fagan and Chen, 1973; Kaess and Dellaert, Robotics and Autonomous Systems 57, 2009): Z_ij =
+-sum_k Z_ik L_kj and Z_jj = D_j^-1 - sum_k L_kj^T Z_kj, over the blocks k of column j of L.
 """
 
 from typing import TYPE_CHECKING

@@ -1,7 +1,7 @@
-"""Evidence for places: the walls that they lay on each other, and those where the floor was seen to be free.
+"""Evidence for poses of submaps: overlapping walls, against walls on floor that was seen to be free.
 
-Compiled. A place is refined by least squares on the walls that it lays on each other. Its score is how much these fix
-it in every direction, against the metres of wall of either submap that lie where the robot of the other saw free floor.
+Compiled. A pose is refined by least squares on the overlapping walls. Its score measures how well these fix it in every
+direction, reduced by the metres of wall of either submap on the free floor of the other.
 """
 
 from typing import Final

@@ -1,8 +1,8 @@
-"""Bounded search of a place in a submap, compiled: every pose of a window gets an upper bound, few are looked at.
+"""Branch-and-bound search of a pose in a submap, compiled: all poses of a window get upper bounds, few are evaluated.
 
 The pictures of the submap are those of coarse_search.py. Pooled over blocks of pixels they give, for a heading and a
-block of places, a bound of the score that a joint scan can reach there; the blocks with the highest bounds, less what
-the prior takes off, are looked into (after Hess et al., "Real-time loop closure in 2D lidar SLAM", ICRA 2016).
+block of positions, an upper bound of the score of a joint scan; the blocks with the highest bounds, minus the cost of
+the prior, are evaluated (after Hess et al., "Real-time loop closure in 2D lidar SLAM", ICRA 2016).
 """
 
 from typing import NamedTuple

@@ -1,9 +1,9 @@
-"""The pose graph: nodes in the plane, what is known between them, and the poses that bear it out best.
+"""The pose graph: nodes in the plane, measured edges between them, and the poses that fit them best.
 
-The residual of an edge is that of Olson and of g2o's SE2: e = T_first_second^-1 (estimated) less the measured one, in
+The residual of an edge is that of Olson and of g2o's SE2: e = T_first_second^-1 (estimated) minus the measured one, in
 the axes of the first node. Edges of loops are robust, with the kernel of Geman and McClure, w = (c / (c + chi^2))^2,
-which starts as wide as the worst of them asks and shrinks to c (graduated non-convexity, Yang et al., RA-L 2020): so a
-wrong loop among right ones loses its say whatever the start.
+which starts as wide as the worst edge needs and shrinks to c (graduated non-convexity, Yang et al., RA-L 2020): so a
+wrong loop among correct ones loses its weight for any start.
 """
 
 from collections.abc import Iterable

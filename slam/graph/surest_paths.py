@@ -1,4 +1,4 @@
-"""Covariance of the place of every submap as seen from one, along the surest path; compiled."""
+"""Covariance of the pose of every submap relative to one, along the most certain path; compiled."""
 
 from typing import NamedTuple
 

@@ -2,11 +2,11 @@
 
 Facet f of scan k that sees wall m gives the residual r = n_m . (R_k f + t_k - c_m) - o_m, with the normal n_m turned by
 d_m: a wall has an offset o and a turn d, estimated once for all scans that see it. The weight is that of Geman and
-McClure, 1 / (v (1 + r^2 / (kernel^2 + v))^2). A wall near a main direction of the building is also held to it, by an
-edge so soft as the building is exact; the main direction itself is free.
+McClure, 1 / (v (1 + r^2 / (kernel^2 + v))^2). A wall near a main direction of the building also has a soft edge to it,
+whose weight depends on the exactness of the building; the main direction itself is free.
 
-Eliminated, the walls leave S = A - B D^-1 B^T for the poses: A has a block for each pose, D one for each wall, and B
-one for each pair of a wall and a scan that sees it. S is full where many scans see one wall, and is never made:
+Eliminating the walls gives S = A - B D^-1 B^T for the poses: A has a block for each pose, D one for each wall, and B
+one for each pair of a wall and a scan that sees it. S is full if many scans see one wall, and is never formed:
 ``apply`` multiplies by it.
 """
 

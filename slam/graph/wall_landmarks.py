@@ -1,8 +1,8 @@
 """Walls as landmarks: the facets of all key scans, gathered into walls that are straight within about a centimetre.
 
-Facets that face one way are put into cells along the wall, and those of a cell that lie close together across it are
-one piece. A wall grows from its heaviest piece over its neighbours, as long as these lie on its line. Where the wall of
-the building bends or steps, the landmark ends and another one begins: how long it is, the wall tells, no grid.
+Facets with similar normals are sorted into cells along the wall, and those of a cell that lie close together across it
+form a piece. A wall grows from its heaviest piece over its neighbours, as long as these lie on its line. Where the wall
+of the building bends or steps, the landmark ends and another one begins; its length does not depend on the grid.
 """
 
 from typing import Final, NamedTuple

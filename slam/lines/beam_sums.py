@@ -1,8 +1,8 @@
-"""Prefix sums over the beams of a scan, and from them the chi-square of any run of beams about its best line; compiled.
+"""Prefix sums over the beams of a scan, which give the chi-square of any run of beams about its best line; compiled.
 
-On the line a x + b y = 1 a beam of bearing t has 1/r = a cos(t) + b sin(t), which is linear in (a, b) whatever the
-incidence. With range noise sigma_r the chi-square of a run is the least sum of q (1 - a x - b y)^2, where
-q = r^2 / sigma_r^2, and six prefix sums of q give it for any run: q, q x, q y, q x^2, q x y, q y^2.
+On the line a x + b y = 1 a beam of bearing t has 1/r = a cos(t) + b sin(t), which is linear in (a, b) for any
+incidence. With range noise sigma_r the chi-square of a run is the least sum of q (1 - a x - b y)^2, where q = r^2 /
+sigma_r^2, and six prefix sums give it for any run: q, q x, q y, q x^2, q x y, q y^2.
 """
 
 import numpy as np

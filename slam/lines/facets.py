@@ -1,4 +1,4 @@
-"""Facets: short pieces of wall with a normal, and small clusters of points without one. They are what is matched."""
+"""Facets, the items that are matched: short pieces of wall with a normal, and small clusters of points without one."""
 
 import numpy as np
 

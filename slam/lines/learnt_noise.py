@@ -2,9 +2,10 @@
 
 Along a straight wall 1/r is a sinusoid of the bearing, so that of three neighbouring echoes at equal steps the second
 difference u(-1) - 2 cos(step) u(0) + u(+1) of u = 1/r is noise alone, of variance 6 sigma^2 / r^4. Corners, gaps and
-clutter give differences too, of any size; a scan among chair legs has little else. So differences are counted over many
-scans, by range and by size. In the logarithm of the size noise is a peak of known width, and clutter a ground that
-rises slowly. The noise is that whose peaks, one in each half octave of range, are most likely on such a ground.
+clutter give differences of any size; in a scan among chair legs they dominate. So differences are counted over many
+scans, by range and by size. Over the logarithm of the size, noise is a peak of known width, and clutter a slowly rising
+background. The estimated noise is the one whose peaks, one in each half octave of range, are most likely on such a
+background.
 """
 
 from functools import lru_cache
@@ -82,7 +83,7 @@ def _log_likelihood() -> FloatArray:
 def _expected_counts(noise: RangeNoise) -> FloatArray:
     """Return PRIOR differences in each band, distributed as this noise has them, (BANDS, SIZES).
 
-    Must not be written to.
+    The array must not be written to.
     """
     begins = NEAREST * 2.0 ** (BAND / OCTAVE * np.arange(BANDS))
     alone = noise._replace(floor=0.0)

@@ -1,6 +1,6 @@
-"""A partition of the points of a scan into runs, and the steps that bring it nearer to one run a wall; compiled.
+"""A partition of the points of a scan into runs, and the steps that improve it towards one run per wall; compiled.
 
-Each step takes the sums of beam_sums.py and the ``m`` runs of a partition, and returns how many runs there are then.
+Each step takes the sums of beam_sums.py and the ``m`` runs of a partition, and returns the new number of runs.
 """
 
 from typing import NamedTuple
@@ -103,10 +103,7 @@ def reduced_chi_square(m: int, partition: Partition) -> float:
 
 @compiled_on_views
 def _cheapest_cut(sums: FloatArray, begin: int, stop: int, low: int, high: int) -> tuple[float, int]:
-    """Return the best place, from ``low`` to ``high``, to cut the points ``begin`` to ``stop`` in two.
-
-    With chi-square.
-    """
+    """Return the lowest chi-square of two runs, and the cut, from ``low`` to ``high``, of the points that gives it."""
     least, at = np.inf, low
     for i in range(max(low, begin + 2), min(high, stop - 2) + 1):
         both = chi_square(sums, begin, i) + chi_square(sums, i, stop)

@@ -1,4 +1,4 @@
-"""The noise of a lidar's ranges, and that of a sensor known by its name."""
+"""The noise of a lidar's ranges, and that of a sensor given by name."""
 
 from functools import lru_cache
 from typing import NamedTuple

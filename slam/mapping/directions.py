@@ -1,7 +1,7 @@
-"""The main directions of a building: those that most of its long walls have, up to quarter turns.
+"""The main directions of a building: the directions of most of its long walls, modulo a quarter turn.
 
-The walls of the map frame are gathered into clusters of directions, each a mean and a spread. A cluster is a main
-direction when it has a good share of all wall seen, and a building has main directions when these have most of it.
+The walls, in the map frame, are clustered by direction, each cluster with a mean and a spread. A cluster is a main
+direction if it has a large share of all wall seen, and a building has main directions if these have most of it.
 """
 
 from typing import Final

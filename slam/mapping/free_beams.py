@@ -1,4 +1,4 @@
-"""The beams of a scan and how far each was free, with what finds the one that looks towards a place, compiled."""
+"""The beams of a scan with their free ranges, and a search for the beam towards a position, compiled."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Surfels that beams went through, compiled: counted, and taken out of the grid when that was too often."""
+"""Counts beams that went through surfels, and removes surfels with too many, compiled."""
 
 import numpy as np
 

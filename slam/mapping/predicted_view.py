@@ -1,7 +1,7 @@
-"""The view that the map predicts from a pose, beside that of a scan, compiled: how far the two agree.
+"""Agreement of a scan with the view that the map predicts from a pose, compiled.
 
-Facets that find no wall say little where the robot looks at what it has not seen before. Beams that should have met a
-wall of the map, and did not, speak against a pose wherever it is.
+Facets without a matching wall are no evidence against a pose, as the robot may see a new area. Beams that should have
+hit a wall of the map, and did not, are evidence against it.
 """
 
 from typing import NamedTuple

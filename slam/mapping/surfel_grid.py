@@ -1,4 +1,4 @@
-"""The grid of surfels as plain arrays, for compiled functions, and room in it for more."""
+"""The grid of surfels as plain arrays for compiled functions, and its enlargement."""
 
 from typing import Final, NamedTuple
 

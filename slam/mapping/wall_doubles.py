@@ -1,4 +1,4 @@
-"""Walls that are mapped twice: of two that show the same wall, the one with less support goes. Compiled."""
+"""Removes duplicate walls: of two that show the same wall, the one with less support. Compiled."""
 
 import numpy as np
 

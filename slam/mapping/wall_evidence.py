@@ -1,9 +1,9 @@
 """Evidence of beams for each piece of a surfel: that there is wall, or that there is none; compiled.
 
-A surfel is a line through its cell. Whether there is wall all along it only the beams can tell, so that each surfel
-keeps a count for every piece of its line: up for an echo from there, down for a beam that went through. Pieces are cut
-by a grid of the map, and not by the surfel, whose centre moves. They reach half a cell beyond the surfel's own cell, as
-not every cell that a wall crosses has a surfel. The counts are bounded, so that a wall that has gone can be forgotten.
+A surfel is a line through its cell. Only the beams can show how much of it is wall, so each surfel has a count for
+every piece of its line: an echo increases it, a beam that went through decreases it. Pieces are cut by a grid of the
+map, and not by the surfel, whose centre moves. They reach half a cell beyond the surfel's own cell, as not every cell
+that a wall crosses has a surfel. The counts are bounded, so that a removed wall can be forgotten.
 """
 
 import numpy as np

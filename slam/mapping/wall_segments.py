@@ -1,4 +1,4 @@
-"""The walls of the map: surfels that lie on one line and touch are one wall, where beams tell that there is wall."""
+"""The walls of the map: adjoining surfels on one line, where the evidence of beams shows wall."""
 
 from typing import Final
 

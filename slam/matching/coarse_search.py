@@ -1,8 +1,8 @@
 """Correlative search, compiled: every pose of a window is tried for a scan.
 
 The map near the scan is drawn into nine pictures, one for each of eight directions that a wall may face and one for
-clusters, so that a facet finds support only on what faces its way. For every heading the pictures, each shifted by a
-facet, are added up over the whole window at once. After Olson, "Real-time correlative scan matching", ICRA 2009.
+clusters, so that a facet is supported only by walls with a similar normal. For every heading the pictures, each shifted
+by a facet, are summed over the whole window at once. After Olson, "Real-time correlative scan matching", ICRA 2009.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """Pairs of facets and surfels, and the normal equations of their residuals, compiled: see least_squares.py.
 
-What is small and new in the map may walk: the legs of people, in a corridor often the only things that tell the way
-along it. Such facets have a say as if all had moved by one unknown shift since they were seen, which is eliminated.
+Small new things in the map may be moving: the legs of people, which in a corridor are often the only features along it.
+Such facets are used as if all had moved by one unknown shift since they were seen, which is eliminated.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""The hot loops of the back end, compiled before a run needs them: the first time in a process of their own."""
+"""Compiles the hot loops of the back end before a run needs them, the first time in a separate process."""
 
 import gc
 import subprocess

@@ -1,4 +1,4 @@
-"""The loops of a finished run closed again, maybe with other settings, from what its folder holds."""
+"""Closes the loops of a finished run again, possibly with other settings, from the files in its folder."""
 
 import json
 import shutil

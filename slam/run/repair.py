@@ -1,4 +1,4 @@
-"""The files of a run that was cut off, made again from its log."""
+"""Makes the missing files of an interrupted run again, from its log."""
 
 import json
 from collections.abc import Callable

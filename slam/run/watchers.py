@@ -1,4 +1,4 @@
-"""Watchers that keep no file: the progress bar of a run, and the signals that end it."""
+"""Watchers that write no file: the progress bar of a run, and the signals that end it."""
 
 from contextlib import ExitStack
 from signal import SIGINT

@@ -1,4 +1,4 @@
-"""The devices of a real robot: where they are connected, and how they are used."""
+"""The devices of a real robot: their ports and settings."""
 
 from typing import Annotated, Final, Literal
 

@@ -1,4 +1,4 @@
-"""Folder by path or by URL, in which files appear at once or not at all."""
+"""A folder by path or by URL, in which files appear at once or not at all."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sweeps made by a command or a program: planned, run, and returned as values."""
+"""Sweeps for a command or a program: planned, run, and returned as values."""
 
 from __future__ import annotations
 

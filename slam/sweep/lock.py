@@ -1,4 +1,4 @@
-"""Lock that lets one driver at a time work in a sweep's folder."""
+"""Lock of a sweep's folder for a single driver."""
 
 import json
 import os

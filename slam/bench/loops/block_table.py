@@ -1,4 +1,4 @@
-"""Table of the generated building of 2 km: what loops cost and are worth on a large scale."""
+"""Table of the generated building of 2 km: benefit and cost of loop closing on a large scale."""
 
 from time import perf_counter, process_time
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""New files of the folder of a run, which take the places of the old ones together or not at all."""
+"""Replaces files in the folder of a run, all together or not at all."""
 
 import shutil
 from collections.abc import Iterable, Iterator

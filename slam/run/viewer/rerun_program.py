@@ -1,4 +1,4 @@
-"""The rerun program: a viewer's window, or a server of the viewer's web page; and who listens at an address."""
+"""The rerun program: a viewer's window, or a server of the viewer's web page; and checks of addresses."""
 
 import os
 import socket

@@ -21,7 +21,7 @@ test-all: .venv/.dev
 # code, so tests of the core that are quick enough run uncompiled too: some minutes. Each package of the core must have
 # 95 %. `make coverage TESTS="tests/test_arcos.py ..."` takes less, and says what these tests run.
 TESTS := tests
-UNCOMPILED := tests/test_small_fans.py
+UNCOMPILED := $(patsubst %,tests/test_%.py,main_edges marginals place_search pose_graph rare_cases small_fans)
 CORE := slam/lines slam/mapping slam/matching slam/graph hardware/arcos hardware/scip
 COVERAGE := .venv/bin/coverage
 

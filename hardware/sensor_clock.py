@@ -5,7 +5,7 @@ from typing import Final
 
 _FASTEST_DRIFT: Final = 500e-6
 """Largest relative drift: more than a crystal or a resonator of such a device has."""
-_LEAST_STEP: Final = 1e-3
+_MIN_STEP: Final = 1e-3
 """Least seconds between two times."""
 _JITTER: Final = 0.02
 """Seconds by which an arrival may be earlier than all before it while the times are still trusted."""
@@ -50,7 +50,7 @@ class SensorClock:
         expected = inf if self._sensor is None else self._offset + _FASTEST_DRIFT * passed
         self._sensor = sensor_time if self._sensor is None else self._sensor + passed
         self._offset = min(expected, arrival - self._least_delay - self._sensor)
-        estimate, earliest = self._sensor + self._offset, self._latest + _LEAST_STEP
+        estimate, earliest = self._sensor + self._offset, self._latest + _MIN_STEP
         self.settled = expected - self._offset <= _JITTER and estimate >= earliest
         self._latest = max(estimate, earliest)
         return self._latest

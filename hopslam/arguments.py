@@ -10,7 +10,7 @@ from slam.errors import InputError
 from slam.limits import BEAMS
 from slam.pose import FloatArray, Pose2D
 
-LEAST_BEAMS: Final = 3
+MIN_BEAMS: Final = 3
 """Fewest beams of a scan: a line always passes through two points."""
 FULL_TURN: Final = 2.0 * pi + 1e-6
 """A full turn in radians, with room for rounding."""
@@ -24,8 +24,8 @@ _WHAT_MISSES: Final = "write inf where nothing came back, nan for an erroneous r
 def checked_ranges(given: Any) -> FloatArray:
     """The ranges of a scan, (N,), metres; ``inf``, ``-inf`` and ``nan`` have the meaning of REP-117."""
     ranges = _row("ranges", given, _WHAT_MISSES)
-    if len(ranges) < LEAST_BEAMS:
-        raise InputError(f"ranges has {len(ranges)} values; a scan needs {LEAST_BEAMS} or more")
+    if len(ranges) < MIN_BEAMS:
+        raise InputError(f"ranges has {len(ranges)} values; a scan needs {MIN_BEAMS} or more")
     if excess := BEAMS.excess(len(ranges)):
         raise InputError(f"ranges: {excess}")
     finite = np.isfinite(ranges)

@@ -76,8 +76,8 @@ class Map:
         from slam.run.pictures.figure_style import png_of
         from slam.run.pictures.map_picture import MapContents, map_figure
 
-        way = self.trajectory if len(self.trajectory) else self.pose.as_array()[None]
-        return png_of(map_figure(MapContents(self.walls, way, points=self.points), longest=9.0))
+        path = self.trajectory if len(self.trajectory) else self.pose.as_array()[None]
+        return png_of(map_figure(MapContents(self.walls, path, points=self.points), longest=9.0))
 
     def _repr_png_(self) -> bytes:
         return self.picture()

@@ -73,7 +73,7 @@ class Slam:
         first = Pose2D() if self._saved is None else self._saved.T_map_base
         self._start = first if start is None else checked_start("start", start)
         self._method: LineSlam | None = None  # made at the first scan, which shows whether there is odometry
-        self._way: list[tuple[float, float, float, float]] = []  # stamp and pose at each scan
+        self._poses: list[tuple[float, float, float, float]] = []  # stamp and pose at each scan
         self._closer: LoopCloser | None = None
         self._result: Map | None = None
 
@@ -98,9 +98,9 @@ class Slam:
             return self._result
         if self._method is None:
             raise InputError("there is no map before the first scan; call update(ranges, angles)")
-        way = np.array(self._way)
+        poses = np.array(self._poses)
         saved = deepcopy(save(self._method))
-        return Map(self.walls, self._method.points.points.copy(), self.pose, way[:, 1:], way[:, 0], saved)
+        return Map(self.walls, self._method.points.points.copy(), self.pose, poses[:, 1:], poses[:, 0], saved)
 
     def update(self, ranges: Any, angles: Any = None, odometry: Any = None, stamp: float | None = None) -> Estimate:
         """Take the next scan; return the estimate after it.
@@ -118,7 +118,7 @@ class Slam:
         method, closer = self._begun(measured)
         found = method.update(scan, moved)
         closer.add(found)
-        self._way.append((found.stamp, *found.T_map_base.as_array().tolist()))
+        self._poses.append((found.stamp, *found.T_map_base.as_array().tolist()))
         segments = None if found.segments is None else Segments(found.segments, scan.points())
         closed = found.closure is not None
         return Estimate(found.stamp, found.T_map_base, found.covariance, found.lost, closed, segments)
@@ -144,10 +144,10 @@ class Slam:
 
     def __repr__(self) -> str:
         pose = self.pose
-        return f"Slam({len(self._way)} scans, at {pose.x:.3f}, {pose.y:.3f} m, {pose.theta:.3f} rad)"
+        return f"Slam({len(self._poses)} scans, at {pose.x:.3f}, {pose.y:.3f} m, {pose.theta:.3f} rad)"
 
     def _repr_png_(self) -> bytes | None:
-        return self.map.picture() if self._way else None
+        return self.map.picture() if self._poses else None
 
     def _begun(self, measured: bool) -> tuple[LineSlam, LoopCloser]:
         """Return the method, made at the first scan with odometry or without."""

@@ -34,22 +34,22 @@ def crowd_of(worlds: Sequence[Sequence[Person]]) -> Crowd:
     """Collect the people of these worlds in arrays."""
     most = max(map(len, worlds))
     filled = [[*persons, *[NOWHERE] * (most - len(persons))] for persons in worlds]
-    ways = [[_closed_way(person) for person in persons] for persons in filled]
-    longest = max((len(way) for row in ways for way in row), default=1)
+    paths = [[_closed_path(person) for person in persons] for persons in filled]
+    longest = max((len(path) for row in paths for path in row), default=1)
     nodes = np.zeros((len(worlds), most, longest, 2))
     distances = np.zeros(nodes.shape[:3])
-    for w, row in enumerate(ways):
-        for p, way in enumerate(row):
-            nodes[w, p, : len(way)] = way
-            distances[w, p, : len(way)] = path_lengths(way)
+    for w, row in enumerate(paths):
+        for p, path in enumerate(row):
+            nodes[w, p, : len(path)] = path
+            distances[w, p, : len(path)] = path_lengths(path)
     people = [[(p.speed, p.pause, p.keep, p.stance, p.stride, p.start, p.leg_radius) for p in row] for row in filled]
     table = np.array(people, np.float64).reshape(len(worlds), most, 7)
-    counts = np.array([[len(way) for way in row] for row in ways], np.int64).reshape(len(worlds), most)
+    counts = np.array([[len(path) for path in row] for row in paths], np.int64).reshape(len(worlds), most)
     habits, starts = np.ascontiguousarray(table[..., :5]), np.ascontiguousarray(table[..., 5])
     return Crowd(nodes, distances, counts, habits, starts, np.repeat(table[..., 6], 2, axis=1))
 
 
-def _closed_way(person: Person) -> FloatArray:
+def _closed_path(person: Person) -> FloatArray:
     """Return the nodes (K, 2) of a closed path; equal nodes in a row count once."""
     out = list(person.waypoints)
     back = [out[0]] if person.closed else out[-2::-1]

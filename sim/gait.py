@@ -88,11 +88,11 @@ def walk_all(
     rest. The function writes ``state``, ``positions`` (P, 2) and ``legs`` (P, 2, 2).
     """
     for p in range(len(state)):
-        way, at = nodes[p, : node_counts[p]], distances[p, : node_counts[p]]
+        path, at = nodes[p, : node_counts[p]], distances[p, : node_counts[p]]
         speed, pause, keep, stance, stride = habits[p]
         if seconds > 0.0:
             state[p, 0], state[p, 1] = walk(
-                way, at, state[p, 0], state[p, 1], speed, pause, keep, robot, seconds
+                path, at, state[p, 0], state[p, 1], speed, pause, keep, robot, seconds
             )  # fmt: skip
-        positions[p, 0], positions[p, 1], _, _ = point_on(way, at, state[p, 0])
-        legs[p] = legs_at(way, at, state[p, 0], stance, stride)
+        positions[p, 0], positions[p, 1], _, _ = point_on(path, at, state[p, 0])
+        legs[p] = legs_at(path, at, state[p, 0], stance, stride)

@@ -11,7 +11,7 @@ from slam.pose import FloatArray
 
 CELL: Final = 2.0
 """Least side of a cell, metres."""
-MOST_CELLS: Final = 256
+MAX_CELLS: Final = 256
 """Largest number of cells along a side; large worlds have larger cells."""
 SLACK: Final = 0.5
 """The list of a cell is valid for rays that start this far outside of it, metres."""
@@ -76,7 +76,7 @@ def _cells(walls: FloatArray, reach: float) -> tuple[FloatArray, float, tuple[in
     ends = np.concatenate([walls[:, :2], walls[:, :2] + walls[:, 2:]])
     corner = ends.min(axis=0) - reach
     size = ends.max(axis=0) + reach - corner
-    cell = max(CELL, float(size.max()) / MOST_CELLS)
+    cell = max(CELL, float(size.max()) / MAX_CELLS)
     return corner, cell, (int(size[0] / cell) + 1, int(size[1] / cell) + 1)
 
 

@@ -104,9 +104,9 @@ class WheelOdometry:
 
         The error's variance grows with the distance.
         """
-        way = ticks * (2.0 * pi / TICKS_PER_TURN) * radius
+        distance = ticks * (2.0 * pi / TICKS_PER_TURN) * radius
         noise = self._errors.travel_noise
-        return way + noise * sqrt(abs(way)) * self._rng.standard_normal() if noise else way
+        return distance + noise * sqrt(abs(distance)) * self._rng.standard_normal() if noise else distance
 
 
 def rounded(value: float, unit: float) -> float:

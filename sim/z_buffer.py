@@ -169,14 +169,14 @@ def stop_at_legs(rays: FloatArray, ranges: FloatArray, legs: FloatArray, radii: 
 
 @compiled_on_views
 def _stop_at_leg(
-    rays: FloatArray, ranges: FloatArray, first: int, stop: int, way: FloatArray, radius: float, steps: float
+    rays: FloatArray, ranges: FloatArray, first: int, stop: int, path: FloatArray, radius: float, steps: float
 ) -> None:
-    last = len(way) - 1
+    last = len(path) - 1
     for j in range(first, stop):
         k = min(int(j * steps), last)
         n, share = min(k + 1, last), j * steps - k
-        x = way[k, 0] + share * (way[n, 0] - way[k, 0]) - rays[0, j]
-        y = way[k, 1] + share * (way[n, 1] - way[k, 1]) - rays[1, j]
+        x = path[k, 0] + share * (path[n, 0] - path[k, 0]) - rays[0, j]
+        y = path[k, 1] + share * (path[n, 1] - path[k, 1]) - rays[1, j]
         along = x * rays[2, j] + y * rays[3, j]
         across = x * rays[3, j] - y * rays[2, j]
         inside = radius * radius - across * across

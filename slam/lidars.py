@@ -11,7 +11,7 @@ from slam.pose import FloatArray
 
 _SEVEN_DIGITS: Final = 1.5e-7
 """Relative error of a number with seven digits, and of single precision."""
-_LEAST_STEP: Final = 1e-6
+_MIN_STEP: Final = 1e-6
 """Largest deviation of a first bearing from a whole number of half steps, radians."""
 
 
@@ -51,7 +51,7 @@ def whole_steps(angle_min: float, angle_increment: float) -> tuple[float, float]
     A lidar divides the turn into a whole number of steps, and begins at a whole number of half steps. None if that does
     not fit.
     """
-    if not angle_increment > _LEAST_STEP:
+    if not angle_increment > _MIN_STEP:
         return None
     step = 2.0 * pi / max(round(2.0 * pi / angle_increment), 1)
     first = round(2.0 * angle_min / step) * step / 2.0

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from slam.graph.condensed import CondensedGraph
-from slam.graph.consistency import MOST_WAITING, Consistency, WaitingLoops, renumbered
+from slam.graph.consistency import MAX_WAITING, Consistency, WaitingLoops, renumbered
 from slam.graph.key_scan import KeyScan
 from slam.graph.loop import Loop
 from slam.graph.pose_graph import Edge
@@ -96,7 +96,7 @@ def test_few_wait() -> None:
     waiting = WaitingLoops(graph)
     right = loop(graph, JUMP, 5, 1, RIGHT)
     waiting.borne_out(right, hops(graph), [])
-    for _ in range(MOST_WAITING):
+    for _ in range(MAX_WAITING):
         waiting.borne_out(loop(graph, JUMP, 5, 1, (5.0, 0.0, 0.0)), hops(graph), [])
     assert waiting.borne_out(loop(graph, JUMP, 6, 2, RIGHT), hops(graph), []) == []
 

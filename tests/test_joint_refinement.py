@@ -10,7 +10,7 @@ from slam.graph.joint_refinement import RefinementSettings, refine
 from slam.graph.main_edges import MainEdges, find_main_edges, no_main_edges
 from slam.graph.pose_graph import NO_LOOP, Edges
 from slam.graph.refined_walls import RefinedWalls, wall_covariances
-from slam.graph.wall_equations import LEAST_SCATTER, fit_lines, wall_equations
+from slam.graph.wall_equations import MIN_SCATTER, fit_lines, wall_equations
 from slam.graph.wall_landmarks import CELL, TABLE, FoundWalls, Sights, find_walls
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, compose_poses, relative_poses, wrap_angles
@@ -310,7 +310,7 @@ def dense_system(
             J[3 * count + 2 * m : 3 * count + 2 * m + 2] = -1.0, nx * dy - ny * dx
             add(J, w, r)
             total += w
-        H[3 * count + 2 * m + 1, 3 * count + 2 * m + 1] += LEAST_SCATTER**2 * total
+        H[3 * count + 2 * m + 1, 3 * count + 2 * m + 1] += MIN_SCATTER**2 * total
         if main.direction[m] >= 0:
             J = np.zeros(size)
             J[3 * count + 2 * m + 1], J[3 * count + 2 * M + main.direction[m]] = 1.0, -1.0

@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 
 
 def doctor(
-    ports: Annotated[list[str] | None, typer.Argument(help="Ports to examine; all likely ones by default.")] = None,
+    ports: Annotated[list[str] | None, typer.Argument(help="Ports to examine; default: all likely ones.")] = None,
     every_port: Annotated[
-        bool, typer.Option("--all", help="Examine every serial port, whatever it seems to be.")
+        bool, typer.Option("--all", help="Examine every serial port, including unlikely ones.")
     ] = False,
     lidar_baud: Annotated[int, typer.Option(metavar="RATE", help="First bit rate to try with a lidar.")] = 500000,
     png: Annotated[Path, typer.Option(metavar="FILE", help="Picture of a lidar's scan.")] = Path("scan.png"),
     record_wire: RecordWire = None,
 ) -> None:
-    """Find out which devices answer on the serial ports, or what keeps them from answering. Nothing moves.
+    """Find the devices on the serial ports, or the reasons why they do not answer. Nothing moves.
 
-    It examines the ports that are named; without names, those of lidars and of USB adapters, and with --all every
-    one. The exit code is 3 where a named port, or a device that was found, is not fit for use, and where none is found.
+    It examines the named ports; without names, those of lidars and USB adapters, and with --all every one. The exit
+    code is 3 if a named port, or a found device, cannot be used, and if no device is found.
 
     [bold]Examples[/bold]
 

@@ -8,7 +8,7 @@ SERAUX_PACKETS: Final = (0xB0, 0xB8, 0xC8)
 """SERAUXpac, SERAUX2pac and SERAUX3pac."""
 _ROOM: Final = 253
 """Bytes from the device that the port keeps."""
-_MOST: Final = 194
+_MAX_DATA: Final = 194
 """Bytes that one packet has room for."""
 
 
@@ -35,7 +35,7 @@ class AuxPort:
 
     def request(self, count: int) -> None:
         """Wait for ``count`` bytes; 0 drops the bytes received so far: GETAUX, GETAUX2, GETAUX3."""
-        self._wanted = min(count, _MOST)
+        self._wanted = min(count, _MAX_DATA)
         if count == 0:
             self._waiting = b""
 

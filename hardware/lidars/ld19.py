@@ -21,7 +21,7 @@ _POLL: Final = 0.1
 """Seconds after which the thread checks whether it should end."""
 _FIRST_PACKET: Final = 2.0
 """Seconds for a packet to come: the sensor needs 0.7 s after it gets power (LD19 Development Manual)."""
-_LEAST_SILENCE: Final = 1.5
+_MIN_SILENCE: Final = 1.5
 _LOST_SCANS: Final = 5
 """Turns without a scan, and least seconds, after which the sensor is opened again."""
 _FEWEST: Final = 0.75
@@ -84,7 +84,7 @@ class Ld19:
     def _serve(self) -> None:
         """Take the packets of a short time; RobotError if no more scans arrive."""
         self._receive()
-        if time.monotonic() - self._last_scan_at > max(_LEAST_SILENCE, _LOST_SCANS * self.period):
+        if time.monotonic() - self._last_scan_at > max(_MIN_SILENCE, _LOST_SCANS * self.period):
             raise RobotError(f"{self._port_name}: the lidar sends no scans any more")
 
     def _receive(self) -> int:

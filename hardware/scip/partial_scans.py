@@ -24,7 +24,7 @@ from hardware.scip.reply import DATA_LINE, data_lines, decode_reply, possible_re
 from hardware.scip.scan_data import ScanData, to_metres
 from hardware.scip.time_stamp import decode_time
 
-_MOST_DAMAGED: Final = 1 / 8
+_MAX_DAMAGED: Final = 1 / 8
 """Largest share of the lines that may be damaged."""
 _TOO_FAR: Final = 2.0
 """Ranges beyond this multiple of the sensor's range limit are damage that the line's sum has missed."""
@@ -57,7 +57,7 @@ def _partial_scan(lines: Lines, reach: float) -> ScanData:
     values = decode_values(data, request.width)
     good = np.array([text is not None for text in texts])
     good[_line_of(np.flatnonzero(values > _TOO_FAR * reach * 1000.0), request.width)] = False
-    if np.count_nonzero(~good) > _MOST_DAMAGED * len(good):
+    if np.count_nonzero(~good) > _MAX_DAMAGED * len(good):
         raise DecodeError(f"{np.count_nonzero(~good)} of {len(good)} lines")
     believed = np.repeat(_without_neighbours(good), DATA_LINE)[: len(data)].reshape(-1, request.width).all(axis=1)
     return ScanData(request, np.where(believed, to_metres(values), np.nan), decode_time(head.lines[0]))

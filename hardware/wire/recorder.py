@@ -16,7 +16,7 @@ from slam.errors import InputError
 _LOG: Final = logging.getLogger("hopslam.wire")
 _PERIOD: Final = 0.1
 """Seconds between two writes: the most that a killed program can lose."""
-_MOST_WAITING: Final = 20_000
+_MAX_WAITING: Final = 20_000
 """Events that may wait for a slow disk, some minutes of both devices; more are dropped, with a warning."""
 
 
@@ -46,7 +46,7 @@ class WireRecorder(Closing):
         """Record an event that happens now; callable from any thread, without waiting."""
         if self._over.is_set():
             return
-        if len(self._waiting) >= _MOST_WAITING:
+        if len(self._waiting) >= _MAX_WAITING:
             self._dropped += 1
             return
         data, text = (content, "") if isinstance(content, bytes) else (b"", content)

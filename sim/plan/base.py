@@ -176,5 +176,5 @@ def _reckon(base: Any, model: Any) -> None:
 @compiled_on_views
 def _travel(base: Any, ticks: float, radius: float, noise: float) -> float:
     """Return the metres that a wheel with this assumed radius rolled: ``WheelOdometry._travel``."""
-    way = ticks / TICKS_PER_RADIAN * radius
-    return float(way + noise * np.sqrt(abs(way)) * normal(base)) if noise > 0.0 else float(way)
+    distance = ticks / TICKS_PER_RADIAN * radius
+    return float(distance + noise * np.sqrt(abs(distance)) * normal(base)) if noise > 0.0 else float(distance)

@@ -62,10 +62,10 @@ def block_log(seed: int, scans: int = SCANS) -> Log:
 
 def smooth_poses(path: FloatArray, step: float) -> FloatArray:
     """Poses (M, 3) along a path (N, 2) with rounded corners, heading along it, about ``step`` metres apart."""
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
-    at = np.arange(0.0, way[-1], _FINE)
+    distances = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    at = np.arange(0.0, distances[-1], _FINE)
     window = np.full(round(_ROUNDED / _FINE), _FINE / _ROUNDED)
-    x, y = (np.convolve(np.interp(at, way, column), window, "valid") for column in path.T)
+    x, y = (np.convolve(np.interp(at, distances, column), window, "valid") for column in path.T)
     rounded = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
     heading = np.unwrap(np.arctan2(np.gradient(y), np.gradient(x)))
     where = np.arange(0.0, rounded[-1], step)

@@ -110,9 +110,9 @@ def _outside(crossings: FloatArray, halves: FloatArray) -> FloatArray:
 
 def _side(begin: FloatArray, end: FloatArray, random: np.random.Generator) -> FloatArray:
     """Return the walls (W, 2, 2) from one corner to the next, with the rooms behind them, to the left."""
-    way = end - begin
-    length = float(np.hypot(*way))
-    T_map_side = Pose2D(float(begin[0]), float(begin[1]), float(np.arctan2(way[1], way[0])))
+    vector = end - begin
+    length = float(np.hypot(*vector))
+    T_map_side = Pose2D(float(begin[0]), float(begin[1]), float(np.arctan2(vector[1], vector[0])))
     outline = [(0.0, 0.0)]
     x = random.uniform(*_BETWEEN)
     while True:

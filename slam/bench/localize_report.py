@@ -107,12 +107,12 @@ def map_world(scenario: Scenario) -> MappedWorld:
 
 def draw_start_poses(world: MappedWorld, random: np.random.Generator) -> Iterator[Pose2D]:
     """Draw free poses in the mapped part of the world."""
-    solids, way = obstacle_footprints(world.scenario.world.prisms()), world.truth[:, :2]
-    low, high = way.min(axis=0) - MAX_FROM_ROUTE, way.max(axis=0) + MAX_FROM_ROUTE
+    solids, path = obstacle_footprints(world.scenario.world.prisms()), world.truth[:, :2]
+    low, high = path.min(axis=0) - MAX_FROM_ROUTE, path.max(axis=0) + MAX_FROM_ROUTE
     while True:
         place = random.uniform(low, high)
         theta = float(random.uniform(-np.pi, np.pi))
-        if np.hypot(*(way - place).T).min() < MAX_FROM_ROUTE and clearance(place[np.newaxis], solids)[0] > CLEARANCE:
+        if np.hypot(*(path - place).T).min() < MAX_FROM_ROUTE and clearance(place[np.newaxis], solids)[0] > CLEARANCE:
             yield Pose2D(float(place[0]), float(place[1]), theta)
 
 

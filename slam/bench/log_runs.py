@@ -104,8 +104,10 @@ def odometry_with_doubled_noise(truth: FloatArray, seed: int) -> FloatArray:
     random, pose = np.random.default_rng(seed), Pose2D()
     poses = [pose]
     for motion in motions:
-        way = motion.distance(Pose2D())
-        turn = motion.theta * (1.0 + 0.04 * random.choice([-1.0, 1.0])) + np.radians(3.0) * way**0.5 * random.normal()
+        distance = motion.distance(Pose2D())
+        turn = (
+            motion.theta * (1.0 + 0.04 * random.choice([-1.0, 1.0])) + np.radians(3.0) * distance**0.5 * random.normal()
+        )
         pose = pose @ Pose2D(1.04 * motion.x, 1.04 * motion.y, float(turn))
         poses.append(pose)
     return stack_poses(poses)

@@ -106,8 +106,8 @@ def angles_off_main_axes(walls: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     Radians and metres.
     """
-    way = walls[:, 1] - walls[:, 0]
-    lengths, fourfold = np.hypot(*way.T), np.exp(4j * np.arctan2(way[:, 1], way[:, 0]))
+    vectors = walls[:, 1] - walls[:, 0]
+    lengths, fourfold = np.hypot(*vectors.T), np.exp(4j * np.arctan2(vectors[:, 1], vectors[:, 0]))
     return np.angle(fourfold / np.sum(lengths * fourfold)) / 4.0, lengths
 
 

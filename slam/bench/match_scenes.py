@@ -40,13 +40,13 @@ class ScannedWorld:
         ends = [np.stack([outline, np.roll(outline, -1, axis=0)], axis=1) for outline in outlines]
         self._walls = np.concatenate(ends)
         self._solids = obstacle_footprints(scenario.world.prisms())
-        self._way = [(scenario.robot.start.x, scenario.robot.start.y), *scenario.route.waypoints]
+        self._route = [(scenario.robot.start.x, scenario.robot.start.y), *scenario.route.waypoints]
         self._random = np.random.default_rng(seed)
 
     def map_scans(self) -> list[PlacedScan]:
         """Scans along the route, in both directions."""
         scans = []
-        for (x0, y0), (x1, y1) in pairwise(self._way):
+        for (x0, y0), (x1, y1) in pairwise(self._route):
             heading = float(np.arctan2(y1 - y0, x1 - x0))
             for x, y in sample_path([(x0, y0), (x1, y1)], SPACING).tolist():
                 scans += [self.scan(Pose2D(x, y, heading + turn), 682) for turn in (0.0, np.pi)]
@@ -54,9 +54,9 @@ class ScannedWorld:
 
     def places(self, count: int) -> list[Pose2D]:
         """Draw free poses near the route, from which the lidar sees walls across every direction."""
-        way, found = sample_path(self._way), list[Pose2D]()
+        samples, found = sample_path(self._route), list[Pose2D]()
         while len(found) < count:
-            place = way[self._random.integers(len(way))] + self._random.uniform(-0.5, 0.5, 2)
+            place = samples[self._random.integers(len(samples))] + self._random.uniform(-0.5, 0.5, 2)
             pose = Pose2D(float(place[0]), float(place[1]), float(self._random.uniform(-np.pi, np.pi)))
             if clearance(place[np.newaxis], self._solids)[0] > 0.3 and self._fixes(pose):
                 found.append(pose)

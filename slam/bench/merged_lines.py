@@ -47,28 +47,28 @@ class MergedLines:
 
     def _continued(self, line: FloatArray) -> int | None:
         """Return the nearest line of the map that this one (2, 2) continues; None if there is none."""
-        ways, way = _ways(self.ends), _ways(line[None])
+        directions, direction = _directions(self.ends), _directions(line[None])
         to_line, to_others = line - self.ends[:, :1], self.ends - line[0]
         lengths = np.hypot(*(self.ends[:, 1] - self.ends[:, 0]).T)
-        along = np.sum(to_line * ways[:, None], axis=2)
-        across = np.minimum(_greatest_offset(to_line, ways), _greatest_offset(to_others, way))
+        along = np.sum(to_line * directions[:, None], axis=2)
+        across = np.minimum(_greatest_offset(to_line, directions), _greatest_offset(to_others, direction))
         touches = (along.max(axis=1) >= -GAP) & (along.min(axis=1) <= lengths + GAP)
-        chosen = np.flatnonzero((ways @ way[0] >= SAME_WAY) & touches & (across <= OFFSET))
+        chosen = np.flatnonzero((directions @ direction[0] >= SAME_WAY) & touches & (across <= OFFSET))
         return int(chosen[np.argmin(across[chosen])]) if len(chosen) else None
 
 
-def _ways(lines: FloatArray) -> FloatArray:
+def _directions(lines: FloatArray) -> FloatArray:
     """Unit vectors along the lines (M, 2, 2), shape (M, 2)."""
-    ways = lines[:, 1] - lines[:, 0]
-    return np.asarray(ways / np.maximum(np.hypot(*ways.T), 1e-12)[:, None])
+    directions = lines[:, 1] - lines[:, 0]
+    return np.asarray(directions / np.maximum(np.hypot(*directions.T), 1e-12)[:, None])
 
 
-def _greatest_offset(ends: FloatArray, ways: FloatArray) -> FloatArray:
-    """Return the larger distance of two points (M, 2, 2) from the line along ``ways`` through the origin, (M,).
+def _greatest_offset(ends: FloatArray, directions: FloatArray) -> FloatArray:
+    """Return the larger distance of two points (M, 2, 2) from the line along ``directions`` through the origin, (M,).
 
-    ``ways`` are one or M unit vectors.
+    ``directions`` are one or M unit vectors.
     """
-    return np.asarray(np.abs(ends[..., 1] * ways[:, None, 0] - ends[..., 0] * ways[:, None, 1]).max(axis=1))
+    return np.asarray(np.abs(ends[..., 1] * directions[:, None, 0] - ends[..., 0] * directions[:, None, 1]).max(axis=1))
 
 
 def _sums_of(segment: FloatArray, count: float) -> FloatArray:
@@ -86,7 +86,7 @@ def _line_through(sums: FloatArray, ends: FloatArray) -> FloatArray:
     mean = sums[[WX, WY]] / sums[W]
     xx, xy, yy = sums[[WXX, WXY, WYY]] / sums[W] - [mean[0] ** 2, mean[0] * mean[1], mean[1] ** 2]
     angle = 0.5 * np.arctan2(2.0 * xy, xx - yy)
-    way = np.array([np.cos(angle), np.sin(angle)])
-    way = way if way @ (ends[1] - ends[0]) >= 0.0 else -way
-    along = (ends - mean) @ way
-    return np.stack([mean + along.min() * way, mean + along.max() * way])
+    direction = np.array([np.cos(angle), np.sin(angle)])
+    direction = direction if direction @ (ends[1] - ends[0]) >= 0.0 else -direction
+    along = (ends - mean) @ direction
+    return np.stack([mean + along.min() * direction, mean + along.max() * direction])

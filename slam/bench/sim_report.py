@@ -142,8 +142,8 @@ def _final(run: SimRun) -> float:
 
 def _unconstrained_errors(run: SimRun) -> FloatArray:
     """Errors of one run: centimetres, degrees, and the share of scans with an unconstrained direction."""
-    way = run.truth[-1, :2] - run.truth[0, :2]
-    along = way / np.hypot(*way)
+    direction = run.truth[-1, :2] - run.truth[0, :2]
+    along = direction / np.hypot(*direction)
     across = 100.0 * np.abs(run.offsets[:, :2] @ np.array([-along[1], along[0]]))
     compared = run.offsets, run.true_heading_offsets, run.odometry_offsets
     ends = [abs(100.0 * offsets[-1, :2] @ along) for offsets in compared]

@@ -69,8 +69,8 @@ def radial_lines(lines: FloatArray, points: FloatArray, origins: FloatArray) -> 
     distance, nearest = cKDTree(middles).query(points, distance_upper_bound=ON_LINE + PIECE / 2)
     hit = np.isfinite(distance)
     line = of_piece[nearest[hit]]
-    beams, ways = points[hit] - origins[hit], (lines[:, 1] - lines[:, 0])[line]
-    along = np.abs(np.sum(beams * ways, axis=1)) >= GRAZING * np.hypot(*beams.T) * np.hypot(*ways.T)
+    beams, directions = points[hit] - origins[hit], (lines[:, 1] - lines[:, 0])[line]
+    along = np.abs(np.sum(beams * directions, axis=1)) >= GRAZING * np.hypot(*beams.T) * np.hypot(*directions.T)
     echoes, radial = np.bincount(line, minlength=len(lines)), np.bincount(line[along], minlength=len(lines))
     long_enough = np.hypot(*(lines[:, 1] - lines[:, 0]).T) >= RADIAL
     return np.asarray((2 * radial > echoes) & long_enough)
@@ -78,15 +78,15 @@ def radial_lines(lines: FloatArray, points: FloatArray, origins: FloatArray) -> 
 
 def _beside_longer(lines: FloatArray, of_piece: IntArray, middles: FloatArray) -> NDArray[np.bool_]:
     """Return True for the pieces beside a line that is longer than theirs, or equally long and before it, (P,)."""
-    ways = lines[:, 1] - lines[:, 0]
-    lengths = np.hypot(*ways.T)
-    ways = ways / np.maximum(lengths, 1e-12)[:, None]
+    directions = lines[:, 1] - lines[:, 0]
+    lengths = np.hypot(*directions.T)
+    directions = directions / np.maximum(lengths, 1e-12)[:, None]
     rank = np.argsort(np.argsort(-lengths, kind="stable"))
     beside = np.zeros(len(middles), np.bool_)
-    for m, (start, way) in enumerate(zip(lines[:, 0], ways, strict=True)):
+    for m, (start, direction) in enumerate(zip(lines[:, 0], directions, strict=True)):
         to_piece = middles - start
-        along, across = to_piece @ way, to_piece @ np.array([-way[1], way[0]])
-        same = (ways @ way >= SAME_WAY) & (rank > rank[m])
+        along, across = to_piece @ direction, to_piece @ np.array([-direction[1], direction[0]])
+        same = (directions @ direction >= SAME_WAY) & (rank > rank[m])
         beside |= same[of_piece] & (along > 0.0) & (along < lengths[m]) & (np.abs(across) <= BESIDE)
     return beside
 

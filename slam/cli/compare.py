@@ -22,11 +22,11 @@ _HEAD: Final = 16
 
 def compare(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN RUN ...", help="The folders of runs.")],
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, and no table.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
 ) -> None:
     """Show the metrics of runs side by side, each with its difference from the first run.
 
-    The difference is in percent, or a factor, x 973 or / 973, where it is twice as much, half as much, or farther off.
+    The difference is in percent; from twice or half on it is a factor, such as x 3.1 or / 3.1.
 
     [bold]Examples[/bold]
 

@@ -12,7 +12,7 @@ _LONGEST: Final = 80
 
 
 def licences() -> None:
-    """List the packages that are installed here, with versions and licences as they state them.
+    """List the installed packages, with their versions and licences.
 
     [bold]Example[/bold]
 

@@ -21,9 +21,9 @@ AGREED: Final = 11.3
 """chi^2 of three degrees of freedom below which two loops agree; 0.99 of correct pairs do."""
 FARTHEST: Final = 0.7
 """Standard deviation, metres, of the path between two loops above which they cannot be compared."""
-LEAST_OWN: Final = 3
+MIN_OWN: Final = 3
 """Number of key scans, not in the other loop, that make a loop independent."""
-MOST_WAITING: Final = 30
+MAX_WAITING: Final = 30
 """Most loops that may wait for a confirmation by another one."""
 GRAPH_SHARE: Final = 0.25
 """Factor from the variances of the candidate search to those of the graph."""
@@ -91,7 +91,7 @@ class WaitingLoops:
         consistency = Consistency(self._graph, hops, loop)
         partners = [other for other in self._waiting if self._agree(consistency, loop, other)]
         if not partners and not any(self._agree(consistency, loop, other) for other in believed):
-            self._waiting = [*self._waiting, loop][-MOST_WAITING:]
+            self._waiting = [*self._waiting, loop][-MAX_WAITING:]
             return []
         self._waiting = [other for other in self._waiting if all(other is not partner for partner in partners)]
         return [*partners, loop]
@@ -103,7 +103,7 @@ class WaitingLoops:
     def _agree(self, consistency: Consistency, loop: Loop, other: Loop) -> bool:
         """Return True if two loops agree, and each has key scans that the other does not have."""
         own, others = ({edge.second for edge in one.edges} for one in (loop, other))
-        independent = min(len(own - others), len(others - own)) >= LEAST_OWN and loop.submap != other.submap
+        independent = min(len(own - others), len(others - own)) >= MIN_OWN and loop.submap != other.submap
         return independent and consistency.chi_squared(other) < AGREED
 
 

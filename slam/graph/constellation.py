@@ -82,10 +82,10 @@ def _free_reach(walls: FloatArray, c: float, s: float) -> float:
         if facing == 0.0:
             continue
         x, y = walls[m, MIDDLE_X], walls[m, MIDDLE_Y]
-        way = (x * walls[m, ALONG_Y] - y * walls[m, ALONG_X]) / facing
-        if 0.0 < way < nearest and abs(x * s - y * c) <= 0.5 * walls[m, LENGTH] * abs(facing):
-            nearest = way
-            reach = way - FREE_MARGIN / facing if facing > 0.0 else 0.0
+        distance = (x * walls[m, ALONG_Y] - y * walls[m, ALONG_X]) / facing
+        if 0.0 < distance < nearest and abs(x * s - y * c) <= 0.5 * walls[m, LENGTH] * abs(facing):
+            nearest = distance
+            reach = distance - FREE_MARGIN / facing if facing > 0.0 else 0.0
     return reach
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from slam.graph.condensed import CondensedGraph
 from slam.graph.loop_check import distances_to
-from slam.graph.loop_search import MOST_WINDOW
+from slam.graph.loop_search import MAX_WINDOW
 from slam.graph.single_poses import between, composed
 from slam.graph.submap import Submap
 from slam.graph.submap_graph import SubmapGraph
@@ -87,7 +87,7 @@ class LoopCandidates:
     def is_out_of_reach(self, submap: Submap, other: Submap, covariance: FloatArray) -> bool:
         """Return True if the graph's relative pose of two submaps is too uncertain for a search."""
         sigma = float(np.sqrt(max(covariance[0, 0], covariance[1, 1])))
-        return SIGMAS * sigma > MOST_WINDOW or self._is_break_between(other, submap)
+        return SIGMAS * sigma > MAX_WINDOW or self._is_break_between(other, submap)
 
     def is_thinkable(self, candidate: WallCandidate, submap: Submap, covariance: FloatArray) -> bool:
         """Return True if the graph does not contradict a pose: a building may look alike from both ends.

@@ -13,7 +13,7 @@ from slam.mapping.surfel_grid import Grid
 from slam.matching.least_squares import SolverSettings, solve
 from slam.pose import FloatArray, compose_poses
 
-LEAST_FACETS: Final = 5
+MIN_FACETS: Final = 5
 """Least number of facets of a scan that is tested."""
 PRIOR_INFORMATION: Final = np.diag(1.0 / np.array([0.1, 0.1, 0.03]) ** 2)
 """Information of the pose of a key scan, given that of its submap: metres and radians."""
@@ -21,13 +21,13 @@ AGREEING: Final = 0.5, 0.7
 """Least share of agreeing facets: this, or this share of the agreement with its own submap, whichever is less."""
 NEAR: Final = 3.0
 """Distance to the path of the other submap within which a key scan is tested, metres."""
-LEAST_AGREEING, LEAST_AGREEING_SHARE = 2, 0.5
+MIN_AGREEING, MIN_AGREEING_SHARE = 2, 0.5
 """Least number of agreeing key scans, and their least share of the tested ones."""
 FIRST_ASKED: Final = 5
 """Number of key scans that are tested first; if too few of them agree, the others are not tested."""
 SLIDES: Final = (-1.6, -0.8, -0.4, 0.4, 0.8, 1.6)
 """Shifts along the least constrained direction for a second test of the key scans, metres."""
-MOST_SLID: Final = 6
+MAX_SLID: Final = 6
 """Largest number of key scans in that test."""
 SLIDING_AGREEMENT: Final = 0.85
 """Share of its agreement that one must keep in that test for the direction to count as unconstrained."""
@@ -68,7 +68,7 @@ class Check(NamedTuple):
     @property
     def passed(self) -> bool:
         """True if enough of them agree."""
-        return len(self.agreeing) >= max(LEAST_AGREEING, LEAST_AGREEING_SHARE * len(self.matches))
+        return len(self.agreeing) >= max(MIN_AGREEING, MIN_AGREEING_SHARE * len(self.matches))
 
 
 class LoopCheck:
@@ -95,7 +95,7 @@ class LoopCheck:
         None if there is none.
         """
         asked = check.agreeing
-        asked = [asked[k] for k in np.unique(np.linspace(0, len(asked) - 1, MOST_SLID).round().astype(np.int64))]
+        asked = [asked[k] for k in np.unique(np.linspace(0, len(asked) - 1, MAX_SLID).round().astype(np.int64))]
         information = np.sum([match.information[:2, :2] for match in asked], axis=0)
         direction: FloatArray = np.linalg.eigh(information)[1][:, 0]
         agreement = sum(match.agreement for match in asked)
@@ -109,7 +109,7 @@ class LoopCheck:
         return None
 
     def _matches(self, view: SubmapView, asked: IntArray, poses: FloatArray, grid: Grid) -> list[KeyMatch]:
-        numbers = [at for at in asked.tolist() if len(view.keys[at].facets) >= LEAST_FACETS]
+        numbers = [at for at in asked.tolist() if len(view.keys[at].facets) >= MIN_FACETS]
         return [self._match(view, at, poses[at], grid) for at in numbers]
 
     def _match(self, view: SubmapView, at: int, pose: FloatArray, grid: Grid) -> KeyMatch:

@@ -16,7 +16,7 @@ from slam.graph.submap_view import SubmapView
 from slam.graph.wall_candidates import WallCandidates
 from slam.mapping.surfel_map import SurfelMap
 
-MOST_CANDIDATES, ENOUGH = 6, 3
+MAX_CANDIDATES, ENOUGH = 6, 3
 """Most earlier submaps in which a new one is searched, and number of hits that end the search."""
 POOR: Final = 0.9
 """Standard deviation of a path through the graph above which it counts as broken, metres."""
@@ -47,7 +47,7 @@ class LoopFinder:
     def find(self, submap: Submap) -> int:
         """Search a submap in the earlier ones, most certain first; return the number of added loops."""
         candidates, found, view = self._candidates.nearby(submap), 0, self._search.view(submap)
-        for other, covariance in candidates[:MOST_CANDIDATES]:
+        for other, covariance in candidates[:MAX_CANDIDATES]:
             self.tried += 1
             loop = self._search.find(view, other, covariance, "odometry")
             if loop is not None:

@@ -20,15 +20,15 @@ from slam.pose import FloatArray, compose_poses, wrap_angle
 
 JOINT: Final = 6
 """Number of key scans that are searched together."""
-LEAST_FACETS: Final = 15
+MIN_FACETS: Final = 15
 """Least number of facets of these key scans."""
-MOST_WINDOW, MOST_ANGLE = 8.0, 0.5
+MAX_WINDOW, MAX_ANGLE = 8.0, 0.5
 """Largest half width of the window, metres and radians."""
 ANY_HEADING: Final = 0.5
 """Standard deviation of the heading, radians, above which every heading is tried."""
 SIGMAS: Final = 3.0
 """Half width of the window in standard deviations."""
-LEAST_SHARE: Final = 0.3
+MIN_SHARE: Final = 0.3
 """Least share of facets on walls for a pose to be refined."""
 PLACES: Final = 4
 """Largest number of poses that are refined."""
@@ -83,11 +83,11 @@ class LoopSearch:
         nearest_first = _nearest_first(view, other, T_other_submap)
         middle = int(nearest_first[0])
         facets = view.joint_scan(middle, nearest_first[:JOINT])
-        if len(facets) < LEAST_FACETS:
+        if len(facets) < MIN_FACETS:
             return None
         window = _window(composed(T_other_submap, view.path[middle]), covariance, len(facets))
         grid, pictures = self.map_of(other)
-        places = find_places(facets, window, pictures, LEAST_SHARE, PLACES)
+        places = find_places(facets, window, pictures, MIN_SHARE, PLACES)
         settings = self._settings._replace(first_kernel=8.0 * self._settings.kernel)
         checks = []
         for place in places[places[:, SCORE] >= FOLLOWED_SHARE * places[:, SCORE].max(initial=0.0)]:
@@ -150,8 +150,8 @@ def _nearest_first(view: SubmapView, other: Submap, T_other_submap: FloatArray) 
 
 def _window(prior: FloatArray, covariance: FloatArray, facets: int) -> Window:
     """Return the window of poses around a prior (3,) with this covariance (3, 3)."""
-    width = min(MOST_WINDOW, SIGMAS * float(np.sqrt(max(covariance[0, 0], covariance[1, 1]))))
-    most_angle = np.pi if covariance[2, 2] > ANY_HEADING**2 else MOST_ANGLE
+    width = min(MAX_WINDOW, SIGMAS * float(np.sqrt(max(covariance[0, 0], covariance[1, 1]))))
+    most_angle = np.pi if covariance[2, 2] > ANY_HEADING**2 else MAX_ANGLE
     angle = min(most_angle, SIGMAS * float(np.sqrt(covariance[2, 2])))
     return Window.about(prior, np.linalg.inv(covariance) / facets, width, angle)
 

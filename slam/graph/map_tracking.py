@@ -28,7 +28,7 @@ BREAK_SIGMAS: Final = np.array([0.7, 0.7, 0.6])
 AGREEING: Final = 0.5, 0.8
 """Least share of agreeing facets: the first, or the second times the agreement with its own submap, whichever is less;
 after a break the first."""
-MOST_WAITING: Final = 20
+MAX_WAITING: Final = 20
 """Largest number of key scans after a break that were not found in the map: then the robot is in an unmapped area."""
 
 
@@ -74,7 +74,7 @@ class MapTracking:
         scene = Scene(key.facets, key.scan, self._no_echo_reach, grid, self._settings)
         found = self._search.find(scene, prior, self._covariance, last.as_array(), sure=False)
         agrees = found.fit.inliers >= AGREEING[0] * len(key.facets) and not found.contradicted
-        if not agrees and len(self._waiting) < MOST_WAITING:
+        if not agrees and len(self._waiting) < MAX_WAITING:
             return T_map_local, []
         known, self._waiting = self._waiting, []
         return undone(found.fit.pose, key.T_local_laser) if agrees else T_map_local, known

@@ -28,11 +28,14 @@ def mapped_walls(run: ClosedRun) -> MappedWalls:
     ends, landmarks = run.map.ends, run.walls.ends
     sigmas = np.full((len(ends), 2), np.nan)
     if len(landmarks):
-        middles, ways, lengths = _lines(landmarks)
-        for k, (middle, way, _) in enumerate(zip(*_lines(ends), strict=True)):
+        middles, directions, lengths = _lines(landmarks)
+        for k, (middle, direction, _) in enumerate(zip(*_lines(ends), strict=True)):
             offset = middle - middles
-            along, across = (offset * ways).sum(axis=1), ways[:, 0] * offset[:, 1] - ways[:, 1] * offset[:, 0]
-            fits = (ways @ way > FACING) & (np.abs(across) < BESIDE) & (np.abs(along) < 0.5 * lengths)
+            along, across = (
+                (offset * directions).sum(axis=1),
+                directions[:, 0] * offset[:, 1] - directions[:, 1] * offset[:, 0],
+            )
+            fits = (directions @ direction > FACING) & (np.abs(across) < BESIDE) & (np.abs(along) < 0.5 * lengths)
             if fits.any():
                 best = int(np.argmax(np.where(fits, lengths, 0.0)))
                 sigmas[k] = _sigmas(run.wall_covariances[best], float(along[best]))

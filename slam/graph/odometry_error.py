@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 from slam.graph.key_scan import KeyScan
 from slam.pose import FloatArray, relative_poses, wrap_angles
 
-LEAST_STEPS: Final = 10
+MIN_STEPS: Final = 10
 """Least number of motions to learn from."""
 GUESS: Final = 0.2, 0.1, 0.1
 """Before that: standard deviations along, across, and of the heading, per metre."""
-LEAST: Final = 0.01, 0.01, 0.005
+MIN_SIGMAS: Final = 0.01, 0.01, 0.005
 """Lower bounds of these standard deviations."""
 TURN_WAY: Final = 0.5
 """Metres that a turn of one radian counts as."""
-LEAST_WAY: Final = 0.05
+MIN_WAY: Final = 0.05
 """Shortest motion to learn from, metres."""
 FLOOR: Final = np.array([0.003, 0.003, 0.002])
 """Least standard deviations of any motion, metres and radians."""
@@ -43,11 +43,11 @@ class OdometryError(NamedTuple):
         The mask (K,) is True for key scans that follow the previous one in the list.
         """
         wheels = np.array([key.wheels for key in keys]).reshape(-1, 3)
-        errors, way = motion_errors(keys, follows), way_of(wheels)
-        known = np.array([is_sure(key) for key in keys], np.bool_) & (way > LEAST_WAY) & follows
-        if known.sum() < LEAST_STEPS:
+        errors, lengths = motion_errors(keys, follows), way_of(wheels)
+        known = np.array([is_sure(key) for key in keys], np.bool_) & (lengths > MIN_WAY) & follows
+        if known.sum() < MIN_STEPS:
             return cls(np.array(GUESS))
-        return cls(np.maximum(TO_SIGMA * np.median(np.abs(errors[known]) / way[known, None], axis=0), LEAST))
+        return cls(np.maximum(TO_SIGMA * np.median(np.abs(errors[known]) / lengths[known, None], axis=0), MIN_SIGMAS))
 
     def covariance(self, wheels: FloatArray, error: FloatArray) -> FloatArray:
         """Return the covariance (3, 3) of one motion (3,), in the axes of its start.

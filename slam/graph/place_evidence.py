@@ -30,9 +30,9 @@ KERNELS = (0.25, 0.15, 0.1)
 """Standard deviation of the offset of two matching walls, metres: two rounds refine, the last one scores."""
 SAME_WAY: Final = 0.97
 """Least cosine between two matching walls: 14 degrees."""
-LEAST_OVERLAP: Final = 0.1
+MIN_OVERLAP: Final = 0.1
 """Least overlap of two matching walls, metres."""
-MOST_SIGMAS: Final = 3.0
+MAX_SIGMAS: Final = 3.0
 """Standard deviations of the offset beyond which two walls do not match."""
 PRIOR: Final = np.array([0.1, 0.1, 1.0])
 """Information that holds x, y (metres of wall) and heading (metres^3) in a round."""
@@ -115,7 +115,7 @@ def _add_pair(
     begin, end = max(along - half, -0.5 * other[LENGTH]), min(along + half, 0.5 * other[LENGTH])
     at = 0.5 * (begin + end)  # middle of the overlap, along the other
     offset = dy * ux - dx * uy - (at - along) * sine / cosine
-    if end - begin < LEAST_OVERLAP or abs(offset) > MOST_SIGMAS * kernel:
+    if end - begin < MIN_OVERLAP or abs(offset) > MAX_SIGMAS * kernel:
         return
     weight = (end - begin) * np.exp(-0.5 * (offset / kernel) ** 2)
     px, py = other[MIDDLE_X] + at * ux - x, other[MIDDLE_Y] + at * uy - y

@@ -18,7 +18,7 @@ from slam.matching.coarse_search import FULL_GREY, HEADING, HEADING_STEP, PIXEL,
 from slam.pose import FloatArray
 
 BLOCK = 4  # pixels along a side of a block
-MOST_BLOCKS = 400  # blocks that are searched
+MAX_BLOCKS = 400  # blocks that are searched
 MIN_DISTANCE, MIN_ANGLE = 0.4, 0.1  # two poses are different if they are this far apart: metres and radians
 
 
@@ -166,7 +166,7 @@ def _scores(bounds: NDArray[np.uint16], window: Window, facets: int, least: floa
 
 def _highest(scores: FloatArray) -> IntArray:
     """Return the indices of the blocks with the highest scores."""
-    kept = min(MOST_BLOCKS, len(scores) - 1)
+    kept = min(MAX_BLOCKS, len(scores) - 1)
     threshold = np.partition(scores, len(scores) - 1 - kept)[len(scores) - 1 - kept]
     return np.flatnonzero((scores > threshold) & (scores > -1e9))
 

@@ -29,7 +29,7 @@ NEAR, TURNED = 1.0, np.radians(30.0)
 """Largest distance and heading difference, metres and radians, of two key scans that see the same."""
 ENOUGH: Final = 6
 """Number of such key scans that make another one redundant; places that were driven only twice are kept."""
-LEAST_AGREEING: Final = 0.8
+MIN_AGREEING: Final = 0.8
 """Least share of the key scans of a submap that agree with those in which it was found."""
 UNCHANGED: Final = 0.8
 """Least agreement in one of them, relative to that in their own submap: mean shares of the facets."""
@@ -77,7 +77,7 @@ class Pruning:
             return False
         beside = [loop for loop in loops if abs(loop.submap - number) <= 1]
         agreeing = {graph.number_of(edge.second) for loop in beside for edge in loop.edges}
-        return len(agreeing.intersection(submap.keys)) >= LEAST_AGREEING * len(submap.keys)
+        return len(agreeing.intersection(submap.keys)) >= MIN_AGREEING * len(submap.keys)
 
     def _is_covered(self, submap: Submap) -> bool:
         """Return True if every key scan of a submap is near enough others of earlier submaps."""

@@ -27,7 +27,7 @@ BREAK_SIGMAS: Final = np.array([0.1, 0.1, 0.1])
 """Standard deviations over a break of the front end, in addition to those of odometry: metres and radians."""
 START_SIGMAS: Final = np.array([0.05, 0.05, 0.02])
 """Standard deviations of the start pose in the map of an earlier run: metres, radians."""
-LEAST_INFORMATION: Final = 1e-9
+MIN_INFORMATION: Final = 1e-9
 FORGOTTEN: Final = np.array([0.01, 0.01, 0.002])
 """Standard deviations, metres and radians, added to a tie when it is measured again: many rounds do not reduce its
 uncertainty without bound, as the errors of the map are in all of them."""
@@ -223,6 +223,6 @@ def turned_information(information: FloatArray, heading: float, sigmas: FloatArr
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     turned = R.T @ (information / CORRELATION) @ R
     values, vectors = np.linalg.eigh(0.5 * (turned + turned.T))
-    covariance = (vectors / np.maximum(values, LEAST_INFORMATION)) @ vectors.T
+    covariance = (vectors / np.maximum(values, MIN_INFORMATION)) @ vectors.T
     information = np.linalg.inv(covariance + np.diag(sigmas**2))
     return np.asarray(0.5 * (information + information.T))  # not quite symmetric for large uncertainties

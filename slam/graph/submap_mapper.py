@@ -27,7 +27,7 @@ LENGTH: Final = 8.0
 """Path length of a submap, metres; the next one begins half way."""
 SUBMAPS, OPEN = 2, 3
 """Number of submaps that a key scan belongs to, and largest number of open maps."""
-LEAST_KEYS: Final = 10
+MIN_KEYS: Final = 10
 """Least number of key scans of a submap when the next one begins, whatever their distances."""
 TURN_WAY: Final = 0.3
 """Metres of path that a turn of one radian counts as."""
@@ -61,7 +61,7 @@ class SubmapMapper(SurfelMapper):
         """Number of the submap that began last."""
         self._open = [state.map]  # oldest first
         self._last_key: Pose2D | None = None
-        self._way = self._began = 0.0  # path length, and that at the start of the last submap, metres
+        self._path_length = self._began = 0.0  # path length, and that at the start of the last submap, metres
         self._keys = 0  # since then
         self._misfits = 0  # consecutive scans that contradicted the map
 
@@ -85,9 +85,9 @@ class SubmapMapper(SurfelMapper):
         config = self.map.config
         if added is not None and not broken and distance < config.update_distance and turn < config.update_angle:
             return
-        self._way += distance + TURN_WAY * turn
+        self._path_length += distance + TURN_WAY * turn
         if self._is_key(T_local_laser, broken):
-            if self._way - self._began >= 0.5 * LENGTH and self._keys >= LEAST_KEYS:
+            if self._path_length - self._began >= 0.5 * LENGTH and self._keys >= MIN_KEYS:
                 self._open_next()
             self._keys += 1
             self.key = self._key_scan(scan, T_local_laser, broken)
@@ -142,7 +142,7 @@ class SubmapMapper(SurfelMapper):
 
     def _open_next(self, most: int = OPEN) -> None:
         """Begin a submap; ``open_maps`` maps stay open, and scans are matched to the oldest."""
-        self.number, self._began, self._keys = self.number + 1, self._way, 0
+        self.number, self._began, self._keys = self.number + 1, self._path_length, 0
         self._open = [*self._open, SurfelMap(self.map.config)][-most:]
         self.state = self._with(map=self._open[0])
         self.uncertainty.open_next(most)

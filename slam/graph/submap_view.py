@@ -13,7 +13,7 @@ from slam.lines.segments import IntArray
 from slam.mapping.free_beams import FreeBeams, free_beams
 from slam.pose import FloatArray
 
-MOST_FACETS: Final = 200
+MAX_FACETS: Final = 200
 """Largest number of facets that are searched together."""
 
 
@@ -38,7 +38,7 @@ class SubmapView:
         parts = [_moved(self.keys[at].facets, between(origin, self.path[at])) for at in members.tolist()]
         facets = np.concatenate(parts)
         facets = facets[np.hypot(facets[:, X], facets[:, Y]) < REACH]
-        return np.ascontiguousarray(facets[:: len(facets) // MOST_FACETS + 1])
+        return np.ascontiguousarray(facets[:: len(facets) // MAX_FACETS + 1])
 
 
 def _moved(facets: FloatArray, pose: FloatArray) -> FloatArray:

@@ -9,11 +9,11 @@ from slam.graph.wall_places import propose_places
 from slam.matching.coarse_search import PLACE_X, SCORE
 from slam.pose import FloatArray, compose_poses, inverse_poses
 
-MOST_PAIRS: Final = 30
+MAX_PAIRS: Final = 30
 """Number of earlier submaps that a submap is compared with."""
-MOST_PLACES: Final = 3
+MAX_PLACES: Final = 3
 """Poses that are kept in each of them."""
-MOST_CANDIDATES: Final = 8
+MAX_CANDIDATES: Final = 8
 """Poses that are kept in all of them together."""
 
 
@@ -43,12 +43,12 @@ class WallCandidates:
     def of(self, submap: Submap, others: Sequence[Submap]) -> list[WallCandidate]:
         """Return poses of a submap in the first of these, best score first."""
         own, middle, rows = self._constellations[submap.number], inverse_poses(_middle(submap)), []
-        for other in others[:MOST_PAIRS]:
-            for place in propose_places(own, self._constellations[other.number], MOST_PLACES):
+        for other in others[:MAX_PAIRS]:
+            for place in propose_places(own, self._constellations[other.number], MAX_PLACES):
                 T_other_submap = compose_poses(compose_poses(_middle(other), place[PLACE_X:]), middle)
                 rows.append(WallCandidate(float(place[SCORE]), other, T_other_submap))
         rows.sort(key=lambda row: -row.score)
-        return rows[:MOST_CANDIDATES]
+        return rows[:MAX_CANDIDATES]
 
 
 def _middle(submap: Submap) -> FloatArray:

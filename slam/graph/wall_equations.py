@@ -21,7 +21,7 @@ from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
 FIT_ROUNDS = 2  # rounds of reweighting the line of a wall
-LEAST_SCATTER = 0.01  # metres along a wall, one standard deviation: below it, no direction is known
+MIN_SCATTER = 0.01  # metres along a wall, one standard deviation: below it, no direction is known
 
 
 class WallEquations(NamedTuple):
@@ -68,7 +68,7 @@ def wall_equations(
     """
     begins = _pair_begins(sights.scans, walls.sights, walls.begins)
     seen_by, coupling, blocks, gradient, D, forces, squares = _linearized(sights, nodes, walls, kernel, begins, count)
-    D[:, 1, 1] += LEAST_SCATTER**2 * D[:, 0, 0] + main.information
+    D[:, 1, 1] += MIN_SCATTER**2 * D[:, 0, 0] + main.information
     forces[:, 1] += main.information * main.error
     covariance = np.asarray(np.linalg.inv(D), np.float64)
     slack = _slack(main, covariance)
@@ -98,7 +98,7 @@ def _fit_lines(sights: Sights, numbers: IntArray, begins: IntArray, kernel: floa
                 w0, ws, wss = w0 + w, ws + w * s, wss + w * s * s
                 wr, wrs = wr + w * r, wrs + w * r * s
             mean_s, mean_r = ws / w0, wr / w0
-            turn = -(wrs - mean_r * ws) / (wss - mean_s * ws + LEAST_SCATTER**2 * w0)
+            turn = -(wrs - mean_r * ws) / (wss - mean_s * ws + MIN_SCATTER**2 * w0)
             lines[m, LINE_X] = cx + mean_r * nx - mean_s * ny
             lines[m, LINE_Y] = cy + mean_r * ny + mean_s * nx
             c, s = np.cos(turn), np.sin(turn)

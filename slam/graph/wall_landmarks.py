@@ -23,7 +23,7 @@ NEIGHBOURS = 2  # cells to each side in which a wall may continue
 WALL_COSINE = 0.95  # least cosine between the normals of a piece and of its wall
 SIGMAS = 0.5  # standard deviations of a piece's position that are added to the largest deviation from a straight wall
 LEVER = 0.3  # metres: a normal counts as two points this far apart
-LEAST_SCANS = 2  # least number of scans that see a wall
+MIN_SCANS = 2  # least number of scans that see a wall
 W, WX, WY, WXX, WXY, WYY, WNX, WNY, WNXX, WNXY, WNYY = range(11)
 """Weighted sums from which a line is fitted: of 1, x, y, xx, xy, yy, and of the normals: x, y, xx, xy, yy."""
 LINE_NX, LINE_NY, LINE_X, LINE_Y = range(4)
@@ -211,7 +211,7 @@ def _lies_on(piece: FloatArray, line: FloatArray, straight: float) -> bool:
 
 @compiled
 def _sort_by_wall(wall_of: IntArray, scans: IntArray, lines: FloatArray) -> tuple[FloatArray, IntArray, IntArray]:
-    """Return FoundWalls of the walls that LEAST_SCANS scans see; ``wall_of`` and ``scans`` are of facets (F,)."""
+    """Return FoundWalls of the walls that MIN_SCANS scans see; ``wall_of`` and ``scans`` are of facets (F,)."""
     counts, seen = np.zeros(len(lines), np.int64), np.zeros(len(lines), np.int64)
     last = np.full(len(lines), -1, np.int64)
     for f in range(len(wall_of)):
@@ -219,7 +219,7 @@ def _sort_by_wall(wall_of: IntArray, scans: IntArray, lines: FloatArray) -> tupl
         counts[m] += 1
         if last[m] != scans[f]:
             seen[m], last[m] = seen[m] + 1, scans[f]
-    kept = np.flatnonzero(seen >= LEAST_SCANS)
+    kept = np.flatnonzero(seen >= MIN_SCANS)
     begins, at = np.zeros(len(kept) + 1, np.int64), np.full(len(lines), -1, np.int64)
     for n in range(len(kept)):
         begins[n + 1] = begins[n] + counts[kept[n]]

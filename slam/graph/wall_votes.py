@@ -34,7 +34,7 @@ SAME_WAY: Final = 0.9925
 """Cosine between two walls that face the same way: 7 degrees."""
 CHANCE: Final = 1.0
 """Prior information in each direction, metres of wall: what chance alone would give."""
-LEAST_OVERLAP: Final = 0.1
+MIN_OVERLAP: Final = 0.1
 """Least overlap of two walls for a vote, metres."""
 BLUR = (0.5, 1.0, 0.5)
 """Weights of a vote one cell before, on and one cell behind the wall."""
@@ -153,7 +153,7 @@ def _vote(wall: FloatArray, other: FloatArray, votes: FloatArray) -> None:
     ux, uy = other[ALONG_X], other[ALONG_Y]
     dx, dy = other[MIDDLE_X] - wall[MIDDLE_X], other[MIDDLE_Y] - wall[MIDDLE_Y]
     half, most = 0.5 * (wall[LENGTH] + other[LENGTH]), min(wall[LENGTH], other[LENGTH], LONGEST_VOTE)
-    steps = int((half - LEAST_OVERLAP) / CELL)
+    steps = int((half - MIN_OVERLAP) / CELL)
     for step in range(-steps, steps + 1):
         metres = min(half - abs(step) * CELL, most)
         for side in range(-1, 2):

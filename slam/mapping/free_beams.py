@@ -10,9 +10,9 @@ from slam.pose import FloatArray
 from slam.scan import BEARING, COS, SIN, LaserScan
 
 CORRECTIONS = 3  # steps from the beam of an even fan to that of the fan itself
-MOST_SECTORS = 64
+MAX_SECTORS = 64
 """Sectors of the full turn, each with the longest free range of its beams."""
-BEAMS_A_SECTOR = 4  # of a full turn, so that no sector between two beams is empty
+BEAMS_PER_SECTOR = 4  # of a full turn, so that no sector between two beams is empty
 
 
 class FreeBeams(NamedTuple):
@@ -54,7 +54,7 @@ def _free_ranges(
 
 @compiled
 def _farthest(ranges: FloatArray, fan: FloatArray) -> FloatArray:
-    sectors = max(min(MOST_SECTORS, len(ranges) // BEAMS_A_SECTOR), 1)
+    sectors = max(min(MAX_SECTORS, len(ranges) // BEAMS_PER_SECTOR), 1)
     farthest = np.zeros(sectors)
     for j in range(len(ranges)):
         at = _sector(fan[COS, j], fan[SIN, j], sectors)

@@ -19,7 +19,7 @@ TOLERANCE = 0.15  # metres across a wall within which a reading lies on it
 EDGE_ON = 0.2  # least cosine of incidence at which a wall is predicted
 HIDDEN_WEIGHT = 0.25  # weight of a beam that ends before the wall, against one that passed it
 CORE = 0.5  # share of a surfel's width, about its middle, that is surely wall
-LEAST_PREDICTED = 0.1  # least share of the beams with a predicted wall
+MIN_PREDICTED = 0.1  # least share of the beams with a predicted wall
 CLUSTER_WIDTH = 0.05  # metres to each side
 
 
@@ -44,7 +44,7 @@ class View(NamedTuple):
     @property
     def borne_out(self) -> float:
         """Share of the beams with a predicted wall that end on it; 1 if there are hardly any."""
-        if self.agreeing + self.through + self.hidden < LEAST_PREDICTED:
+        if self.agreeing + self.through + self.hidden < MIN_PREDICTED:
             return 1.0
         return self.agreeing / max(self.agreeing + self.against, 1e-9)
 

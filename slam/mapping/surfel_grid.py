@@ -16,8 +16,8 @@ X, Y, NX, NY, INFORMATION, HITS, MISSES, BORN = range(8)
 information along the normal (m^-2), number of hits, number of misses since, and ``way`` at its first hit. The first
 four are those of facets too."""
 COLUMNS: Final = 8
-PIECES_A_CELL: Final = 4
-PIECES: Final = 2 * PIECES_A_CELL
+PIECES_PER_CELL: Final = 4
+PIECES: Final = 2 * PIECES_PER_CELL
 AXIS: Final = PIECES
 """Columns of evidence (S, 9): a count for each piece of the surfel's line, see wall_evidence.py, and 1 if the pieces
 are cut along y, 0 along x."""

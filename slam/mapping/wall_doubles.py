@@ -51,8 +51,8 @@ def _without_doubles(ends: FloatArray, support: FloatArray, shortest: float) -> 
             if parts[p, 1] - parts[p, 0] >= shortest and count < len(kept):
                 for side in range(2):
                     for axis in range(2):
-                        way = (ends[m, 1, axis] - ends[m, 0, axis]) / length
-                        kept[count, side, axis] = ends[m, 0, axis] + parts[p, side] * way
+                        direction = (ends[m, 1, axis] - ends[m, 0, axis]) / length
+                        kept[count, side, axis] = ends[m, 0, axis] + parts[p, side] * direction
                 box_of[count] = m
                 count += 1
     return kept[:count]

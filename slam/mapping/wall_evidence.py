@@ -13,7 +13,7 @@ from slam.compiled import compiled
 from slam.lines.segments import IntArray
 from slam.mapping.free_beams import FreeBeams, beam_towards, is_hidden
 from slam.mapping.free_space import cells_around
-from slam.mapping.surfel_grid import AXIS, HITS, NX, NY, PIECES, PIECES_A_CELL, Grid, X, Y
+from slam.mapping.surfel_grid import AXIS, HITS, NX, NY, PIECES, PIECES_PER_CELL, Grid, X, Y
 from slam.pose import FloatArray
 from slam.scan import COS, SIN
 
@@ -22,7 +22,7 @@ GRAZING = 0.2  # least cosine of incidence of an echo that is evidence of a wall
 NEAREST = 0.1  # metres: nothing nearer to the sensor is counted
 SAME_SIDE = 0.3  # least cosine between two surfels that show the same wall; at a corner both are walls
 CLEARLY_FARTHER = 0.05  # metres: more than the difference of two surfels of one wall
-MOST_BESIDE = 8  # largest number of surfels that an echo could come from
+MAX_BESIDE = 8  # largest number of surfels that an echo could come from
 CLEARLY_BEYOND = 0.10  # metres along the beam, and share of the range, beyond a wall: the beam went through
 BEYOND_SHARE = 0.02
 
@@ -30,7 +30,7 @@ BEYOND_SHARE = 0.02
 def evidence_of_hits(surfels: FloatArray) -> NDArray[np.int8]:
     """Return the evidence (S, 9) of surfels (S, 8) that have none: each is wall in its own cell."""
     evidence = np.zeros((len(surfels), PIECES + 1), np.int8)
-    own = slice(PIECES_A_CELL // 2, PIECES_A_CELL // 2 + PIECES_A_CELL)
+    own = slice(PIECES_PER_CELL // 2, PIECES_PER_CELL // 2 + PIECES_PER_CELL)
     evidence[:, own] = np.minimum(surfels[:, HITS], MOST)[:, None]
     evidence[:, AXIS] = np.abs(surfels[:, NX]) > np.abs(surfels[:, NY])
     return evidence
@@ -43,11 +43,11 @@ def weigh_walls(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, ga
     An echo no farther than ``gate`` metres from a surfel's line, across it, comes from there.
     """
     c, s = np.cos(pose[2]), np.sin(pose[2])
-    ways = np.empty((len(beams.ranges), 2))
-    for j in range(len(ways)):
-        ways[j, 0] = c * beams.fan[COS, j] - s * beams.fan[SIN, j]
-        ways[j, 1] = s * beams.fan[COS, j] + c * beams.fan[SIN, j]
-    _count_echoes(grid, beams, ways, pose, gate)
+    directions = np.empty((len(beams.ranges), 2))
+    for j in range(len(directions)):
+        directions[j, 0] = c * beams.fan[COS, j] - s * beams.fan[SIN, j]
+        directions[j, 1] = s * beams.fan[COS, j] + c * beams.fan[SIN, j]
+    _count_echoes(grid, beams, directions, pose, gate)
     surfels, farthest = grid.surfels, beams.farthest
     x, y = pose[0], pose[1]
     low_row, high_row, low_column, high_column = cells_around(grid, pose, reach)
@@ -60,12 +60,12 @@ def weigh_walls(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, ga
                 offset = abs(dx * surfels[k, NX] + dy * surfels[k, NY])
                 edge_on = offset < GRAZING * distance  # a surfel without a normal is ignored too
                 if not edge_on and not is_hidden(farthest, c * dx + s * dy, c * dy - s * dx, distance - grid.cell):
-                    _count_passes(grid, k, beams, ways, pose, reach, gate)
+                    _count_passes(grid, k, beams, directions, pose, reach, gate)
                 k = grid.next[k]
 
 
 @compiled
-def _count_echoes(grid: Grid, beams: FreeBeams, ways: FloatArray, pose: FloatArray, gate: float) -> None:
+def _count_echoes(grid: Grid, beams: FreeBeams, directions: FloatArray, pose: FloatArray, gate: float) -> None:
     """Increase the count of the piece that each echo comes from: of the nearest surfel whose line has a piece there.
 
     Counts of other possible surfels that are clearly farther decrease.
@@ -74,14 +74,14 @@ def _count_echoes(grid: Grid, beams: FreeBeams, ways: FloatArray, pose: FloatArr
     """
     last_x = last_y = np.inf
     last_surfel, last_piece = -1, -1
-    beside, offsets = np.empty((MOST_BESIDE, 2), np.int64), np.empty(MOST_BESIDE)
-    apart = 0.5 * grid.cell / PIECES_A_CELL
-    for j in range(len(ways)):
-        x, y = pose[0] + beams.ranges[j] * ways[j, 0], pose[1] + beams.ranges[j] * ways[j, 1]
+    beside, offsets = np.empty((MAX_BESIDE, 2), np.int64), np.empty(MAX_BESIDE)
+    apart = 0.5 * grid.cell / PIECES_PER_CELL
+    for j in range(len(directions)):
+        x, y = pose[0] + beams.ranges[j] * directions[j, 0], pose[1] + beams.ranges[j] * directions[j, 1]
         if not beams.echoes[j] or abs(x - last_x) + abs(y - last_y) < apart:
             continue
         last_x, last_y = x, y
-        count = _surfels_beside(grid, x, y, ways[j, 0], ways[j, 1], gate, beside, offsets)
+        count = _surfels_beside(grid, x, y, directions[j, 0], directions[j, 1], gate, beside, offsets)
         surfel, piece = -1, -1
         if count > 0:
             nearest = _least(offsets, count)
@@ -95,7 +95,7 @@ def _count_echoes(grid: Grid, beams: FreeBeams, ways: FloatArray, pose: FloatArr
 def _surfels_beside(
     grid: Grid, x: float, y: float, way_x: float, way_y: float, gate: float, beside: IntArray, offsets: FloatArray
 ) -> int:
-    """List the surfels, each with its piece (MOST_BESIDE, 2), from which an echo at (x, y) of a beam could come.
+    """List the surfels, each with its piece (MAX_BESIDE, 2), from which an echo at (x, y) of a beam could come.
 
     It also writes the distance across each, and returns their number.
 
@@ -111,7 +111,7 @@ def _surfels_beside(
             while k >= 0:
                 nx, ny = surfels[k, NX], surfels[k, NY]
                 across = abs((x - surfels[k, X]) * nx + (y - surfels[k, Y]) * ny)
-                if across < gate and way_x * nx + way_y * ny > GRAZING and count < MOST_BESIDE:
+                if across < gate and way_x * nx + way_y * ny > GRAZING and count < MAX_BESIDE:
                     piece = piece_at(grid, k, x, y)
                     if piece >= 0:
                         beside[count, 0], beside[count, 1], offsets[count] = k, piece, across
@@ -148,7 +148,7 @@ def _count_one(grid: Grid, beside: IntArray, offsets: FloatArray, count: int, ne
 
 @compiled
 def _count_passes(
-    grid: Grid, k: int, beams: FreeBeams, ways: FloatArray, pose: FloatArray, reach: float, gate: float
+    grid: Grid, k: int, beams: FreeBeams, directions: FloatArray, pose: FloatArray, reach: float, gate: float
 ) -> None:
     """Decrease the counts of a surfel's pieces that beams went through; a surfel with a hidden middle is ignored."""
     nx, ny = grid.surfels[k, NX], grid.surfels[k, NY]
@@ -158,18 +158,18 @@ def _count_passes(
     if not NEAREST < distance < reach:
         return
     middle = beam_towards(beams, pose, dx, dy)
-    if not 0 <= middle < len(ways) or beams.ranges[middle] < distance - grid.cell:
+    if not 0 <= middle < len(directions) or beams.ranges[middle] < distance - grid.cell:
         return
     half = int(np.arctan(grid.cell * abs(offset) / (distance * distance)) / beams.angle_increment) + 2
     before = -1
-    for j in range(max(middle - half, 0), min(middle + half + 1, len(ways))):
-        cosine = ways[j, 0] * nx + ways[j, 1] * ny
+    for j in range(max(middle - half, 0), min(middle + half + 1, len(directions))):
+        cosine = directions[j, 0] * nx + directions[j, 1] * ny
         if cosine * offset <= 0.0 or abs(cosine) < GRAZING:
             continue
         r = offset / cosine
         beyond = beams.ranges[j] - r
         if beyond * abs(cosine) > gate and beyond > CLEARLY_BEYOND + BEYOND_SHARE * r:
-            piece = piece_at(grid, k, pose[0] + r * ways[j, 0], pose[1] + r * ways[j, 1])
+            piece = piece_at(grid, k, pose[0] + r * directions[j, 0], pose[1] + r * directions[j, 1])
             if piece >= 0 and piece != before:
                 grid.evidence[k, piece] = max(grid.evidence[k, piece] - 1, LEAST)
             before = piece
@@ -180,7 +180,7 @@ def piece_at(grid: Grid, k: int, x: float, y: float) -> int:
     """Return the piece of the surfel ``k`` beside a point, -1 for none."""
     along_y = grid.evidence[k, AXIS] > 0
     centre, at = (grid.surfels[k, Y], y) if along_y else (grid.surfels[k, X], x)
-    width = grid.cell / PIECES_A_CELL
+    width = grid.cell / PIECES_PER_CELL
     begin = (np.floor(centre / grid.cell) - 0.5) * grid.cell
     piece = int(np.floor((at - begin) / width))
     return piece if 0 <= piece < PIECES else -1

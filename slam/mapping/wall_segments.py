@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from slam.compiled import compiled
 from slam.lines.segments import IntArray
-from slam.mapping.surfel_grid import AXIS, INFORMATION, NX, NY, PIECES, PIECES_A_CELL, X, Y
+from slam.mapping.surfel_grid import AXIS, INFORMATION, NX, NY, PIECES, PIECES_PER_CELL, X, Y
 from slam.mapping.wall_corners import meet_at_corners
 from slam.mapping.wall_doubles import without_doubles
 from slam.pose import FloatArray
@@ -26,13 +26,13 @@ WALL: Final = 2
 """Echoes minus passes from which a bin counts as wall."""
 BIN: Final = 0.025
 """Length of the bins along a wall in which the pieces of its surfels are summed, metres."""
-MOST_UNKNOWN: Final = 0.2
+MAX_UNKNOWN: Final = 0.2
 """Largest part without any beam that a wall spans, metres."""
 ALONG_AXIS: Final = 0.5
 """Least cosine between a wall and the axis along which the pieces of a surfel are cut."""
 SHORTEST: Final = 0.2
 """Least length of a wall, metres."""
-LEAST_SUPPORT: Final = 1.0
+MIN_SUPPORT: Final = 1.0
 """Least length of a wall times its mean count, metres: a short one must be seen more often."""
 
 
@@ -81,8 +81,8 @@ def _along(members: FloatArray, evidence: Evidence, line: FloatArray, cell: floa
         begin = (np.floor((members[k, Y] if along_y else members[k, X]) / cell) - 0.5) * cell - middle
         spans[k] = 0.0
         for p in range(PIECES if abs(slope) > ALONG_AXIS else 0):
-            a = (begin + p * cell / PIECES_A_CELL) / slope
-            b = (begin + (p + 1) * cell / PIECES_A_CELL) / slope
+            a = (begin + p * cell / PIECES_PER_CELL) / slope
+            b = (begin + (p + 1) * cell / PIECES_PER_CELL) / slope
             spans[k, p, 0], spans[k, p, 1] = min(a, b), max(a, b)
             low, high = min(low, spans[k, p, 0]), max(high, spans[k, p, 1])
     counts = np.zeros(max(int((high - low) / BIN), 0) + 2, np.int64)
@@ -112,8 +112,8 @@ def _write_spans(
             continue
         if i < len(counts) and counts[i] == 0:
             unknown += BIN
-        if begin >= 0 and (i >= len(counts) or counts[i] < 0 or unknown > MOST_UNKNOWN):
-            if (last + 1 - begin) * BIN >= SHORTEST and weight >= LEAST_SUPPORT:
+        if begin >= 0 and (i >= len(counts) or counts[i] < 0 or unknown > MAX_UNKNOWN):
+            if (last + 1 - begin) * BIN >= SHORTEST and weight >= MIN_SUPPORT:
                 for side in range(2):
                     t = low + (begin if side == 0 else last + 1) * BIN
                     ends[count, side, 0] = line[LINE_X] - t * line[LINE_NY]

@@ -17,9 +17,9 @@ from slam.robot import Observation, Robot
 from slam.run.gym_arrays import odometry_array, odometry_space, scan_array, scan_space, twist_action
 
 _LOG: Final = logging.getLogger("hopslam.run")
-_LEAST_STEP: Final = 1e-6
+_MIN_STEP: Final = 1e-6
 """Resolution of the stamps of trajectories, seconds: files have microseconds."""
-_MOST_LATE: Final = 50
+_MAX_LATE: Final = 50
 """Number of scans in a row without increasing stamps after which a robot is given up."""
 Float32Array = NDArray[np.float32]
 ObservationDict = dict[str, Float32Array]
@@ -96,15 +96,15 @@ class RobotEnv(gymnasium.Env[ObservationDict, Float32Array]):
 
     def _observe(self) -> Observation | None:
         """Wait for a scan later than the last one; RobotError after too long a wait."""
-        for _ in range(_MOST_LATE):
+        for _ in range(_MAX_LATE):
             observation = self.robot.observe()
-            if observation is None or observation.scan.stamp - self._stamp >= _LEAST_STEP:
+            if observation is None or observation.scan.stamp - self._stamp >= _MIN_STEP:
                 self._stamp = self._stamp if observation is None else observation.scan.stamp
                 return observation
             _LOG.warning(
                 "a scan is left out: its stamp %.6f s is not later than %.6f s", observation.scan.stamp, self._stamp
             )
-        raise RobotError(f"the stamps of {_MOST_LATE} scans in a row are not later than {self._stamp:.6f} s")
+        raise RobotError(f"the stamps of {_MAX_LATE} scans in a row are not later than {self._stamp:.6f} s")
 
     def _as_dict(self, observation: Observation) -> ObservationDict:
         self._last = {

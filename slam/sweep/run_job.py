@@ -61,9 +61,9 @@ def error_curve(folder: Path) -> list[float] | None:
     if traces is None or traces.truth is None:
         return None
     errors = np.hypot(*pose_errors(traces.estimate, traces.truth)[:, :2].T)
-    way = path_lengths(traces.truth)
-    at = np.linspace(0.0, way[-1], CURVE_POINTS)
-    return [round(value, 6) for value in np.interp(at, way, errors).tolist()]
+    distances = path_lengths(traces.truth)
+    at = np.linspace(0.0, distances[-1], CURVE_POINTS)
+    return [round(value, 6) for value in np.interp(at, distances, errors).tolist()]
 
 
 def _run(job: Job, runs: str, pictures: bool, allowed: Sequence[str]) -> Row | None:

@@ -8,11 +8,11 @@ from xml.sax.saxutils import quoteattr
 
 from slam.errors import InputError, did_you_mean
 
-_MOST_DOMAIN: Final = 232
+_MAX_DOMAIN: Final = 232
 """Largest domain: above it DDS has no ports left."""
 _RANGES: Final = ("LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")
 _THIS_MACHINE: Final = "<Interfaces><NetworkInterface address='127.0.0.1' multicast='true'/></Interfaces>"
-_MOST_PROGRAMS: Final = 32
+_MAX_PROGRAMS: Final = 32
 """Participants of this machine that are searched one by one without multicast, as in ROS."""
 
 
@@ -35,8 +35,8 @@ class RosNetwork:
         and ``CYCLONEDDS_URI`` of Cyclone DDS. Unlike in ROS, the default range is LOCALHOST.
         """
         domain, reach = environment.get("ROS_DOMAIN_ID") or "0", environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE") or ""
-        if not (domain.isdecimal() and int(domain) <= _MOST_DOMAIN):
-            raise InputError(f"ROS_DOMAIN_ID={domain}: give a whole number from 0 to {_MOST_DOMAIN}")
+        if not (domain.isdecimal() and int(domain) <= _MAX_DOMAIN):
+            raise InputError(f"ROS_DOMAIN_ID={domain}: give a whole number from 0 to {_MAX_DOMAIN}")
         if reach and reach not in _RANGES:
             raise InputError(f"ROS_AUTOMATIC_DISCOVERY_RANGE={reach}: {did_you_mean(reach, _RANGES)}")
         return cls(
@@ -55,6 +55,6 @@ class RosNetwork:
         addresses = "".join(f"<Peer address={quoteattr(peer)}/>" for peer in peers)
         return (
             f"<CycloneDDS><Domain><General>{_THIS_MACHINE if self.this_machine else ''}</General><Discovery>"
-            f"<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{_MOST_PROGRAMS}</MaxAutoParticipantIndex>"
+            f"<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{_MAX_PROGRAMS}</MaxAutoParticipantIndex>"
             f"<Peers>{addresses}</Peers></Discovery></Domain></CycloneDDS>"
         )

@@ -85,21 +85,21 @@ def error_table(results: Sequence[LogResult]) -> ResultTable:
 
 
 def _error_rows(result: LogResult) -> list[tuple[str, ...]]:
-    ways = result.causal, result.live, result.final
+    scores = result.causal, result.live, result.final
     published = [f"{value:.4f}" for value in PUBLISHED.get(result.name, ())] or [""] * 4
     rows = []
     if not isnan(result.final.relations):
-        rows.append(("relations", *(cell(way.relations) for way in ways), "", *published))
-        rows.append(("... of the centre", *(cell(way.centre) for way in ways), "", *[""] * 4))
+        rows.append(("relations", *(cell(score.relations) for score in scores), "", *published))
+        rows.append(("... of the centre", *(cell(score.centre) for score in scores), "", *[""] * 4))
     if not isnan(result.final.ate):
         shown = published if not rows else [""] * 4
-        rows.append(("ATE", *(cell(way.ate) for way in ways), "", *shown))
+        rows.append(("ATE", *(cell(score.ate) for score in scores), "", *shown))
     if result.final.gap is not None:
-        rows.append(("open, m", *(_gap(way) for way in ways), *[""] * 5))
-        rows.append(("open, deg", *(_turn(way) for way in ways), *[""] * 5))
+        rows.append(("open, m", *(_gap(score) for score in scores), *[""] * 5))
+        rows.append(("open, deg", *(_turn(score) for score in scores), *[""] * 5))
         angles = [cell(float(np.degrees(rms)), 2) for rms in (result.causal_off_axes, result.final_off_axes)]
         rows.append(("off axes, deg", angles[0], "", angles[1], *[""] * 5))
-    rows.append(("crisp", *(cell(way.crisp, 1) for way in ways), *[""] * 5))
+    rows.append(("crisp", *(cell(score.crisp, 1) for score in scores), *[""] * 5))
     rows[0] = (*rows[0][:4], f"{total_time(result):.1f}", *rows[0][5:])
     return [(result.name if k == 0 else "", *row) for k, row in enumerate(rows)]
 
@@ -117,7 +117,7 @@ def noise_table(results: Sequence[LogResult]) -> ResultTable:
     rows = []
     for name in dict.fromkeys(result.name for result in results):
         group = [result for result in results if result.name == name]
-        ates = np.array([[way.ate for way in (run.causal, run.live, run.final)] for run in group])
+        ates = np.array([[score.ate for score in (run.causal, run.live, run.final)] for run in group])
         for label, row in (("median", np.median(ates, axis=0)), ("worst", ates.max(axis=0))):
             rows.append((f"{name}, {label} of {len(group)}", *map(cell, row)))
     columns = ("log", "loops never\nATE, m", "live\nATE, m", "final\nATE, m")

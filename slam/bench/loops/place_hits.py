@@ -21,7 +21,7 @@ NEAR: Final = 4.0
 """Two submaps are compared if their middles are nearer than this, metres."""
 APART: Final = 12.0
 """Least path length between the two submaps, metres."""
-MOST_PAIRS: Final = 200
+MAX_PAIRS: Final = 200
 RIGHT_METRES, RIGHT_RADIANS = 0.6, 0.12
 """A place counts as correct if its distance from the true one is below this, metres."""
 
@@ -37,7 +37,7 @@ class PlaceHits(NamedTuple):
 
 
 def place_hits(closed: ClosedRun, reference: InterpolatedPoses) -> PlaceHits:
-    """Propose the places of all submaps near an earlier one; of many pairs, MOST_PAIRS are drawn at random.
+    """Propose the places of all submaps near an earlier one; of many pairs, MAX_PAIRS are drawn at random.
 
     ``reference`` has the base at every scan of the run.
     """
@@ -49,7 +49,7 @@ def place_hits(closed: ClosedRun, reference: InterpolatedPoses) -> PlaceHits:
         for pair in _near_pairs(truth, path_lengths(closed.local)[middles])
         if reference.known[at[list(pair)]].all()
     ]
-    chosen = [pairs[k] for k in np.random.default_rng(0).permutation(len(pairs))[:MOST_PAIRS]]
+    chosen = [pairs[k] for k in np.random.default_rng(0).permutation(len(pairs))[:MAX_PAIRS]]
     walls = {k: _constellation(closed, closed.submaps[k]) for k in {k for pair in chosen for k in pair}}
     ranks, began = [], thread_time()
     for other, own in chosen:
@@ -70,12 +70,12 @@ def rank_of(true: FloatArray, places: FloatArray) -> int:
     return int(right[0]) if len(right) else max(RANKS)
 
 
-def _near_pairs(places: FloatArray, way: FloatArray) -> list[tuple[int, int]]:
+def _near_pairs(places: FloatArray, distances: FloatArray) -> list[tuple[int, int]]:
     """Return pairs of poses (N, 3), the earlier first, that are near each other with a long path (N,) between."""
     return [
         (a, b)
         for a, b in combinations(range(len(places)), 2)
-        if way[b] - way[a] >= APART and np.hypot(*(places[b] - places[a])[:2]) < NEAR
+        if distances[b] - distances[a] >= APART and np.hypot(*(places[b] - places[a])[:2]) < NEAR
     ]
 
 

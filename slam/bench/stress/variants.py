@@ -100,9 +100,9 @@ def noise(log: Log, sigma: float, random: Generator) -> Log:
 
 def scatter(log: Log, share: float, random: Generator) -> Log:
     """Add clutter in six stretches of the path: this share of the beams ends before the wall, as at chair legs."""
-    way, ranges = path_lengths(log.T_odom_base), np.asarray(log.ranges)
-    begins = STRETCHES * way[-1]
-    cluttered = ((way[:, None] >= begins) & (way[:, None] < begins + STRETCH)).any(axis=1)
+    distances, ranges = path_lengths(log.T_odom_base), np.asarray(log.ranges)
+    begins = STRETCHES * distances[-1]
+    cluttered = ((distances[:, None] >= begins) & (distances[:, None] < begins + STRETCH)).any(axis=1)
     nearest, least = CLUTTER
     hit = (random.random(ranges.shape) < share) & cluttered[:, None] & np.isfinite(ranges) & (ranges > least)
     before = nearest + random.random(ranges.shape) * (np.where(hit, ranges, 1.0) - nearest - 0.1)

@@ -17,7 +17,7 @@ from slam.scenario.schema import Scenario
 
 _LONG_ENOUGH = 1e5
 """Duration, seconds: the drive ends after the squares, and not after the scenario's duration."""
-_LEGS_A_LAP = 8
+_LEGS_PER_LAP = 8
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +37,7 @@ class Calibration:
 
     @property
     def _squares(self) -> list[Sequence[Leg]]:
-        return [self.legs[at : at + _LEGS_A_LAP] for at in range(0, len(self.legs), _LEGS_A_LAP)]
+        return [self.legs[at : at + _LEGS_PER_LAP] for at in range(0, len(self.legs), _LEGS_PER_LAP)]
 
     @property
     def laps(self) -> list[Leg]:

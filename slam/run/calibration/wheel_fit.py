@@ -43,8 +43,8 @@ def wheel_travels(odometry: FloatArray, track: float) -> tuple[FloatArray, Float
     headings = odometry[:-1, 2] + turns / 2.0
     steps = np.diff(odometry[:, :2], axis=0)
     chords = steps[:, 0] * np.cos(headings) + steps[:, 1] * np.sin(headings)
-    ways = chords / np.sinc(turns / (2.0 * np.pi))
-    return ways - turns * track / 2.0, ways + turns * track / 2.0
+    distances = chords / np.sinc(turns / (2.0 * np.pi))
+    return distances - turns * track / 2.0, distances + turns * track / 2.0
 
 
 def corrected(odometry: FloatArray, track: float, fit: WheelFit) -> FloatArray:
@@ -68,14 +68,16 @@ def fit_wheels(legs: Sequence[Leg], track: float) -> WheelFit:
 
     InputError if the drive is not sufficient: it needs both straight legs and turns.
     """
-    ways = [wheel_travels(leg.odometry, track) for leg in legs]
-    totals = np.array([(-left.sum(), right.sum()) for left, right in ways]).reshape(-1, 2)
+    distances = [wheel_travels(leg.odometry, track) for leg in legs]
+    totals = np.array([(-left.sum(), right.sum()) for left, right in distances]).reshape(-1, 2)
     believed = np.array([wrap_angles(np.diff(leg.odometry[:, 2])).sum() for leg in legs])  # may be over half a turn
     turned = believed + wrap_angles(np.array([leg.truth[-1, 2] - leg.truth[0, 2] for leg in legs]) - believed)
     if np.linalg.matrix_rank(totals, tol=0.1) < 2:
         raise InputError("the wheels cannot be told from this drive; it needs straight ways and turns")
     per_track = np.linalg.lstsq(totals, turned, rcond=None)[0]  # of each wheel's distance, radians per metre
-    of_unit_track = [dead_reckoned(np.zeros(3), per_track[0] * left, per_track[1] * right, 1.0) for left, right in ways]
+    of_unit_track = [
+        dead_reckoned(np.zeros(3), per_track[0] * left, per_track[1] * right, 1.0) for left, right in distances
+    ]
     unit = np.concatenate([displacement(poses) for poses in of_unit_track])
     true = np.concatenate([displacement(leg.truth) for leg in legs])
     metres = float(unit @ true / (unit @ unit))  # the true effective track

@@ -22,7 +22,7 @@ viewBox="{left:.3f} {top:.3f} {w:.3f} {h:.3f}">
 <g id="walls" stroke="black" stroke-width="0.04">
 {walls}
 </g>
-<polyline id="trajectory" stroke="#0072b2" stroke-width="0.03" points="{way}"/>
+<polyline id="trajectory" stroke="#0072b2" stroke-width="0.03" points="{path}"/>
 </g>
 </svg>
 """
@@ -49,20 +49,20 @@ def write_dxf(record: RunRecord, out: Path) -> None:
     space = drawing.modelspace()
     for start, end in record.walls.tolist():
         space.add_line(start, end, dxfattribs={"layer": "WALLS"})
-    way = record.traces.final[:, :2].tolist()
-    if len(way) > 1:
-        space.add_lwpolyline(way, dxfattribs={"layer": "TRAJECTORY"})
+    path = record.traces.final[:, :2].tolist()
+    if len(path) > 1:
+        space.add_lwpolyline(path, dxfattribs={"layer": "TRAJECTORY"})
     with atomic_file(out) as draft:
         drawing.saveas(draft)
 
 
 def write_svg(record: RunRecord, out: Path) -> None:
     """Write a picture in which one user unit is a metre, y up, walls black and the robot's path blue."""
-    walls, way = record.walls, record.traces.final[:, :2]
-    corners = np.concatenate([walls.reshape(-1, 2), way])
+    walls, path = record.walls, record.traces.final[:, :2]
+    corners = np.concatenate([walls.reshape(-1, 2), path])
     low, high = corners.min(axis=0) - _MARGIN, corners.max(axis=0) + _MARGIN
     (w, h), scale = high - low, _PIXELS / (high - low).max()
     size = {"width": w * scale, "height": h * scale, "left": low[0], "top": -high[1], "w": w, "h": h}
     lines = (f'<line x1="{a:.3f}" y1="{b:.3f}" x2="{c:.3f}" y2="{d:.3f}"/>' for (a, b), (c, d) in walls.tolist())
-    points = (f"{x:.3f},{y:.3f}" for x, y in way.tolist())
-    write_atomic(out, _PAGE.format(**size, walls="\n".join(lines), way=" ".join(points)))
+    points = (f"{x:.3f},{y:.3f}" for x, y in path.tolist())
+    write_atomic(out, _PAGE.format(**size, walls="\n".join(lines), path=" ".join(points)))

@@ -51,10 +51,10 @@ class MapContents:
     @property
     def extent(self) -> tuple[FloatArray, FloatArray]:
         """Lower and upper corner: all paths and true walls, and the map without the farthest 0.2 %."""
-        ways = [way[:, :2] for way in (self.estimate, self.odometry, self.truth) if way is not None]
+        paths = [path[:, :2] for path in (self.estimate, self.odometry, self.truth) if path is not None]
         mapped = np.concatenate([self.points, self.walls.reshape(-1, 2)])
         bulk = np.percentile(mapped, [0.1, 99.9], axis=0) if len(mapped) else np.empty((0, 2))
-        corners = np.concatenate([bulk, *ways, *self.outlines])
+        corners = np.concatenate([bulk, *paths, *self.outlines])
         low, high = corners.min(axis=0), corners.max(axis=0)
         margin = 0.02 * float((high - low).max()) + 0.2
         return low - margin, high + margin
@@ -173,7 +173,7 @@ def map_figure(contents: MapContents, colours: Palette = PAPER, longest: float =
 
 def end_error_text(contents: MapContents, truth: FloatArray) -> str:
     """Describe the distances of the ends of both trajectories from the true one."""
-    ends = (way[min(len(way), len(truth)) - 1] for way in (contents.estimate, contents.odometry) if way is not None)
+    ends = (path[min(len(path), len(truth)) - 1] for path in (contents.estimate, contents.odometry) if path is not None)
     ours, *off = (distance_text(float(np.hypot(*(end - truth[-1])[:2]))) for end in ends)
     return ", dead reckoning ".join([f"{contents.name} ends {ours} from the truth", *off])
 

@@ -79,10 +79,10 @@ def _draw_person(axes: Axes, person: Person) -> None:
 def _draw_route(axes: Axes, scenario: Scenario) -> None:
     """Draw the route from the start pose, with an arrow on each leg, and the robot in its true size."""
     start = scenario.robot.start.pose
-    way = np.array([(start.x, start.y), *scenario.route.waypoints])
-    if len(way) > 1:
-        axes.plot(*way.T, ".-", color=_ROUTE, linewidth=1.2, label="route", zorder=4)
-    for a, b in pairwise(way):
+    route = np.array([(start.x, start.y), *scenario.route.waypoints])
+    if len(route) > 1:
+        axes.plot(*route.T, ".-", color=_ROUTE, linewidth=1.2, label="route", zorder=4)
+    for a, b in pairwise(route):
         middle = (a + b) / 2.0
         style = {"arrowstyle": "-|>", "color": _ROUTE}
         axes.annotate("", middle + 0.01 * (b - a), middle - 0.01 * (b - a), arrowprops=style, zorder=4)

@@ -92,8 +92,8 @@ class GrowingMap:
                 self._canvas.add_loops(loops_until(self._loops, traces.final, k))
         else:
             self._canvas.add_lines((at @ final.inverse()).transform(new.reshape(-1, 2)).reshape(-1, 2, 2))
-        way = np.concatenate([traces.final[: self._since], traces.estimate[self._since : k + 1]])[: k + 1]
-        return self._canvas.picture(k, at.transform(points), way)
+        path = np.concatenate([traces.final[: self._since], traces.estimate[self._since : k + 1]])[: k + 1]
+        return self._canvas.picture(k, at.transform(points), path)
 
 
 def _closures(traces: Traces) -> IntArray:

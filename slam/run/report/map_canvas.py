@@ -70,10 +70,10 @@ class MapCanvas:
                 draw.line((x - r, y - r, x + r, y + r), fill=colour, width=_FINE)
                 draw.line((x - r, y + r, x + r, y - r), fill=colour, width=_FINE)
 
-    def picture(self, k: int, scan: FloatArray, way: FloatArray) -> Image.Image:
+    def picture(self, k: int, scan: FloatArray, path: FloatArray) -> Image.Image:
         """Draw the picture at the scan ``k`` of the run, which saw the points ``scan`` (N, 2), metres, map frame.
 
-        ``way`` (k + 1, 3) is the robot's path so far.
+        ``path`` (k + 1, 3) is the robot's path so far.
         """
         traces = self._traces
         image = self._map.copy()
@@ -81,8 +81,8 @@ class MapCanvas:
         for x, y in self._pixels(scan):
             draw.ellipse((x - _FINE, y - _FINE, x + _FINE, y + _FINE), fill=PAPER.accent)
         self._draw_path(draw, traces.odometry[: k + 1], PAPER.odometry)
-        self._draw_path(draw, way, PAPER.slam)
-        draw.polygon(self._pixels(Pose2D.from_array(way[-1]).transform(ROBOT)), fill=PAPER.slam)
+        self._draw_path(draw, path, PAPER.slam)
+        draw.polygon(self._pixels(Pose2D.from_array(path[-1]).transform(ROBOT)), fill=PAPER.slam)
         time = f"{traces.stamps[k] - traces.stamps[0]:5.1f} s"
         for place, text, colour in self._names:
             draw.text(place, text or time, fill=colour, font=self._font)

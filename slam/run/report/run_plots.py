@@ -89,14 +89,18 @@ def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER
         return None
     figure, axes = _panel(colours)
     for k, (name, traces, truth) in enumerate(known):
-        way = path_lengths(truth)
+        distances = path_lengths(truth)
         alone, (colour, dash) = len(runs) == 1, colours.curve(k)
-        axes.plot(way, _off(traces.estimate, truth), dash, color=colour, linewidth=1.3, label="SLAM" if alone else name)
+        axes.plot(
+            distances, _off(traces.estimate, truth), dash, color=colour, linewidth=1.3, label="SLAM" if alone else name
+        )
         if alone:
             if traces.closed is not None:
                 off = _off(traces.closed, truth)
-                axes.plot(way, off, _CLOSED_DASH, color=colours.loop, linewidth=1.3, label="loops closed")
-            axes.plot(way, _off(traces.odometry, truth), color=colours.odometry, linewidth=1.1, label="dead reckoning")
+                axes.plot(distances, off, _CLOSED_DASH, color=colours.loop, linewidth=1.3, label="loops closed")
+            axes.plot(
+                distances, _off(traces.odometry, truth), color=colours.odometry, linewidth=1.1, label="dead reckoning"
+            )
     axes.set(yscale="log", xlabel="way travelled [m]", ylabel="position error [m]")
     _plain_numbers(axes.yaxis)
     _legend(axes, colours)

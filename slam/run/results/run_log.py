@@ -19,7 +19,7 @@ from slam.robot import Observation
 from slam.run.results.step_messages import StepMessages
 from slam.run.step import Step
 
-_SCANS_A_CHUNK: Final = 8
+_SCANS_PER_CHUNK: Final = 8
 """Largest chunk size; larger chunks are not smaller when packed."""
 _LOST: Final = 1.0
 """Seconds of a killed run that may be lost: those in an incomplete chunk."""
@@ -82,7 +82,7 @@ def _chunk_size(step_size: int, scan_time: float) -> int:
     One step more than these may be lost, as a chunk can end within one.
     """
     steps = int(_LOST / scan_time + 1e-6) - 1 if scan_time > 0.0 else 0
-    return step_size * min(steps, _SCANS_A_CHUNK) if steps > 1 else 1
+    return step_size * min(steps, _SCANS_PER_CHUNK) if steps > 1 else 1
 
 
 def logged_observations(path: Path) -> Iterator[Observation]:

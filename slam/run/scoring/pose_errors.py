@@ -99,10 +99,10 @@ def absolute_error(poses: FloatArray, truth: FloatArray) -> float:
 
 def errors_by_path(poses: FloatArray, truth: FloatArray, length: float) -> PoseErrors:
     """Return the errors of the motions over all pieces of this length, metres, of the true path."""
-    way = path_lengths(truth)
-    last = np.searchsorted(way, way + length)
-    first = np.flatnonzero(last < len(way))
-    first = first[way[last[first]] - way[first] < 2 * length + 1]
+    distances = path_lengths(truth)
+    last = np.searchsorted(distances, distances + length)
+    first = np.flatnonzero(last < len(distances))
+    first = first[distances[last[first]] - distances[first] < 2 * length + 1]
     return _motion_errors(poses, truth, first, last[first])
 
 

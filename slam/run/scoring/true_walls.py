@@ -52,9 +52,9 @@ def true_walls(outlines: Sequence[FloatArray]) -> TrueWalls:
 def _free_parts(outlines: Sequence[FloatArray]) -> FloatArray:
     """Return the parts of all edges with free space in front, each with its free side to the left, (F, 2, 2)."""
     edges = np.concatenate([np.stack([np.roll(outline, -1, axis=0), outline], axis=1) for outline in outlines])
-    way = edges[:, 1] - edges[:, 0]
-    lengths = np.maximum(np.hypot(*way.T), ROUNDING)
-    before = edges + (np.column_stack([-way[:, 1], way[:, 0]]) * (ASIDE / lengths)[:, None])[:, None]
+    vectors = edges[:, 1] - edges[:, 0]
+    lengths = np.maximum(np.hypot(*vectors.T), ROUNDING)
+    before = edges + (np.column_stack([-vectors[:, 1], vectors[:, 0]]) * (ASIDE / lengths)[:, None])[:, None]
     edge, solid = _near(before, outlines)
     begin, end = _parts_within(before[edge], solid, outlines)
     hidden = begin < end
@@ -62,7 +62,7 @@ def _free_parts(outlines: Sequence[FloatArray]) -> FloatArray:
     of_edge, shares = np.array([e for e, *_ in parts], np.int64), np.array([share for _, *share in parts])
     long_enough = np.diff(shares.reshape(-1, 2))[:, 0] * lengths[of_edge] > ROUNDING
     of_edge, shares = of_edge[long_enough], shares.reshape(-1, 2)[long_enough]
-    return np.asarray(edges[of_edge, :1] + shares[:, :, None] * way[of_edge, None])
+    return np.asarray(edges[of_edge, :1] + shares[:, :, None] * vectors[of_edge, None])
 
 
 def _near(edges: FloatArray, outlines: Sequence[FloatArray]) -> tuple[IntArray, IntArray]:
@@ -86,7 +86,7 @@ def _parts_within(edges: FloatArray, solid: IntArray, outlines: Sequence[FloatAr
     Begin >= end for never.
     """
     begin, end = np.zeros(len(edges)), np.ones(len(edges))
-    start, way = edges[:, 0], edges[:, 1] - edges[:, 0]
+    start, vectors = edges[:, 0], edges[:, 1] - edges[:, 0]
     corners, sizes = np.concatenate(outlines), np.array(list(map(len, outlines)))
     firsts = np.cumsum(sizes) - sizes
     for side in range(sizes.max()):
@@ -95,7 +95,7 @@ def _parts_within(edges: FloatArray, solid: IntArray, outlines: Sequence[FloatAr
         corner = corners[first + side]
         along, to_start = corners[first + (side + 1) % size] - corner, start[at] - corner
         here = along[:, 0] * to_start[:, 1] - along[:, 1] * to_start[:, 0]  # positive to the left: inside
-        change = along[:, 0] * way[at, 1] - along[:, 1] * way[at, 0]
+        change = along[:, 0] * vectors[at, 1] - along[:, 1] * vectors[at, 0]
         level = np.abs(change) < 1e-12
         share = -here / np.where(level, 1.0, change)
         enters, leaves, outside = ~level & (change > 0.0), ~level & (change < 0.0), level & (here < 0.0)
@@ -119,8 +119,8 @@ def _left_free(edge: IntArray, begin: FloatArray, end: FloatArray, count: int) -
 
 def _joined(parts: FloatArray) -> FloatArray:
     """Join parts that touch or overlap on one line and face the same way."""
-    way = parts[:, 1] - parts[:, 0]
-    along = way / np.hypot(*way.T)[:, None]
+    vectors = parts[:, 1] - parts[:, 0]
+    along = vectors / np.hypot(*vectors.T)[:, None]
     rho = along[:, 0] * parts[:, 0, 1] - along[:, 1] * parts[:, 0, 0]
     begin, end = (np.sum(along * parts[:, side], axis=1) for side in (0, 1))
     line = np.unique(np.round(np.column_stack([along, rho]), 6) + 0.0, axis=0, return_inverse=True)[1].ravel()

@@ -137,7 +137,7 @@ def _place(x: float, y: float, face: FloatArray) -> float:
 def covered(samples: FloatArray, face_of: IntArray, faces: FloatArray, lines: FloatArray) -> NDArray[np.bool_]:
     """Return True for each sample (N, 2) beside a line that faces the same way, within NEAR, (N,)."""
     covered = np.zeros(len(samples), np.bool_)
-    ways = faces[:, 1] - faces[:, 0]
+    directions = faces[:, 1] - faces[:, 0]
     for m in range(len(lines)):
         x, y = lines[m, 0]
         dx, dy = lines[m, 1, 0] - x, lines[m, 1, 1] - y
@@ -151,6 +151,6 @@ def covered(samples: FloatArray, face_of: IntArray, faces: FloatArray, lines: Fl
             px, py = samples[n, 0] - x, samples[n, 1] - y
             along = px * dx + py * dy
             if along >= 0.0 and along <= length and abs(px * dy - py * dx) <= NEAR:
-                fx, fy = ways[face_of[n]]
+                fx, fy = directions[face_of[n]]
                 covered[n] = fx * dx + fy * dy >= SAME_WAY * np.hypot(fx, fy)
     return covered

@@ -15,14 +15,14 @@ from slam.run.occupancy import Occupancy, occupancy
 from slam.run.results.run_record import RunRecord
 from slam.run.step import Step
 from slam.run.topics.live_map import LiveMap
-from slam.run.topics.news_thread import NewsThread
+from slam.run.topics.worker_thread import WorkerThread
 from slam.topics.names import LINES, MAP
 from slam.topics.topic import Bus
 
 _LOG: Final = logging.getLogger("hopslam.topics")
 PERIOD: Final = 2.0
 """Least time between two maps, seconds."""
-_MOST_LINES: Final = 4000
+_MAX_LINES: Final = 4000
 """Largest number of lines that are sent: paper mode keeps those of every scan."""
 
 
@@ -34,7 +34,7 @@ class MapTopics(Closing):
         self._map: LiveMap | None = LiveMap(config, T_base_laser)
         self._ends = np.empty((0, 2, 2))  # as last sent
         self._map_due, self._changed = 0.0, False
-        self._thread: NewsThread[tuple[Step, FloatArray | None]] = NewsThread("map topics", self._follow)
+        self._thread: WorkerThread[tuple[Step, FloatArray | None]] = WorkerThread("map topics", self._follow)
 
     def add(self, step: Step, ends: FloatArray | None) -> None:
         """Take a step, and the lines (N, 2, 2) when they are due."""
@@ -75,5 +75,5 @@ class MapTopics(Closing):
         """Send these lines, every n-th if they are too many, unless they were the last ones sent."""
         if not np.array_equal(ends, self._ends):
             self._ends = ends
-            shown = ends[:: len(ends) // _MOST_LINES + 1]
+            shown = ends[:: len(ends) // _MAX_LINES + 1]
             self._bus.publish(LINES, stamp, self._encoder.lines(stamp, shown))

@@ -15,7 +15,7 @@ from slam.run.results.run_record import RunRecord
 from slam.run.results.step_messages import StepMessages
 from slam.run.step import Step
 from slam.run.topics.map_topics import PERIOD, MapTopics
-from slam.run.topics.news_thread import NewsThread
+from slam.run.topics.worker_thread import WorkerThread
 from slam.scenario.schema import Scenario
 from slam.topics import names
 from slam.topics.topic import Bus
@@ -42,7 +42,7 @@ class SlamTopics(Closing):
         self._bus, self._slam, self._encoder, self._step_messages = bus, slam, LiveEncoder(), messages
         self._map_topics = None if isinstance(slam, DeadReckoning) else MapTopics(bus, scenario.slam, slam.T_base_laser)
         self._stamp, self._lines_due = -inf, 0.0
-        self._thread: NewsThread[StepNews | float] = NewsThread("topics", self._publish)
+        self._thread: WorkerThread[StepNews | float] = WorkerThread("topics", self._publish)
 
     @abstractmethod
     def publish(self, news: StepNews) -> None:

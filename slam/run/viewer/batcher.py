@@ -10,13 +10,13 @@ from slam.run.estimator import Estimator
 from slam.run.viewer.chunks import Chunk, event_chunk, frame_chunks, loop_chunks, map_chunks, plot_chunks, stroke_chunks
 from slam.run.viewer.scene import Event, Frame, Scene
 
-_BYTES_A_SCAN: Final = 500.0
-_LEAST_WAIT: Final = 20
+_BYTES_PER_SCAN: Final = 500.0
+_MIN_WAIT: Final = 20
 """Scans between two maps."""
-_MOST_POINTS, _MOST_LINES = 4000, 2000
+_MAX_POINTS, _MAX_LINES = 4000, 2000
 """Number of map points above which the map is thinned evenly."""
 Send = Callable[[Sequence[Chunk]], None]
-_MOST: Final = 256
+_MAX_SCANS: Final = 256
 """Largest number of scans in a batch."""
 
 
@@ -47,11 +47,11 @@ class MapUpdates:
         size = len(self._slam.points)
         if not size or (frame.index < self._due and not last) or (size == self._shown and not self._moved):
             return None
-        points = _thinned(self._slam.points.points, _MOST_POINTS)
-        lines = _thinned(self._slam.lines.ends, _MOST_LINES)
+        points = _thinned(self._slam.points.points, _MAX_POINTS)
+        lines = _thinned(self._slam.lines.ends, _MAX_LINES)
         sent = 12 * len(points) + 24 * len(lines)
         self._moved = False
-        self._shown, self._due = size, frame.index + max(_LEAST_WAIT, round(sent / _BYTES_A_SCAN))
+        self._shown, self._due = size, frame.index + max(_MIN_WAIT, round(sent / _BYTES_PER_SCAN))
         return MapSnapshot(frame.index, frame.stamp, points, lines)
 
 
@@ -126,7 +126,7 @@ class Batcher:
         self._trail.append(frame)
         self._events += events
         self._last = frame
-        if monotonic() - self._sent_at >= self._pace.scans or len(self._frames) >= _MOST:
+        if monotonic() - self._sent_at >= self._pace.scans or len(self._frames) >= _MAX_SCANS:
             self._flush()
 
     def add_event(self, event: Event) -> None:
@@ -146,7 +146,7 @@ class Batcher:
     def _flush(self, last: bool = False) -> None:
         now = self._sent_at = monotonic()
         trail: list[Frame] = []
-        if last or now - self._trail_sent_at >= self._pace.trail or len(self._trail) >= _MOST:
+        if last or now - self._trail_sent_at >= self._pace.trail or len(self._trail) >= _MAX_SCANS:
             trail, self._trail, self._trail_sent_at = self._trail, [], now
         snapshot = None
         if self._map_updates is not None and self._last is not None:

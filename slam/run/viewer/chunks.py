@@ -23,7 +23,7 @@ _ARROW: Final = 1.2
 _DASH: Final = 0.2
 """Length of a dash, and of the gap behind it, metres."""
 _NO_LINES: Final = np.empty((0, 2, 2))
-_LEAST: Final = 0.05
+_MIN_PLANE_LENGTH: Final = 0.05
 """Length in the plane of an unconstrained direction below which the direction is a heading."""
 
 
@@ -89,7 +89,7 @@ def _unconstrained_arrows(frames: Sequence[Frame]) -> Any:
     for frame in frames:
         before = len(vectors)
         for x, y, _ in frame.unconstrained.tolist() if frame.unconstrained is not None else ():
-            if hypot(x, y) > _LEAST:
+            if hypot(x, y) > _MIN_PLANE_LENGTH:
                 way = atan2(y, x) - frame.robot.theta
                 c, s = _ARROW * cos(way), _ARROW * sin(way)
                 vectors += [(c, s, 0.0), (-c, -s, 0.0)]

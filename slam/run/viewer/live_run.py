@@ -23,10 +23,13 @@ from slam.sonar_ring import echo_points
 if TYPE_CHECKING:  # it imports rerun
     from slam.run.viewer.broadcast import Broadcast
 
-News = tuple[Level, str]
-LOST: Final[tuple[News, News]] = ("WARN", "lost: the scans do not fit the map"), ("INFO", "sure of its place again")
+EventText = tuple[Level, str]
+LOST: Final[tuple[EventText, EventText]] = (
+    ("WARN", "lost: the scans do not fit the map"),
+    ("INFO", "sure of its place again"),
+)
 """Texts for the begin and the end of a state."""
-ODOMETRY_ONLY: Final[tuple[News, News]] = (
+ODOMETRY_ONLY: Final[tuple[EventText, EventText]] = (
     ("WARN", "odometry alone: the scan says nothing that can be trusted"),
     ("INFO", "the scans say where it is again"),
 )
@@ -85,10 +88,10 @@ class EventDetector:
 
     def detect(self, step: Step) -> Iterator[Event]:
         """Return the events that begin or end in this step."""
-        for level, text in self._news(step):
+        for level, text in self._new_events(step):
             yield Event(step.index, step.estimate.stamp, level, text)
 
-    def _news(self, step: Step) -> Iterator[News]:
+    def _new_events(self, step: Step) -> Iterator[EventText]:
         seen, match = step.observation, step.estimate.match
         if step.index == 0:
             yield "INFO", f"first scan: {len(seen.scan.ranges)} beams to {seen.scan.range_max:g} m"

@@ -20,9 +20,9 @@ def static_entities(scene: Scene) -> Iterator[tuple[str, rr.AsComponents]]:
     walls = [at_height(np.vstack([outline, outline[:1]]), -0.01) for outline in scene.outlines]
     yield "map/walls", rr.LineStrips3D(walls, colors=palette.TRUE_WALLS, radii=rr.Radius.ui_points(0.75))
     if scene.route is not None and len(scene.route) > 1:
-        way = at_height(scene.route, -0.005)
-        yield "map/route", rr.LineStrips3D([way], colors=palette.ROUTE, radii=rr.Radius.ui_points(0.75))
-        yield "map/route/waypoints", rr.Points3D(way, colors=palette.ROUTE, radii=rr.Radius.ui_points(3.0))
+        route = at_height(scene.route, -0.005)
+        yield "map/route", rr.LineStrips3D([route], colors=palette.ROUTE, radii=rr.Radius.ui_points(0.75))
+        yield "map/route/waypoints", rr.Points3D(route, colors=palette.ROUTE, radii=rr.Radius.ui_points(3.0))
     yield from _robot()
     yield from _looks()
     for name in scene.plots:

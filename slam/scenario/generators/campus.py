@@ -25,7 +25,7 @@ _DOOR: Final = 0.95
 """Width of a door, metres."""
 _FOR_DOOR: Final = _DOOR + 2.0 * _BESIDE_DOOR
 """Length of a room that a door fits into, metres."""
-_LEAST_WIDTH: Final = _LANE + 0.4
+_MIN_WIDTH: Final = _LANE + 0.4
 """Least width of a corridor, with furniture 0.2 m deep at its walls, metres."""
 _CROSSED: Final = (0, 2)
 """Numbers of the wings that the passage across the court joins."""
@@ -88,11 +88,11 @@ class CampusGenerator(Section):
         return [np.zeros(2), np.array([x, 0.0]), np.array([x, y]) + shifts[0], np.array([0.0, y]) + shifts[1]]
 
     def _side(self, first: FloatArray, second: FloatArray, rng: np.random.Generator) -> RingSide:
-        way = second - first
-        length = float(np.hypot(*way))
+        vector = second - first
+        length = float(np.hypot(*vector))
         begin, rest = rng.uniform(*self.passage_length, 2)
         front = (rng.uniform(*self.corridor_width) + THICKNESS) / 2.0
-        T_map_side = Pose2D(float(first[0]), float(first[1]), atan2(way[1], way[0]))
+        T_map_side = Pose2D(float(first[0]), float(first[1]), atan2(vector[1], vector[0]))
         return RingSide(T_map_side, length, float(begin), float(length - rest), float(front))
 
     def _rows(self, side: RingSide, crossing: float | None, rng: np.random.Generator) -> tuple[SpaceRow, SpaceRow]:
@@ -146,8 +146,8 @@ class CampusGenerator(Section):
         shortest = float(np.mean(self.room_length)) * self.room_length[0] / self.room_length[1]
         if shortest < _FOR_DOOR:
             raise ValueError(f"room_length: rooms of {shortest:.2f} m might be drawn; at least {_FOR_DOOR:g} m")
-        if self.corridor_width[0] < max(self.passage_width, _LEAST_WIDTH):
-            least = max(self.passage_width, _LEAST_WIDTH)
+        if self.corridor_width[0] < max(self.passage_width, _MIN_WIDTH):
+            least = max(self.passage_width, _MIN_WIDTH)
             raise ValueError(f"corridor_width: {self.corridor_width[0]:g} m is too narrow; at least {least:g} m")
         return self
 

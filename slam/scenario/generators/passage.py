@@ -20,7 +20,7 @@ SLOT: Final = 1.3
 _RECESS: Final = (0.15, 1.15)
 """Start and end of a recess in its slot, metres."""
 _THICKNESS: Final[float] = Wall.model_fields["thickness"].default
-_LEAST_DEPTH: Final = 0.2
+_MIN_DEPTH: Final = 0.2
 """Least depth of furniture, metres."""
 _BODY: Final = 0.2
 """Half of the width of a walking person, metres."""
@@ -125,9 +125,9 @@ class PassageGenerator(Section):
 
     @model_validator(mode="after")
     def _things_fit(self) -> Self:
-        if self.depth < _LEAST_DEPTH - 1e-9 and self.boxes + self.tables:
+        if self.depth < _MIN_DEPTH - 1e-9 and self.boxes + self.tables:
             raise ValueError(
-                f"width = {self.width:g} m and lane = {self.lane:g} m leave less than {_LEAST_DEPTH} m on either side "
+                f"width = {self.width:g} m and lane = {self.lane:g} m leave less than {_MIN_DEPTH} m on either side "
                 f"for furniture; widen it, or set boxes and tables to 0"
             )
         if self.lane > self.width:

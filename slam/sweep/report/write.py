@@ -21,7 +21,7 @@ from slam.sweep.result_store import RESULTS, ResultStore
 from slam.sweep.sweep import CONFIG
 
 _FOLDER: Final = "report"
-_MOST: Final = 10
+_MAX_LISTED: Final = 10
 """Largest number of listed runs."""
 
 
@@ -89,7 +89,7 @@ def worst_runs(groups: list[RunGroup], metric: str) -> list[NotableRun]:
         for value, seed, (run, command) in zip(group.values, group.seeds, group.commands, strict=True)
     ]
     sign = 1.0 if more_is_better(metric) else -1.0
-    return [run for _, run in sorted(runs, key=lambda run: sign * run[0])[:_MOST]]
+    return [run for _, run in sorted(runs, key=lambda run: sign * run[0])[:_MAX_LISTED]]
 
 
 def failed_runs(groups: list[RunGroup]) -> list[NotableRun]:
@@ -99,7 +99,7 @@ def failed_runs(groups: list[RunGroup]) -> list[NotableRun]:
         for group in groups
         for run, error, command in group.failures
     ]
-    return runs[:_MOST]
+    return runs[:_MAX_LISTED]
 
 
 def _pictures(here: Path, groups: list[RunGroup], metric: str) -> list[Path]:

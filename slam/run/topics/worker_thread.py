@@ -8,33 +8,33 @@ from typing import Final, Generic, TypeVar
 
 from slam.closing import Closing
 
-_MOST: Final = 1000
+_MAX_WAITING: Final = 1000
 """Items that may wait; if a fast run produces more, it is slowed down."""
 _PAUSE: Final = 0.01
 """Seconds."""
-News = TypeVar("News")
+Item = TypeVar("Item")
 
 
-class NewsThread(Closing, Generic[News]):
+class WorkerThread(Closing, Generic[Item]):
     """Calls ``handle`` with one item after another, on its own thread."""
 
-    def __init__(self, name: str, handle: Callable[[News], None]) -> None:
+    def __init__(self, name: str, handle: Callable[[Item], None]) -> None:
         self._handle = handle
-        self._news: SimpleQueue[News | None] = SimpleQueue()
+        self._items: SimpleQueue[Item | None] = SimpleQueue()
         self._thread = Thread(target=self._follow, name=name, daemon=True)
         self._thread.start()
 
-    def put(self, news: News) -> None:
+    def put(self, item: Item) -> None:
         """Pass an item to the thread."""
-        while self._news.qsize() > _MOST and self._thread.is_alive():
+        while self._items.qsize() > _MAX_WAITING and self._thread.is_alive():
             sleep(_PAUSE)
-        self._news.put(news)
+        self._items.put(item)
 
     def close(self) -> None:
         """Wait until all items are handled; closing twice is allowed."""
-        self._news.put(None)
+        self._items.put(None)
         self._thread.join()
 
     def _follow(self) -> None:
-        while (news := self._news.get()) is not None:
-            self._handle(news)
+        while (item := self._items.get()) is not None:
+            self._handle(item)

@@ -44,7 +44,7 @@ def moved(x: float, y: float, turn: float) -> FloatArray:
 @given(st.floats(-3.0, 3.0), st.floats(0.4, 5.0))
 def test_a_second_place_as_good_leaves_the_way_to_it_open(bearing: float, apart: float) -> None:
     way = np.array([np.cos(bearing), np.sin(bearing)])
-    direction, turned = _second_place([check(HERE, 8.0), check(moved(*(apart * way), 0.0), 7.5)], OWN)
+    direction, turned = _second_place([check(HERE, 8.0), check(moved(apart * way[0], apart * way[1], 0.0), 7.5)], OWN)
     assert direction == pytest.approx(way)
     assert not turned
 

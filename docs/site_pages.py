@@ -32,7 +32,7 @@ FILE_LINK = re.compile(r"\[([\w/-]+\.md)\]\(((?:\.\./)*)([\w/-]+\.md)([^)]*)\)")
 NAMED_PAGE = re.compile(r"docs/([\w-]+\.md)")
 """A page as help texts name it."""
 PICTURE = re.compile(r'<img alt="[^"]*" src="([^"]+)" ?/?>')
-INLINE_CODE = re.compile(r"<code>[^<]+</code>")
+INLINE_CODE = re.compile(r"(?<!</span>)(?<!<pre>)<code>[^<]+</code>")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:

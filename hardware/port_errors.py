@@ -1,10 +1,11 @@
 """Reasons why a port cannot be opened or was lost, each with the next step for the user."""
 
 import errno
-import grp
 import os
+import re
 import socket
 import stat
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
@@ -28,6 +29,8 @@ _REASONS: Final = {
     errno.EHOSTUNREACH: _SILENT_HOST,
     errno.ENETUNREACH: "that network cannot be reached; is this computer connected?",
 }
+_IN_WORDS: Final = re.compile(r"Error\((\d+),")
+"""Number of a cause that pyserial gives only as text on Windows, such as ``PermissionError(13, ...)``."""
 _URL_FORM: Final = "a port over the network is {scheme}://HOST:NUMBER, such as {scheme}://192.168.1.7:4001"
 
 
@@ -44,6 +47,8 @@ def reason_of(url: str, error: BaseException) -> str:
     number = next(filter(None, map(_number, causes)), None)
     if number is None and "Could not exclusively lock" in str(error):
         number = errno.EBUSY
+    if sys.platform == "win32" and number is None:
+        number = _number_in_words(str(error))
     if number in (errno.EACCES, errno.EPERM):
         return _not_permitted(Path(url))
     return _REASONS.get(number or 0, str(error))
@@ -69,8 +74,20 @@ def _number(error: BaseException) -> int | None:
     return number if isinstance(number, int) and number > 0 else None
 
 
+def _number_in_words(words: str) -> int | None:
+    """Return the error number in a message of pyserial; a port that was already open is gone, whatever the number."""
+    found = _IN_WORDS.search(words)
+    if found is None or "Cannot configure port" in words:
+        return None
+    return int(found[1]) if words.startswith("could not open port") else errno.EIO
+
+
 def _not_permitted(path: Path) -> str:
-    """Return the name of the group that may use a port."""
+    """Return the name of the group that may use a port; on Windows everybody may, one at a time."""
+    if sys.platform == "win32":
+        return _REASONS[errno.EBUSY]
+    import grp
+
     try:
         status = os.stat(path)  # noqa: PTH116
         group = grp.getgrgid(status.st_gid).gr_name

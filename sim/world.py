@@ -1,6 +1,6 @@
 """The simulated world: floor, solids, gravity, time and rays. Metres, seconds, map frame."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import chain
 from operator import itemgetter
@@ -47,7 +47,6 @@ class World(Closing):
     def __init__(self, prisms: Sequence[Prism], rate: int) -> None:
         self.prisms = tuple(prisms)
         self.rate = rate
-        self.steps = 0
         self.movables: set[int] = set()
         """Bodies that the robot can push."""
         self.bullet = Bullet()
@@ -59,7 +58,8 @@ class World(Closing):
             deterministicOverlappingPairs=1,
             collisionFilterMode=0,  # both masks must agree; the default is that one is enough (bullet3 issue 4148)
         )
-        self._step = self.bullet.prepared(pybullet.stepSimulation)
+        self.step: Callable[[], None] = self.bullet.prepared(pybullet.stepSimulation)
+        """Let 1 / rate seconds pass."""
         self.bullet.call(pybullet.setGravity, 0.0, 0.0, -GRAVITY)
         self.floor = self._add_static(FLOOR, lateral_friction=1.0, shapeType=pybullet.GEOM_PLANE)
         sills = [prism for prism in prisms if prism.top <= SILL]
@@ -78,16 +78,6 @@ class World(Closing):
         """True after ``close``."""
         return self.bullet.closed
 
-    @property
-    def time(self) -> float:
-        """Simulated time, seconds."""
-        return self.steps / self.rate
-
-    def step(self) -> None:
-        """Let 1 / rate seconds pass."""
-        self._step()
-        self.steps += 1
-
     def save(self) -> None:
         """Remember the state of all bodies, for ``restore``."""
         self._saved = self.bullet.call(pybullet.saveState)
@@ -95,7 +85,6 @@ class World(Closing):
     def restore(self) -> None:
         """Return to time 0 and the saved state; motors keep their last command."""
         self.bullet.call(pybullet.restoreState, self._saved)
-        self.steps = 0
 
     def add_pillar(self, radius: float, height: float) -> int:
         """Add a cylinder that ``move`` places and the robot can hit; rays pass through it. It starts out of range."""

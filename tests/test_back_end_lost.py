@@ -188,6 +188,14 @@ def test_truncated_results_are_dropped() -> None:
         assert len(got) == (length >= len(written[0])) + (length >= len(whole))
 
 
+@pytest.mark.parametrize(
+    ("code", "how"),
+    [(0, "ended with exit code 0"), (3, "ended with exit code 3"), (-signal.SIGSEGV, "was killed by SIGSEGV")],
+)
+def test_the_end_of_the_process_is_described(code: int, how: str) -> None:
+    assert back_end_process._Ended(code).how == how
+
+
 def test_a_run_without_its_back_end_has_a_causal_folder(lost_run: Path) -> None:
     record = RunRecord.open(lost_run)
     assert record.metrics is not None

@@ -8,7 +8,7 @@ import pytest
 
 from hardware import DecodeError
 from hardware.arcos.encoder_packet import WheelTravel
-from hardware.arcos.packet import MAX_DATA, encode_packet
+from hardware.arcos.packet import MAX_DATA, PacketDecoder, encode_packet
 from hardware.ldrobot import SIZE, LdPacket
 from hardware.scip.encoding import check_sum
 from hardware.scip.frames import FrameDecoder
@@ -45,6 +45,10 @@ def test_complete_messages_are_read_back() -> None:
 def test_a_packet_length_is_limited(size: int) -> None:
     with pytest.raises(ValueError, match="holds 1 to"):
         encode_packet(b"\x01" * size)
+
+
+def test_the_largest_packet_is_decoded() -> None:
+    assert PacketDecoder().feed(encode_packet(b"\x01" * MAX_DATA)) == [b"\x01" * MAX_DATA]
 
 
 def test_endless_garbage_is_not_buffered() -> None:

@@ -55,6 +55,15 @@ def test_segments_outside_the_graph_have_no_covariance() -> None:
         assert np.isnan(sigmas_of(wall)).all()
 
 
+def test_without_shared_walls_no_covariance_is_known() -> None:
+    _, run, _ = drive(0.25, "auto")
+    assert run is not None
+    none = RefinedWalls(np.empty((0, 2, 2)), np.empty((0, 2, 2)), np.empty(0), np.empty(0, int), np.empty(0, int))
+    found = mapped_walls(replace(run, map=_Map(WALL[None]), walls=none, wall_covariances=np.empty((0, 2, 2))))
+    assert found.ends.tolist() == [WALL.tolist()]
+    assert np.isnan(found.sigmas).all()
+
+
 def test_the_file_has_lengths_in_metres_and_nulls(tmp_path: Path) -> None:
     ends = np.stack([WALL, WALL + np.array([0.0, 3.0])])
     write_walls(tmp_path / "walls.geojson", MappedWalls(ends, np.array([SIGMAS, [np.nan, np.nan]])))

@@ -13,7 +13,7 @@ import pytest
 
 from hardware.arcos_line import ArcosLine
 from hardware.device_thread import DeviceThread
-from hardware.emulator.ports import PtyPort
+from hardware.emulator.pty_port import PtyPort
 from hardware.robot import HardwareRobot
 from hardware.scip_line import ScipLine
 from hardware.serial_port import PortLost, SerialPort

@@ -23,7 +23,7 @@ class StreamedRanges:
     """Rows of ranges, metres, one for each scan of a log, of which only the last few are in memory.
 
     They are read in the order of the file; a larger step back reads it again from the start. ``numpy.asarray`` reads
-    all of them, shorter rows padded with nan.
+    all of them, shorter rows padded with nan; another process gets that array.
     """
 
     def __init__(self, path: Path, rows: Callable[[], Iterator[FloatArray]], beams: Iterable[int]) -> None:
@@ -58,6 +58,9 @@ class StreamedRanges:
         for index, beams in enumerate(self._beams.tolist()):
             ranges[index, :beams] = self[index]
         return ranges if dtype is None else ranges.astype(dtype)
+
+    def __reduce__(self) -> tuple[Callable[[FloatArray], FloatArray], tuple[FloatArray]]:
+        return np.asarray, (np.asarray(self),)
 
     def _read_next(self) -> FloatArray:
         try:

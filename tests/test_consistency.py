@@ -94,7 +94,7 @@ def test_loops_on_two_sides_of_a_break_are_independent() -> None:
         assert across.chi_squared(loop(graph, np.zeros(3), submap, other, RIGHT)) == np.inf
 
 
-def test_one_way_is_thinkable_where_it_was_driven_but_over_a_break_anywhere() -> None:
+def test_a_path_is_limited_by_odometry_except_over_a_break() -> None:
     graph = way_twice(JUMP)
     condensed = CondensedGraph(graph, 30.0)
     candidates = LoopCandidates(graph, condensed)
@@ -111,7 +111,7 @@ def test_one_way_is_thinkable_where_it_was_driven_but_over_a_break_anywhere() ->
     assert candidates.is_out_of_reach(beyond, first, covariance)
 
 
-def test_the_wheels_alone_lead_over_a_break_and_are_doubted_there() -> None:
+def test_odometry_over_a_break_has_a_large_covariance() -> None:
     graph = way_twice(JUMP)
     information = {edge.loop: edge.information for edge in graph.odometry_edges()}
     assert [edge.loop for edge in graph.odometry_edges()].count(BREAK) == 1

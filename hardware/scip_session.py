@@ -22,7 +22,7 @@ _LAST_ANSWER: Final = 0.3
 """Seconds to wait for the answer to the last QT."""
 _TRIES: Final = 3
 _ROUNDS: Final = 5
-"""Questions by which a sensor is brought to SCIP 2.0, in all."""
+"""Total number of commands sent to switch a sensor to SCIP 2.0."""
 _IN_TIME_MODE: Final = ("0E", "10")
 """Status of a command that is refused between TM0 and TM2: of a URG-04LX, and of later sensors."""
 _UPDATE: Final = (
@@ -75,7 +75,7 @@ def stop_scans(line: ScipLine) -> None:
 def _silence(line: ScipLine) -> bool:
     """Silence a sensor and bring it to SCIP 2.0; False if none answers at this bit rate.
 
-    RobotError for a sensor that answers, but cannot.
+    RobotError for a sensor that answers, but does not have SCIP 2.0.
     """
     line.send("")  # ends what an earlier client may have left unfinished
     reply, silences = None, 0

@@ -33,7 +33,7 @@ _LOST_SCANS: Final = 5
 
 
 class Urg04lx:
-    """Opened by the constructor: the sensor is found, and sends scans from then on.
+    """The constructor finds the sensor and starts its scans.
 
     A thread reads them; it opens the port again when it is lost, and the sensor when it falls silent. Ranges beyond
     those of ``model`` are removed. Once ``leaving`` is set, attempts to connect are given up. RobotError if no sensor
@@ -116,7 +116,7 @@ class Urg04lx:
 
     def _take_scan(self, data: ScanData, frame: RawAnswer) -> bool:
         """Keep a scan; False if its time cannot be known."""
-        # an answer joined to the remains of another has no known time of its first byte
+        # the time of the first byte is unknown if remains of another answer come first
         whole = frame.lines[0] == data.request.encode().encode()
         if data.time is None or not (whole or self._clock.running):
             return False

@@ -10,7 +10,7 @@ from slam.pose import FloatArray, path_lengths
 from slam.scenario.world_plan import Person
 
 NOWHERE: Final = Person.model_construct(waypoints=((1e6, 1e6),), keep=0.0)
-"""Stands for a missing person in a world that has fewer than another."""
+"""Placeholder person, for worlds that have fewer people than others."""
 
 
 class Crowd(NamedTuple):

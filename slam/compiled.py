@@ -74,16 +74,16 @@ def _compiled(function: F, options: dict[str, Any]) -> F:
 
 
 class _HotLoop(CPUDispatcher):
-    """A function compiled as a whole when Python calls it, and as a part of each compiled function that calls it.
+    """A function with its own code for calls from Python, and code inlined into compiled functions that call it.
 
-    Only a whole is optimised and kept on disk. Once it is loaded, its parts are not needed.
+    Only code for calls from Python is optimised and kept on disk. With it, the code of its parts is not needed.
     """
 
     def __init__(self, function: Any, options: dict[str, Any]) -> None:
         super().__init__(function, targetoptions=options)
         part = options | {"no_cpython_wrapper": True}
         self._part_compiler = _FunctionCompiler(function, self.targetdescr, part, {}, Compiler)
-        self._parts: dict[Any, Any] = {}  # results by types of arguments, as in numba's ``overloads`` for the wholes
+        self._parts: dict[Any, Any] = {}  # results by types of arguments, like numba's ``overloads``
         with suppress(RuntimeError):  # there is no place to keep it, neither beside the source nor in the home folder
             self._cache = KeptCode(function)
 
@@ -96,7 +96,7 @@ class _HotLoop(CPUDispatcher):
                 return super().compile(sig)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Resolve a call from compiled code; a literal is a number as any other, not one to compile once more for."""
+        """Resolve a call from compiled code; a literal counts as any number of its type."""
         return super().get_call_template([unliteral(arg) for arg in args], {name: unliteral(kws[name]) for name in kws})
 
     def get_overload(self, sig: Any) -> Any:

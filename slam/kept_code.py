@@ -15,7 +15,7 @@ from numba.core.dispatcher import Dispatcher
 
 _COMPILER: Final = [Path(__file__).with_name(name) for name in ("compiled.py", "kept_code.py", "machine_code.py")]
 _STAMPS: Final = {file.name: file.stat().st_mtime_ns for file in _COMPILER}
-"""Time stamps of the files that say how code is compiled."""
+"""Time stamps of the files that define how code is compiled."""
 
 
 class KeptCode(FunctionCache):

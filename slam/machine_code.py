@@ -135,12 +135,12 @@ class _Code(JITCodeLibrary):
 
 
 class _CodeGenerator(JITCPUCodegen):
-    """Generates such code, in its own engine."""
+    """Generates Code objects in its own engine."""
 
     _library_class = _Code
 
     def set_env(self, env_name: str, env: Any) -> None:
-        if self._engine.is_symbol_defined(env_name):  # it is not in a part
+        if self._engine.is_symbol_defined(env_name):  # parts have no such symbol
             super().set_env(env_name, env)
 
 

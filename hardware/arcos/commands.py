@@ -92,10 +92,10 @@ SI_PER_UNIT: Final[dict[int, float]] = dict.fromkeys(_IN_MILLIMETRES, 0.001) | d
 """SI value of one unit of the argument: the wire has whole mm and degrees."""
 
 BAUDS: Final = (9600, 19200, 38400, 57600, 115200)
-"""The argument of HOSTBAUD is an index into these."""
+"""Bit rates; the argument of HOSTBAUD is an index into them."""
 
 VEL2_UNIT: Final = 0.020
-"""m/s (Vel2Divisor of p3dx.p)."""
+"""Unit of the speeds of VEL2, m/s (Vel2Divisor of p3dx.p)."""
 _INT, _NEGATIVE, _STRING = 0x3B, 0x1B, 0x2B
 
 

@@ -81,7 +81,7 @@ def emulated_devices(
 ) -> Iterator[Emulator]:
     """Make an emulator of both devices in the scenario's world, moved by this plant; it is not started yet.
 
-    The devices are at links, as a terminal that was unplugged may return under another number.
+    The ports are symbolic links, because a pseudo-terminal may have another number after it was unplugged.
     """
     config = replace(FACTORY_CONFIG, watchdog=watchdog)
     with TemporaryDirectory(prefix="hopslam-") as links:

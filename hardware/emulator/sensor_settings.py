@@ -24,7 +24,7 @@ class SensorSettings:
     streaming: ScanRequest | None = None
     """Request for continuous scans; its ``scans`` are those left to send, 0 for no end."""
     note: str = ""
-    """Note that the client appended to the command that began the scans."""
+    """String that the client appended to the command that began the scans."""
     adjusting: bool = False
     """True between TM0 and TM2."""
 

@@ -28,8 +28,8 @@ class WireTape:
     """The conversation at one port of a recording. It plays once, and continues where it was when it is opened again.
 
     It plays in real time. At a question it waits for the driver to ask the same one, and continues from there, so that
-    a driver that asks earlier, later or in another order is answered too. At the first question it waits for good, at
-    others for a while. Questions are commands of SCIP, and of ARCOS those that open a robot and CONFIG; other commands
+    a driver that asks earlier, later or in another order is answered too. At the first question it waits without
+    limit, at others for a limited time. Questions are commands of SCIP, and of ARCOS those that open a robot and CONFIG; other commands
     in the recording need no counterpart.
     """
 

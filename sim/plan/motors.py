@@ -23,9 +23,9 @@ CROSS: Final = MASS / 4.0 - INERTIA / TRACK**2
 """Force at a rim per acceleration of the other rim, kg."""
 
 GIVE: Final = 2.5e-5 * WHEEL_RADIUS
-"""Rim speed that PyBullet's solver misses for each N with which turning loads this rim, m/s; measured."""
+"""Shortfall of the rim speed in PyBullet's solver per N of load on this rim in a turn, m/s; measured."""
 OTHER_GIVE: Final = 1.35e-5 * WHEEL_RADIUS
-"""Rim speed that it misses for each N at the other rim, m/s; measured."""
+"""Shortfall of the rim speed per N of load on the other rim, m/s; measured."""
 
 
 @compiled_on_views
@@ -47,7 +47,7 @@ def rims_after(
 
 @compiled_on_views
 def missing_speeds(left: float, right: float) -> tuple[float, float]:
-    """Return the speeds that PyBullet's solver misses at rims with these speeds."""
+    """Return the shortfalls of these rim speeds in PyBullet's solver."""
     pull_left, pull_right = _pulls_of_turning(left, right)
     return GIVE * pull_left + OTHER_GIVE * pull_right, GIVE * pull_right + OTHER_GIVE * pull_left
 

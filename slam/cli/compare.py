@@ -68,10 +68,7 @@ def comparison(records: list[RunRecord]) -> TerminalTable:
 
 
 def _shown(key: str, value: Any) -> Any:
-    """Return the value.
-
-    Text for anything that is not a measurement: the seed, and the date, without seconds and time zone.
-    """
+    """Return the value; the seed as text, and the date as text without seconds and time zone."""
     if key == "began" and value:
         return str(value)[:16].replace("T", " ")
     return str(value) if key == "seed" and value is not None else value

@@ -13,7 +13,7 @@ class HoppingConfig(Section):
 
     method: Literal["paper"] = "paper"
     """This method."""
-    sigma_Th: float = Field(25.0 / 1024, ge=1e-5)  # printed without a unit; metres, as the points are
+    sigma_Th: float = Field(25.0 / 1024, ge=1e-5)  # the paper gives no unit; metres are assumed, as for the points
     """Threshold on the smallest singular value sigma_3, metres; below 10 um prefix sums lose it in rounding."""
     L_Th: int = Field(4, ge=3)
     """A segment is kept when it has more than this many points (Proc. 7). The paper gives no value."""

@@ -20,7 +20,7 @@ class SlamConfig(Section):
     """
 
     mode: ModeName = "hopslam"
-    """Methods for those of the three parts below that name none."""
+    """Default methods of the three parts below."""
     lines: LineConfig = ChiSquareConfig()
     """Extraction of lines from a scan."""
     map: MapConfig = SurfelMapConfig()

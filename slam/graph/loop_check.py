@@ -30,7 +30,7 @@ SLIDES: Final = (-1.6, -0.8, -0.4, 0.4, 0.8, 1.6)
 MAX_SLID: Final = 6
 """Largest number of key scans in that test."""
 SLIDING_AGREEMENT: Final = 0.85
-"""Share of its agreement that one must keep in that test for the direction to count as unconstrained."""
+"""Share of its agreement that a key scan must keep in that test for the direction to count as unconstrained."""
 
 
 class KeyMatch(NamedTuple):

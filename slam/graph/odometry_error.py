@@ -15,7 +15,7 @@ from slam.pose import FloatArray, relative_poses, wrap_angles
 MIN_STEPS: Final = 10
 """Least number of motions to learn from."""
 GUESS: Final = 0.2, 0.1, 0.1
-"""Before that: standard deviations along, across, and of the heading, per metre."""
+"""Assumed standard deviations along, across, and of the heading, per metre, until enough motions are known."""
 MIN_SIGMAS: Final = 0.01, 0.01, 0.005
 """Lower bounds of these standard deviations."""
 TURN_WAY: Final = 0.5

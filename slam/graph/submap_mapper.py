@@ -62,7 +62,7 @@ class SubmapMapper(SurfelMapper):
         self._open = [state.map]  # oldest first
         self._last_key: Pose2D | None = None
         self._path_length = self._began = 0.0  # path length, and that at the start of the last submap, metres
-        self._keys = 0  # since then
+        self._keys = 0  # number of key scans of the last submap
         self._misfits = 0  # consecutive scans that contradicted the map
 
     def locate(self, scan: LaserScan, segments: Segments, prior: Pose2D) -> Match:

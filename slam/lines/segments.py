@@ -51,7 +51,7 @@ class Segments:
         theta = self.theta + T_a_b.theta
         shift = T_a_b.x * np.cos(theta) + T_a_b.y * np.sin(theta)
         turn = T_a_b.y * np.cos(theta) - T_a_b.x * np.sin(theta)
-        jacobian = np.tile(np.eye(2), (len(theta), 1, 1))  # of (rho, theta) in a by those in b
+        jacobian = np.tile(np.eye(2), (len(theta), 1, 1))  # derivative of (rho, theta) in a with respect to those in b
         jacobian[:, 0, 1] = turn  # the uncertainty of the angle makes the shift of the line uncertain
         return Segments(
             self.first,

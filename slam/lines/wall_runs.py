@@ -12,7 +12,7 @@ from slam.pose import FloatArray
 FIRST_POINT, LAST_POINT, FIRST_BEAM, LAST_BEAM, MEETS_NEXT = range(5)
 """Columns of runs (M, 5): points are the beams with an echo; MEETS_NEXT is 1 if the next point is the first of the next
 run, else 0."""
-THREE_RUNS = 1.5  # limit for merging three runs over that for two: four parameters less, not two
+THREE_RUNS = 1.5  # limit of merging three runs, relative to two: four parameters fewer instead of two
 
 
 @compiled

@@ -41,7 +41,7 @@ class Frontier(NamedTuple):
     def inherited(self, match_covariance: FloatArray) -> FloatArray:
         """Return the covariance (3, 3) of the map beyond, in addition to that of the map here.
 
-        It is the drift, plus the accuracy of later matches beyond that of the widest on the path: they were accurate
+        It is the drift, plus the difference of later matches from the widest match on the path: they were accurate
         against newer parts of the map, which have that error too.
         """
         values, vectors = np.linalg.eigh(self.widest - match_covariance)

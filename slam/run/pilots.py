@@ -176,5 +176,5 @@ class LocalizeThenDrive:
         return self._then.progress
 
     def command(self, T_map_base: Pose2D, scan: LaserScan) -> Twist2D | None:
-        """Return the other pilot's command for this pose, if it is known, or one for the scan."""
+        """Return the other pilot's command if the pose is known, else that of the wanderer."""
         return (self._then if self._known() else self._wanderer).command(T_map_base, scan)

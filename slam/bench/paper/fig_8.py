@@ -32,7 +32,7 @@ WALLS: Final = {
 NOISE: Final = 0.003
 """Standard deviation of the ranges, metres."""
 _HOPPING: Final = {"psi": 5, "L_Th": 11}
-"""psi = 5 is the paper's; L_Th is the smallest that it allows with it."""
+"""Settings of the paper: psi = 5, and the smallest L_Th that the paper allows for it."""
 _NEAR: Final = 0.05
 """A line belongs to a wall if both ends of the wall are nearer to it than this, metres."""
 _CELL: Final = 0.01

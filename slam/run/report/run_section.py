@@ -170,7 +170,7 @@ def _loops(record: RunRecord) -> list[LoopRow]:
     rows = []
     for k in np.argsort(graph.weights, kind="stable").tolist():
         loop, (scan, _) = graph.loops[k], graph.loop_scans[k]
-        if scan < 0:  # an earlier run found it
+        if scan < 0:  # a loop of an earlier run
             continue
         rows.append(
             LoopRow(

@@ -87,7 +87,7 @@ class RunRecord:
 
     @property
     def start(self) -> Pose2D:
-        """``T_map_base`` before the first scan: as it was given, if the log agrees except for the last digits."""
+        """``T_map_base`` before the first scan: exactly as set, if the log agrees except for rounding."""
         logged, given = logged_start(self.folder / RUN_LOG), self.config.robot.start.pose
         offset = given.between(logged)
         return given if offset.distance(Pose2D()) + abs(offset.theta) < _SAME else logged

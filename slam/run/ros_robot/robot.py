@@ -66,10 +66,7 @@ class TopicRobot(Closing):
         self._last: Observation | None = None
 
     def __enter__(self) -> Self:
-        """Join the network; a robot that is to drive must be found then, and an open one stays as it is.
-
-        RobotError says what is missing.
-        """
+        """Join the network; RobotError if a robot to drive is not found. An open robot stays open."""
         if self._topics is None:
             with ExitStack() as opening:
                 opening.enter_context(self._bus)

@@ -144,7 +144,7 @@ class _ProcessWatch:
         self._hooks[0](failure)
 
     def _call_failed(self, failure: sys.UnraisableHookArgs) -> None:
-        """Stop the robot if a thread of the module ``_thread`` fails, and for no other such failure."""
+        """Stop the robot if a thread started by the module ``_thread`` fails; ignore other failures."""
         if "thread" in (failure.err_msg or ""):
             self._fail("a thread", failure.exc_type, failure.exc_value)
         self._hooks[2](failure)

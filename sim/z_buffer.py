@@ -58,9 +58,9 @@ def _span(numbers: FloatArray) -> tuple[float, float]:
 
 @compiled_on_views
 def fan_interval(fan: Fan, begin: float, width: float, turn: int, rays: int) -> tuple[int, int]:
-    """Return the first ray, and the one after the last, from ``begin`` to ``begin + width`` in turn ``turn``, -1 to 1.
+    """Return the first ray of an interval of bearings, and the one after its last.
 
-    A few rays more may be included.
+    The bearings are ``begin`` to ``begin + width``, plus ``turn`` full turns, -1 to 1. A few more rays may be included.
     """
     if fan.step == 0.0 or width + 2.0 * fan.bend >= 2.0 * np.pi:
         return 0, rays if turn == 0 else 0

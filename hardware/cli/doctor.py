@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 _DMESG: Final = "the last lines of: sudo dmesg"
 _SYSTEM_LOGS: Final = {"win32": "Ports in the Device Manager", "darwin": "USB in System Information"}
-"""Where a system that is not Linux lists what was plugged in."""
+"""Place where Windows and macOS list connected devices."""
 
 
 def doctor(

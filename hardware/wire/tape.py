@@ -29,8 +29,8 @@ class WireTape:
 
     It plays in real time. At a question it waits for the driver to ask the same one, and continues from there, so that
     a driver that asks earlier, later or in another order is answered too. At the first question it waits without
-    limit, at others for a limited time. Questions are commands of SCIP, and of ARCOS those that open a robot and CONFIG; other commands
-    in the recording need no counterpart.
+    limit, at others for a limited time. Questions are the commands of SCIP, and those of ARCOS that open a robot, and
+    CONFIG; other commands in the recording need no counterpart.
     """
 
     def __init__(self, url: str) -> None:

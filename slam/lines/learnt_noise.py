@@ -167,11 +167,11 @@ def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
             for k in range(EDGES + i, len(GROUNDS) * EDGES, EDGES):
                 scores[band, i] = max(scores[band, i], scores_on_grounds[band, k])
     near, far = np.zeros((BANDS + 1, EDGES)), np.zeros((BANDS + 1, EDGES))
-    for band in range(BANDS):  # of the bands before this one, where the noise near by is larger
+    for band in range(BANDS):  # score of the bands before this one, where the near noise is larger
         beyond = BAND * max(band - BAND_OF_1_M, 0)
         for i in range(EDGES):
             near[band + 1, i] = near[band, i] + scores[band, max(i - beyond, 0)]
-    for band in range(BANDS - 1, -1, -1):  # of this band and those behind it, where the noise far away is larger
+    for band in range(BANDS - 1, -1, -1):  # score of this band and later ones, where the far noise is larger
         short = BAND * max(BAND_OF_1_M - band, 0)
         for j in range(EDGES):
             far[band, j] = far[band + 1, j] + scores[band, max(j - short, 0)]

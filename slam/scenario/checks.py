@@ -61,7 +61,7 @@ def find_obstruction(scenario: Scenario) -> Finding | None:
 
 
 def find_warnings(scenario: Scenario) -> Iterator[Finding]:
-    """Find the keys whose values are strange, in the order of the file's sections."""
+    """Find the keys with questionable values, in the order of the file's sections."""
     world, bounds = scenario.world, scenario.world.bounds()
     solids, fixed = (_Solids(obstacle_footprints(prisms)) for prisms in (world.prisms(), world.fixed_prisms()))
     if bounds is not None:

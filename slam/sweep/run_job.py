@@ -27,8 +27,8 @@ CURVE_POINTS: Final = 64
 def run_job(job: Job, runs: str, pictures: bool, allowed: Sequence[str] = ()) -> Row | None:
     """Run the job, and keep its folder as ``<id>`` under the address ``runs``; None if it was interrupted.
 
-    A failed run has a row with its error; no exception except an interruption is raised. ``allowed`` is the code that the user
-    allows; a job does not contain that permission.
+    A failed run has a row with its error; only an interruption is raised. ``allowed`` is the code that the user allows;
+    a job does not contain that permission.
     """
     began, started = perf_counter(), datetime.now(UTC)
     try:

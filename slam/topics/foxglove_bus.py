@@ -44,7 +44,7 @@ class FoxgloveBus:
         """
         for topic in PUBLISHED:
             self._open(topic)
-        logging.getLogger("foxglove").setLevel(logging.CRITICAL)  # otherwise each wrong message of a client is a line
+        logging.getLogger("foxglove").setLevel(logging.CRITICAL)  # else it logs each wrong message
         try:
             self._server = self._sdk.start_server(
                 name="hopslam", host=self._host, port=self._port, context=self._context,

@@ -17,7 +17,7 @@ from slam.run.scoring.wall_pieces import NEAR, SAME_WAY, Pieces, covered, judge,
 MIN_WALL: Final = 0.2
 """Least length of a face that the map must have, metres; legs and round things have shorter ones."""
 BEYOND: Final = 0.2
-"""Metres beyond the end of a face without another face that faces the same way for the wall to end there."""
+"""A wall ends where no other face with the same direction begins within this distance, metres."""
 WHOLE: Final = 0.95
 """Share of a face that must be seen for its length to be known."""
 

@@ -1,4 +1,4 @@
-"""One policy everywhere: the same class chooses for a batch, for one robot, and for devices."""
+"""One policy class runs on a batch, on one robot and on devices."""
 
 import numpy as np
 import pytest
@@ -37,7 +37,7 @@ def test_a_policy_has_a_score_in_every_simulator() -> None:
     assert 1.0 < earned[0, 0] < 2.0
 
 
-def test_the_table_has_the_devices_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_table_includes_the_devices(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(POLICIES, "ahead", Ahead)
     table = policy_report.policy_table("ahead", SEEDS, 1, Terminal())
     assert [row[1] for row in table.rows] == ["2", "2", "2", "1", "1", "1"]

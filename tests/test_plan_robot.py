@@ -38,7 +38,7 @@ def scenario(engine: str, **changes: object) -> Scenario:
 
 @settings(max_examples=200)
 @given(ONE, ONE, ONE, ONE, st.floats(-pi, pi))
-def test_the_outline_meets_a_wall_where_its_polygon_does(
+def test_the_outline_hits_a_wall_where_its_polygon_does(
     x: float, y: float, to_x: float, to_y: float, theta: float
 ) -> None:
     plan = wall_plan([[np.array([[x, y], [to_x, to_y]])]], RADIUS)
@@ -53,7 +53,7 @@ def test_the_outline_meets_a_wall_where_its_polygon_does(
 
 
 @given(ONE, ONE, st.floats(0.01, 0.2))
-def test_the_outline_meets_a_leg_where_its_polygon_does(x: float, y: float, radius: float) -> None:
+def test_the_outline_hits_a_leg_where_its_polygon_does(x: float, y: float, radius: float) -> None:
     plan = wall_plan([[]], RADIUS)
     found = deepest_overlap(0.0, 0.0, 0.0, plan, 0, np.array([[x, y]]), np.array([radius]))
     apart = OUTLINE.distance(LineString([(x, y), (x, y)]).centroid)
@@ -62,7 +62,7 @@ def test_the_outline_meets_a_leg_where_its_polygon_does(x: float, y: float, radi
 
 
 @given(*[st.floats(-1.2, 1.2)] * 4)
-def test_motors_push_within_their_torque_and_as_newton_says(
+def test_motors_accelerate_by_newton_within_their_torque(
     left: float, right: float, left_target: float, right_target: float
 ) -> None:
     force, seconds = 12.3, 1.0 / 240.0
@@ -121,7 +121,7 @@ def test_both_engines_drive_the_same_way(robot: Any) -> None:
             assert one.odometry.twist.linear == pytest.approx(other.odometry.twist.linear, abs=2e-3)
 
 
-def test_both_engines_see_the_same_from_the_same_place() -> None:
+def test_both_engines_see_the_same_from_the_same_pose() -> None:
     world = {**HALL, "boxes": [{"center": [1.5, 0.3], "size": [0.4, 0.5, 0.6], "yaw": 0.4}]}
     people = [{"waypoints": [[-1.0, 1.0], [1.0, 1.5]]}]
     seen = []
@@ -191,7 +191,7 @@ def test_the_same_seed_gives_the_same_bits_and_another_does_not() -> None:
     assert runs[0] != runs[2]
 
 
-def test_it_needs_no_pybullet() -> None:
+def test_the_plan_robot_needs_no_pybullet() -> None:
     program = (
         "import sys; sys.modules['pybullet'] = None\n"
         "from sim.robot import SimRobot\nfrom slam.scenario.file import load_scenario\n"

@@ -106,7 +106,7 @@ def root_page(file: str) -> str:
     text = (ROOT / file).read_text().replace("[docs/", "[").replace("](docs/", "](")
     for other, page in ROOT_PAGES.items():
         text = text.replace(f"]({other}", f"]({page}")
-    return text
+    return NAMED_PAGE.sub(r"[\1](\1)", text) if file == "CHANGELOG.md" else text
 
 
 def scenario() -> str:

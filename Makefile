@@ -62,6 +62,9 @@ lint: .venv/.dev
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
 	.venv/bin/mypy
+	for system in win32 darwin; do \
+	    .venv/bin/mypy --platform $$system --cache-dir .mypy_cache/$$system hopslam sim slam hardware || exit 1; \
+	done
 	.venv/bin/lint-imports --no-cache
 
 format: .venv/.dev

@@ -37,8 +37,8 @@ WAYS: Final = {
         "slam.scenario.checks:find_obstruction",
         "slam.scenario.template:ScenarioTemplate.draw",
         "sim.robot:SimRobot",
-        "sim.wheels:WheelOdometry",
-        "sim.wheels:WheelOdometry.add",
+        "sim.controller:Controller",
+        "sim.dead_reckoning:reckon",
     ),
     "byte": (
         "hardware.serial_port:SerialPort.read",

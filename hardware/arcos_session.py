@@ -1,4 +1,4 @@
-"""The dialogue with an ARCOS robot: finds it on the line, opens it, asks for its settings, closes it."""
+"""The dialogue with an ARCOS robot: find it on the line, open it, read its settings, close it."""
 
 import logging
 import time
@@ -17,7 +17,7 @@ from slam.errors import RobotError
 _LOG: Final = logging.getLogger("hopslam.p3dx")
 _BAUD_SEARCH: Final = (9600, 38400, 19200, 115200, 57600)
 _FAST_BAUD: Final = 38400
-_SENT: Final = 0.05
+_SENDING_TIME: Final = 0.05
 """Seconds until a command has left the port, before the bit rate may change: 9 bytes take 10 ms at 9600 baud."""
 _BRAKING: Final = 2.5
 """Seconds within which a robot comes to rest after a stop command."""
@@ -54,12 +54,12 @@ def read_config(line: ArcosLine, otherwise: ArcosConfig | None = None) -> ArcosC
     config = ArcosConfig() if packet is None else ArcosConfig.decode(packet)
     if config.watchdog or otherwise is None:
         if packet is None:
-            raise RobotError(f"{line.port.url}: the robot does not say its settings (CONFIG)")
+            raise RobotError(f"{line.port.url}: the robot does not report its settings (CONFIG)")
         return config
     config = otherwise if packet is None else ArcosConfig.decode(packet, otherwise)
     if config.watchdog:
         _LOG.warning(
-            "%s: the robot does not say its settings (CONFIG); hardware.settings is believed: a watchdog of %g s",
+            "%s: the robot does not report its settings (CONFIG); hardware.settings is used: a watchdog of %g s",
             line.port.url,
             config.watchdog,
         )
@@ -75,7 +75,7 @@ def _config_packet(line: ArcosLine) -> bytes | None:
             return packet
         damaged = [data for data in line.refused if data[0] == CONFIG_PACKET]
         if damaged and damaged.count(damaged[-1]) > 1:
-            _LOG.warning("%s: CONFIG has a wrong checksum, but comes twice alike: it is believed", line.port.url)
+            _LOG.warning("%s: CONFIG has a wrong checksum, but arrived twice alike, and is used", line.port.url)
             return damaged[-1]
     return None
 
@@ -86,7 +86,7 @@ def speed_up(line: ArcosLine, config: ArcosConfig) -> None:
     if config.autobaud != AUTOBAUD_SWITCH or not line.port.has_baud or slow >= _FAST_BAUD:
         return
     line.send(Command(CommandId.HOSTBAUD, BAUDS.index(_FAST_BAUD)))
-    time.sleep(_SENT)
+    time.sleep(_SENDING_TIME)
     line.port.baud = _FAST_BAUD
     line.send(Command(CommandId.PULSE))
     if line.wait_for(is_sip, 0.9) is None:
@@ -114,7 +114,7 @@ def _synchronise(line: ArcosLine) -> Identity | Literal["closed"] | None:
             standing = line.wait_for(is_standing, _BRAKING)
             line.report_when_found_open = ReceivedPacket(standing or answer, time.monotonic())
             line.send(Command(CommandId.CLOSE, 1))
-            time.sleep(_SENT)
+            time.sleep(_SENDING_TIME)
             return "closed"
         if number == SYNC2:
             with suppress(DecodeError):

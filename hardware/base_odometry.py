@@ -1,4 +1,4 @@
-"""Dead reckoning from the reports of a P3-DX: counters unwrapped, impossible steps left out, wheels corrected."""
+"""Dead reckoning from the reports of a P3-DX: it unwraps counters, drops impossible steps, and scales the wheels."""
 
 from dataclasses import dataclass, replace
 from math import hypot
@@ -16,7 +16,7 @@ _SLACK: Final = Twist2D(0.02, 0.02)
 _SLACK_TIME: Final = 0.1
 """Seconds at these speeds by which a step may differ too, as reports are sometimes late."""
 _SILENCE: Final = 0.3
-"""Seconds without a report after which the base may have moved at any speed up to ``_TOP_SPEEDS``."""
+"""Seconds without a report after which the base may have moved at any speed up to ``_FASTEST``."""
 _FASTEST: Final = Twist2D(1.2, 5.3)
 """Top speeds of a P3-DX, m/s and rad/s."""
 _PATIENCE: Final = 0.5

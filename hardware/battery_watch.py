@@ -1,4 +1,4 @@
-"""Watch of the robot's battery: it warns once when the battery is low, and tells when it is empty."""
+"""Watch of the robot's battery: it warns once when the battery is low, and reports when it is empty."""
 
 import logging
 from typing import Final, Literal

@@ -1,4 +1,4 @@
-"""The thread of a driver, which outlives both its device and a failure of its own."""
+"""The thread of a driver, which survives the loss of its device and bugs of the driver."""
 
 import logging
 import threading
@@ -80,4 +80,4 @@ class DeviceThread:
             return str(error)
         place = traceback.extract_tb(error.__traceback__)[-1]
         fault = f"{type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno})"
-        return f"the driver of the {self._name} failed and begins anew: {fault}; please report this"
+        return f"the driver of the {self._name} failed and starts again: {fault}; please report this"

@@ -1,4 +1,4 @@
-"""The base's pose at any time of the last seconds, from reports that come ten times a second."""
+"""The base's pose at any time of the last seconds, from reports at 10 Hz."""
 
 from bisect import bisect_right
 from collections import deque

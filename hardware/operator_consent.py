@@ -1,17 +1,14 @@
 """The operator's consent: asks on the terminal whether the robot may move."""
 
-import select
 import sys
-import termios
 from collections.abc import Callable
 from typing import ClassVar, Final
 
+from hardware.keyboard import forget_typed, typed_line
 from slam.console.signals import count_suspensions
 from slam.errors import RobotError
 
-_QUESTION: Final = "The robot is about to move. Is its way free, and a hand at the emergency stop? [y/N] "
-_LOOK: Final = 0.1
-"""Seconds between two checks whether the program must end."""
+_QUESTION: Final = "The robot is about to move. Is its path clear, and a hand at the emergency stop? [y/N] "
 
 
 class OperatorConsent:
@@ -24,7 +21,7 @@ class OperatorConsent:
 
     def __init__(self, given: bool) -> None:
         self._always = self.given = given
-        self._cure = "give --yes, or yes=True, when its way is free"
+        self._cure = "give --yes, or yes=True, when its path is clear"
         count_suspensions()  # from now on
 
     def ask(self, over: Callable[[], bool]) -> None:
@@ -34,9 +31,9 @@ class OperatorConsent:
         """
         if not sys.stdin.isatty():
             raise RobotError(f"the robot would move, and nobody can be asked here; {self._cure}")
-        termios.tcflush(sys.stdin, termios.TCIFLUSH)  # input from before the question does not count
+        forget_typed()  # input from before the question does not count
         print(_QUESTION, end="", flush=True)
-        answer = _read_line(over).strip().lower()
+        answer = typed_line(over).strip().lower()
         if over():
             return
         if answer not in ("y", "yes"):
@@ -59,10 +56,3 @@ class OperatorConsent:
         if count_suspensions() > OperatorConsent._known_suspensions:
             self.revoke()
         OperatorConsent._known_suspensions = count_suspensions()
-
-
-def _read_line(over: Callable[[], bool]) -> str:
-    while not over():
-        if select.select([sys.stdin], [], [], _LOOK)[0]:
-            return sys.stdin.readline()
-    return ""

@@ -64,7 +64,7 @@ def _set_up(line: ArcosLine, subclass: str, config: HardwareConfig, limits: Limi
     by_encoders = config.odometry == "encoders"
     if by_encoders and not settings.ticks_per_metre:
         cure = "set hardware.odometry=position, or hardware.settings.ticks_per_metre"
-        raise RobotError(f"{line.port.url}: the robot does not say the ticks of its wheels; {cure}")
+        raise RobotError(f"{line.port.url}: the robot does not report the ticks of its wheels; {cure}")
     speed_up(line, settings)
     for command, quantity in (
         (CommandId.SETV, limits.linear),
@@ -104,7 +104,7 @@ def _check_watchdog(line: ArcosLine, watchdog: float, longest: float) -> None:
 def _warn_of_blind_spot(url: str, watchdog: float) -> None:
     """Log a warning once for each robot, however often it is opened."""
     _LOG.warning(
-        "%s: with its cable out the robot drives on until its watchdog stops it after %g s; ARCOScf shortens it",
+        "%s: if unplugged, the robot drives on until its watchdog stops it after %g s; ARCOScf shortens it",
         url,
         watchdog,
     )

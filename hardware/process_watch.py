@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-import select
 import signal
-import stat
+import socket
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -13,7 +12,8 @@ from contextlib import contextmanager
 from time import monotonic
 from typing import Any, Final, NamedTuple
 
-from hardware.stop_signals import StopSignals, name_of
+from hardware.stop_signals import CONTINUES, StopSignals, name_of, suspend
+from hardware.stream_watch import StreamWatch
 from slam.errors import OutputLost, RobotError
 
 _CLOSE: Final = 0
@@ -22,7 +22,6 @@ _BEAT: Final = 0.1
 """Seconds between two looks at the clock."""
 _GAP: Final = 0.5
 """Seconds without a check that only a suspended program has; SIGCONT also comes to one whose terminal is closed."""
-_STREAMS: Final = {0: "standard input", 1: "standard output", 2: "standard error"}
 _lock: Final = threading.Lock()
 _current: _ProcessWatch | None = None
 """The watch of this process; None while it has no robot."""
@@ -59,20 +58,16 @@ def process_watch(stop: StopCallbacks) -> Iterator[Callable[[], None]]:
 
 
 class _ProcessWatch:
-    """Thread that is woken by signal numbers on a pipe and by hang-ups of streams, and hooks for exceptions."""
+    """Thread that is woken by signal numbers at a socket and by hang-ups of streams, and hooks for exceptions."""
 
     def __init__(self) -> None:
         self._stops: list[StopCallbacks] = []
-        self._wake, self._wakeup = os.pipe()
-        os.set_blocking(self._wakeup, False)
-        self._poll = select.poll()
-        self._poll.register(self._wake, select.POLLIN)
-        self._streams = _watched_streams()
-        for stream in self._streams:
-            self._poll.register(stream, 0)  # errors and hang-ups, which poll always reports
+        self._wake, self._wakeup = socket.socketpair()  # the one kind of pipe that all systems can wait at
+        self._wakeup.setblocking(False)
+        self._streams = StreamWatch(self._wake)
         self._over: tuple[str, RobotError] | None = None
         self._looked_at = monotonic()
-        self.signals = StopSignals(self._wakeup)
+        self.signals = StopSignals(self._wakeup.fileno())
         self._hooks = threading.excepthook, sys.excepthook, sys.unraisablehook
         threading.excepthook, sys.excepthook = self._thread_failed, self._program_failed
         sys.unraisablehook = self._call_failed
@@ -95,25 +90,23 @@ class _ProcessWatch:
         if self._stops or not self.signals.remove():
             return False
         threading.excepthook, sys.excepthook, sys.unraisablehook = self._hooks
-        os.write(self._wakeup, bytes([_CLOSE]))
+        self._wakeup.send(bytes([_CLOSE]))
         self._thread.join()
-        os.close(self._wake)
-        os.close(self._wakeup)
+        self._wake.close()
+        self._wakeup.close()
         return True
 
     def _watch(self) -> None:
         while True:
-            events = self._poll.poll(1e3 * _BEAT)
-            for fd, _ in events:
-                if fd != self._wake:
-                    self._lose(fd)
-                elif not self._receive(os.read(fd, 64)):
-                    return
+            woken, lost = self._streams.wait(_BEAT)
+            for stream in lost:
+                self._lose(stream)
+            if woken and not self._receive(self._wake.recv(64)):
+                return
             self._looked_at = monotonic()
 
-    def _lose(self, stream: int) -> None:
-        self._poll.unregister(stream)
-        reason = f"{self._streams[stream]} is gone"
+    def _lose(self, stream: str) -> None:
+        reason = f"{stream} is gone"
         error = OutputLost(f"{reason}, so nobody watches the robot: it was stopped; send output to a file")
         self._over = reason, error
         self._end(reason, error)
@@ -132,8 +125,8 @@ class _ProcessWatch:
             self._end(f"the program got {name_of(number)}", None)
         elif number in self.signals.suspending:
             self._suspend("the program is suspended")
-            os.kill(os.getpid(), signal.SIGSTOP)
-        elif number == signal.SIGCONT and monotonic() - self._looked_at > _GAP:
+            suspend()
+        elif number == CONTINUES and monotonic() - self._looked_at > _GAP:
             self._suspend("the program was suspended")
 
     def _end(self, reason: str, error: RobotError | None) -> None:
@@ -165,22 +158,6 @@ class _ProcessWatch:
         self._hooks[1](kind, *rest)
 
 
-def _watched_streams() -> dict[int, str]:
-    """Return, by file descriptor, the standard streams on a terminal, and the pipes and sockets that others read.
-
-    Standard input from a file or a pipe is not among them.
-    """
-    return {fd: name for fd, name in _STREAMS.items() if os.isatty(fd) or (fd > 0 and _has_reader(fd))}
-
-
-def _has_reader(fd: int) -> bool:
-    try:
-        mode = os.fstat(fd).st_mode
-    except OSError:  # it was closed before the program began
-        return False
-    return stat.S_ISFIFO(mode) or stat.S_ISSOCK(mode)
-
-
 def _forget() -> None:
     """Forget the watch in a forked child, which has handlers but no thread.
 
@@ -192,4 +169,5 @@ def _forget() -> None:
         signal.set_wakeup_fd(-1)
 
 
-os.register_at_fork(after_in_child=_forget)
+if sys.platform != "win32":
+    os.register_at_fork(after_in_child=_forget)

@@ -1,4 +1,4 @@
-"""Scans of a SCIP sensor that can be had: the request that its line has room for, and why none come."""
+"""The scans that a SCIP sensor can send: the largest request for its line, and the reason if none come."""
 
 from math import ceil
 from typing import Final

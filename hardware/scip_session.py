@@ -1,4 +1,4 @@
-"""The dialogue with a SCIP sensor: finds it on the line whatever state it is in, asks, stops scans."""
+"""The dialogue with a SCIP sensor: find it on the line in any state, ask for its parameters, stop its scans."""
 
 import logging
 import time
@@ -120,7 +120,7 @@ def _version(line: ScipLine) -> VersionInfo:
     with suppress(DecodeError):
         return VersionInfo.decode(decode_reply(lines))
     _LOG.warning(
-        "%s: the lidar does not say who it is, its answer to VV is damaged, or a refusal",
+        "%s: the lidar does not identify itself: its answer to VV is damaged, or a refusal",
         line.port.url,
     )
     return VersionInfo.decode_leniently(lines)

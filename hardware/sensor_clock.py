@@ -1,4 +1,4 @@
-"""Times of a sensor's own clock, mapped to the host's."""
+"""Maps times of a sensor's own clock to the host's."""
 
 from math import inf
 from typing import Final

@@ -3,6 +3,7 @@
 import errno
 import os
 import select
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any, Final
@@ -46,7 +47,7 @@ class SerialPort:
         except (OSError, ValueError, OverflowError) as error:  # SerialException is an OSError
             raise PortLost(f"{url}: {reason_of(url, error)}") from error
         self._wire.note(url, "=", str(baud))
-        self._fileno: int | None = None  # loop:// has none
+        self._fileno: int | None = None  # loop:// has none, nor have the ports of Windows
         with suppress(OSError, AttributeError):
             self._fileno = int(self._serial.fileno())
 
@@ -107,6 +108,8 @@ class SerialPort:
         ready, _, _ = select.select([self._fileno], [], [], timeout)
         if not ready:
             return b""
+        if sys.platform == "win32":  # a socket, which has no place among the files there
+            return bytes(self._serial.read(_AT_ONCE))
         data = os.read(self._fileno, _AT_ONCE)
         if not data:
             raise OSError(errno.EIO, "the device is gone")

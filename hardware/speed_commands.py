@@ -1,4 +1,4 @@
-"""Velocities as commands of an ARCOS robot, which has whole steps of speed."""
+"""Velocities as commands of an ARCOS robot, whose speeds have whole steps."""
 
 from abc import ABC, abstractmethod
 

@@ -1,15 +1,16 @@
-"""Signals that end or suspend a program, passed on before they do so."""
+"""Signals that end or suspend a program, passed on before they take effect."""
 
 import logging
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
 from types import FrameType
 from typing import Any, Final, NoReturn
 
-from slam.console.signals import ENDING_SIGNALS
+from slam.system import ENDING_SIGNALS
 
 _DEADLY: Final = (
     "SIGUSR1", "SIGUSR2", "SIGALRM", "SIGVTALRM", "SIGPROF", "SIGIO", "SIGPWR", "SIGXCPU", "SIGSTKFLT", "SIGABRT",
@@ -18,6 +19,8 @@ _DEADLY: Final = (
 """Signals that, with the real-time ones, end a program that does not handle them; SIGSEGV and the like cannot be
 handled."""
 _SUSPENDING: Final = ("SIGTSTP", "SIGTTIN", "SIGTTOU")
+CONTINUES: Final[int | None] = getattr(signal, "SIGCONT", None)
+"""Signal to a program that was suspended; None on Windows, which has no suspending."""
 
 _LOG: Final = logging.getLogger("hopslam.robot")
 
@@ -47,12 +50,12 @@ class StopSignals:
         if not _in_main_thread():
             _LOG.warning("opened outside the main thread: no signal stops the robot, only its own watchdog does")
             return
-        real_time = range(signal.SIGRTMIN, signal.SIGRTMAX + 1) if hasattr(signal, "SIGRTMIN") else ()
+        real_time = range(getattr(signal, "SIGRTMIN", 0), getattr(signal, "SIGRTMAX", -1) + 1)
         deadly = [*_numbers(_DEADLY), *real_time]
         self.ending |= {number for number in deadly if signal.getsignal(number) is signal.SIG_DFL}
         for number in self.ending:
             self._handle(number, _leave)
-        for number in (*self.suspending, signal.SIGCONT):
+        for number in (*self.suspending, *filter(None, [CONTINUES])):
             self._handle(number, _go_on)
         self._previous_fd = signal.set_wakeup_fd(self._fd, warn_on_full_buffer=False)
         self._installed = True
@@ -85,6 +88,12 @@ class StopSignals:
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, handler)
             self._handled.append(number)
+
+
+def suspend() -> None:
+    """Suspend this program until somebody sends SIGCONT."""
+    if sys.platform != "win32":
+        os.kill(os.getpid(), signal.SIGSTOP)
 
 
 def name_of(number: int) -> str:

@@ -1,4 +1,4 @@
-"""Arguments of the API, checked: a fault is one InputError that names argument, value, index and cure."""
+"""Checks of the arguments of the API: a fault is one InputError with argument, value, index and advice."""
 
 from math import isfinite, pi
 from numbers import Real
@@ -18,6 +18,10 @@ _FARTHEST: Final = 200.0
 """Metres; if half of the ranges are longer, their unit is not the metre."""
 _FARTHEST_WHOLE: Final = 20.0
 """The same limit for ranges that are all whole numbers, as millimetres are."""
+_LONGEST_REACH: Final = 1000.0
+"""Metres that no lidar reaches."""
+_LATEST: Final = 1e11
+"""Seconds, some 3000 years; a longer time is in milliseconds or nanoseconds."""
 _WHAT_MISSES: Final = "write inf where nothing came back, nan for an erroneous reading"
 
 
@@ -39,8 +43,12 @@ def checked_ranges(given: Any) -> FloatArray:
 
 def _check_metres(measured: FloatArray) -> None:
     middle, whole = float(np.median(np.minimum(measured, 1e9))), np.array_equal(measured, np.round(measured))
-    if middle > (_FARTHEST_WHOLE if whole else _FARTHEST):
-        raise InputError(f"ranges look like millimetres: their median is {middle:g}; give metres: divide by 1000")
+    if middle <= (_FARTHEST_WHOLE if whole else _FARTHEST):
+        return
+    unit, divisor = (
+        ("millimetres", "1000") if middle >= _LONGEST_REACH else ("millimetres or centimetres", "1000 or 100")
+    )
+    raise InputError(f"ranges look like {unit}: their median is {middle:g}; give metres: divide by {divisor}")
 
 
 def checked_angles(given: Any, count: int) -> FloatArray:
@@ -75,7 +83,7 @@ def checked_start(name: str, given: Any) -> Pose2D:
 def checked_number(name: str, given: Any, least: float | None = None, cure: str = "") -> float:
     """Check a number that is not nan, and is at least ``least`` where that is given."""
     end = f"; {cure}" if cure else ""
-    if not isinstance(given, Real | np.number) or isinstance(given, bool | np.bool_):
+    if not _is_number(given):
         raise InputError(f"{name} is {shown(given)}, no number{end}")
     number = float(given)
     if number != number or (least is not None and number < least):
@@ -95,6 +103,8 @@ def checked_lidar(range_min: Any, range_max: Any, time_increment: Any) -> LidarT
     """Check the properties of the lidar that come beside its ranges and angles."""
     near = checked_number("range_min", range_min, 0.0, "give metres")
     far = checked_number("range_max", range_max, near, "give metres, or leave it out")
+    if isfinite(far) and far >= _LONGEST_REACH:
+        raise InputError(f"range_max is {far:g} and looks like millimetres; give metres, or leave it out")
     return LidarTraits(
         near, far, checked_number("time_increment", time_increment, 0.0, "give the seconds between beams")
     )
@@ -105,6 +115,8 @@ def checked_stamp(given: Any) -> float:
     stamp = checked_number("stamp", given, cure="give the time of the first beam in seconds")
     if not isfinite(stamp):
         raise InputError(f"stamp is {stamp:g}, not finite; give the time of the first beam in seconds")
+    if abs(stamp) > _LATEST:
+        raise InputError(f"stamp is {stamp:g} and looks like milliseconds or nanoseconds; give seconds")
     return stamp
 
 
@@ -127,9 +139,12 @@ def _row(name: str, given: Any, cure: str) -> FloatArray:
         raise InputError(f"{name}{_fault_of_items(given)}; {cure}") from error
     if array.ndim != 1:
         raise InputError(f"{name} has shape {array.shape}; {_cure_of_shape(name, array)}")
-    if len(array) and array.dtype.kind not in "iuf":
+    if len(array) and array.dtype.kind not in "iuf" and not all(map(_is_number, array)):
         raise InputError(f"{name}{_fault_of_items(given)}; {cure}")
-    return np.array(array, np.float64)
+    try:
+        return np.array(array, np.float64)
+    except OverflowError as error:
+        raise InputError(f"{name} is no row of numbers; {cure}") from error
 
 
 def _cure_of_shape(name: str, array: Any) -> str:
@@ -143,9 +158,13 @@ def _cure_of_shape(name: str, array: Any) -> str:
 def _fault_of_items(items: Any) -> str:
     """Describe the first item that is not a number, as in ``[3] is None``."""
     for k, item in enumerate(items):
-        if isinstance(item, bool | np.bool_) or not isinstance(item, Real | np.number):
+        if not _is_number(item):
             return f"[{k}] is {shown(item)}, no number"
     return " is no row of numbers"
+
+
+def _is_number(item: Any) -> bool:
+    return isinstance(item, Real | np.integer | np.floating) and not isinstance(item, bool | np.bool_)
 
 
 def shown(item: Any) -> str:

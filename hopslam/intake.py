@@ -1,5 +1,6 @@
-"""Scans and odometry as a user gives them, one after another, made into what the method takes."""
+"""Checks and converts the scans and the odometry that a caller passes one after another."""
 
+import warnings
 from typing import Any, Final
 
 from hopslam.arguments import LidarTraits, checked_pose
@@ -26,6 +27,7 @@ class Intake:
     def __init__(self, lidar: LidarTraits) -> None:
         self._lidar = lidar
         self._count = 0
+        self._has_seen = False
         self._stamp: float | None = None  # of the last scan; None if the caller gives no stamps
         self._odometry: Pose2D | None = None  # with the last scan; None if the caller gives no odometry
 
@@ -43,9 +45,17 @@ class Intake:
             raise InputError(f"scan {self._count}: {error}") from error
         self._count, self._odometry = self._count + 1, pose
         self._stamp = None if given.stamp is None else time
+        self._warn_of_nothing(given)
         scan = given.laser_scan(time)
         T_odom_base = (pose or Pose2D()) @ twist.motion(scan.stamp - time)  # a clockwise scan begins with its last beam
         return scan, Odometry(scan.stamp, T_odom_base, twist), pose is not None
+
+    def _warn_of_nothing(self, scan: Scan) -> None:
+        """Warn as long as no scan has had a distance: the caller may have taken the wrong array."""
+        self._has_seen = self._has_seen or bool(len(scan.points))
+        if not self._has_seen:
+            text = f"scan {self._count - 1}: none of its {len(scan)} ranges is from range_min to range_max, in metres"
+            warnings.warn(f"{text}; the map begins with a scan that sees walls", stacklevel=4)
 
     def _scan(self, ranges: Any, angles: Any, stamp: Any) -> Scan:
         if isinstance(ranges, Scan):

@@ -1,4 +1,4 @@
-"""The robot found and tracked in a map that stays as it is."""
+"""Localisation of a robot in a map that does not change."""
 
 from math import inf
 from pathlib import Path

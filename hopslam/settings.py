@@ -1,4 +1,4 @@
-"""Settings of the method as a user gives them."""
+"""Settings of the method in the forms that a caller may pass."""
 
 from collections.abc import Sequence
 

@@ -66,7 +66,7 @@ class Bullet:
     @property
     def closed(self) -> bool:
         """True after ``close``."""
-        return not self._release.alive
+        return self._client < 0
 
     def close(self) -> None:
         """Free the server; closing twice is allowed."""

@@ -1,4 +1,4 @@
-"""The robot in a PyBullet world: wheels, walls, people and furniture that meet with forces."""
+"""The robot in a PyBullet world: wheels, walls, people and furniture with contact forces."""
 
 import numpy as np
 
@@ -8,7 +8,6 @@ from sim.p3dx import P3dx
 from sim.people import People
 from sim.rays import ScanMotion
 from sim.robot_in_world import RobotInWorld
-from sim.wheels import WheelOdometry
 from sim.world import World
 from slam.odometry import Twist2D
 from slam.pose import FloatArray, Pose2D
@@ -21,13 +20,11 @@ class BulletRobot(RobotInWorld):
 
     def __init__(self, scenario: Scenario, robot: RobotConfig, rate: int) -> None:
         movables = scenario.world.movables()
-        self._wheel_errors = robot.odometry
-        self._steps_per_control = rate // robot.control_rate
         self._world = World(scenario.world.fixed_prisms(), rate)
         self._base = P3dx(self._world, robot)
         self._people = People(self._world, scenario.people)
         self._furniture = Furniture(self._world, movables)
-        super().__init__(scenario, robot, self._world, self._people.leg_radii, movables)
+        super().__init__(scenario, robot, rate, self._base.controller, self._world, self._people.leg_radii, movables)
         self._world.save()
 
     def close(self) -> None:
@@ -41,22 +38,9 @@ class BulletRobot(RobotInWorld):
         self._furniture.park_far_away()
         self._base.park_far_away()
         self._world.restore()
-        self._base.restart()
+        self._base.restart(np.random.default_rng(odometry_seed))
         self._people.restart()
         self._bumpers = Bumpers()
-        rng = np.random.default_rng(odometry_seed)
-        self._wheels = WheelOdometry(self._wheel_errors, self._base.read_encoders(), rng)
-
-    @property
-    def steps(self) -> int:
-        return self._world.steps
-
-    @property
-    def time(self) -> float:
-        return self._world.time
-
-    def command(self, twist: Twist2D) -> Twist2D:
-        return self._base.command(twist)
 
     def advance(self, controls: int) -> None:
         for _ in range(controls):
@@ -64,15 +48,18 @@ class BulletRobot(RobotInWorld):
             self._step()
 
     def sweep(self, controls: int) -> ScanMotion:
-        path, legs, things = [self._base.place], [self._people.legs], [self._furniture.places]
-        for _ in range(controls):
-            self._base.control()
-            self._step()
+        path, rows = [], controls + 1
+        legs, things = np.empty((rows, 2 * len(self._people), 2)), np.empty((rows, len(self._furniture), 3))
+        for k in range(rows):
+            if k > 0:
+                self._base.control()
+                self._step()
             path.append(self._base.place)
-            legs.append(self._people.legs)
-            things.append(self._furniture.places)
-        period = self._steps_per_control / self._world.rate
-        return ScanMotion(np.array(path), np.array(legs), period, np.array(things))
+            if legs.size:
+                legs[k] = self._people.legs
+            if things.size:
+                things[k] = self._furniture.places
+        return ScanMotion(np.array(path), legs, self._steps_per_control / self._rate, things)
 
     def roll(self, setpoint: Twist2D, controls: int) -> None:
         self._base.set_velocity(setpoint)
@@ -82,21 +69,6 @@ class BulletRobot(RobotInWorld):
     @property
     def pose(self) -> Pose2D:
         return self._base.pose
-
-    @property
-    def twist(self) -> Twist2D:
-        return self._base.twist
-
-    @property
-    def odometry(self) -> Pose2D:
-        return self._wheels.pose
-
-    def mean_twist(self) -> Twist2D:
-        return self._wheels.mean_twist(self._world.time)
-
-    @property
-    def stalled(self) -> bool:
-        return self._base.stalled
 
     def read_bumpers(self) -> tuple[bool, tuple[bool, ...]]:
         return self._bumpers.read()
@@ -114,12 +86,13 @@ class BulletRobot(RobotInWorld):
         return self._furniture.places
 
     def _step(self) -> None:
-        """Run one control step, then read the encoders."""
-        world, base = self._world, self._base
+        """Run one control step, then read the wheels."""
+        base, step, near = self._base, self._world.step, self._base.near
         for _ in range(self._steps_per_control):
-            world.step()
-            if contacts := base.contacts():
+            step()
+            if (found := near()) and (contacts := base.contacts(found)):
                 self._bumpers.add(contacts, base.place)
-        self._wheels.add(base.read_encoders())
-        if self._people:
-            self._people.step(base.place[:2], self._steps_per_control / world.rate)
+        self.steps += self._steps_per_control
+        base.look()
+        if self._leg_radii.size:
+            self._people.step(base.place[:2], self._steps_per_control / self._rate)

@@ -1,16 +1,16 @@
-"""The parts of the base's firmware that move its motors: watchdog, speed ramps and stall protection.
+"""The base's firmware, compiled: watchdog, speed ramps, motor speeds and stall protection.
 
-The stall protection cuts motors that push in vain, and tries them again a little later. ARCOS has two settings for it,
-which every P3-DX reports (Pioneer 3 Operations Manual, CONFIGpac): StallVal, "maximum
-PWM before stall", and StallCount, milliseconds after a stall in which the motors are not engaged. The manual gives no
-factory values, so the effort and both times are ours.
+``base`` is a record of the type BASE, ``model`` one of the type MODEL: sim/records.py.
+
+The stall protection cuts motors that strain without turning, and tries them again a little later. ARCOS has two
+settings for it, which every P3-DX reports (Pioneer 3 Operations Manual, CONFIGpac): StallVal, "maximum PWM before
+stall", and StallCount, milliseconds after a stall in which the motors are not engaged. The manual gives no factory
+values, so torque and both times are our choice.
 """
 
-from collections.abc import Sequence
-from operator import or_
-from typing import Final
+from typing import Any, Final
 
-from slam.compiled import compiled_on_views
+from slam.compiled import compiled_in_order
 
 WATCHDOG: Final = 2.0
 """Seconds without a command after which ARCOS stops the robot (AMRISim, world.inc)."""
@@ -27,48 +27,47 @@ STANDING: Final = 0.02
 """Rim speed up to which a wheel counts as at rest, m/s."""
 
 
-class StallGuard:
-    """Decides when the motors are cut; it is called in each of ``rate`` control steps per second."""
-
-    def __init__(self, rate: int) -> None:
-        self._patience = round(STALL_TIME * rate)
-        self._rest = round(RECOVERY_TIME * rate)
-        self._in_vain = self._in_order = self._cut_for = 0  # control steps
-        self.stalled = False
-        """True from the time the motors are cut until they have turned normally for STALL_TIME."""
-
-    @property
-    def engaged(self) -> bool:
-        """True while the motors have power."""
-        return self._cut_for == 0
-
-    def watch(self, speeds: Sequence[float], torques: Sequence[float], limit: float) -> None:
-        """Account for one control step that ended with these rim speeds, m/s, and torques.
-
-        ``limit`` is the largest torque.
-        """
-        if not self.engaged:
-            self._cut_for -= 1
-            return
-        in_vain = is_stalling(speeds, torques, limit)
-        self._in_vain, self._in_order = (self._in_vain + 1, 0) if in_vain else (0, self._in_order + 1)
-        if self._in_vain >= self._patience:
-            self.stalled, self._in_vain, self._cut_for = True, 0, self._rest
-        elif self._in_order >= self._patience:
-            self.stalled = False
+@compiled_in_order
+def switch_on(base: Any) -> None:
+    """Stand still without a command, with nothing counted."""
+    base.v = base.omega = base.target_v = base.target_omega = base.left = base.right = 0.0
+    base.rim_left = base.rim_right = base.odom_x = base.odom_y = base.odom_theta = base.way_left = base.way_right = 0.0
+    base.awake = base.ticks_left = base.ticks_right = 0
+    base.in_vain = base.in_order = base.cut_for = base.stalled = 0
 
 
-def is_stalling(speeds: Sequence[float], torques: Sequence[float], limit: float) -> bool:
-    """Return True if a motor is at its limit and its wheel at rest, while no wheel turns freely.
+@compiled_in_order
+def command(base: Any, model: Any, v: float, omega: float) -> tuple[float, float]:
+    """Ask for a velocity; v and omega within the limits, to which the ramps now lead."""
+    base.target_v = min(max(v, -model.linear), model.linear)
+    base.target_omega = min(max(omega, -model.angular), model.angular)
+    base.awake = model.watchdog
+    return base.target_v, base.target_omega
 
-    A wheel that turns freely swings the robot around the obstacle.
-    """
-    standing = [abs(speed) <= STANDING for speed in speeds]
-    straining = [abs(torque) > 0.99 * limit for torque in torques]
-    return any(straining) and any(standing) and all(map(or_, standing, straining))
+
+@compiled_in_order
+def control(base: Any, model: Any) -> bool:
+    """Run one control step: watchdog and ramps; True where the setpoint changed."""
+    if base.awake <= 0:
+        base.target_v = base.target_omega = 0.0
+    base.awake -= 1
+    if base.cut_for > 0 or (base.v == base.target_v and base.omega == base.target_omega):
+        return False
+    base.v = ramped(base.v, base.target_v, model.rise, model.fall)
+    base.omega = ramped(base.omega, base.target_omega, model.turn, model.turn)
+    return True
 
 
-@compiled_on_views
+@compiled_in_order
+def set_velocity(base: Any, v: float, omega: float) -> bool:
+    """Turn the wheels at this speed from now on, without ramps and watchdog; True where the setpoint changed."""
+    if base.cut_for > 0 or (base.v == v and base.omega == omega):
+        return False
+    base.v, base.omega = v, omega
+    return True
+
+
+@compiled_in_order
 def ramped(speed: float, target: float, rise: float, fall: float) -> float:
     """Return the speed one control step later: it grows by at most ``rise`` and shrinks by at most ``fall``.
 
@@ -80,3 +79,46 @@ def ramped(speed: float, target: float, rise: float, fall: float) -> float:
     if abs(target - speed) <= largest:
         return target
     return speed + largest if target > speed else speed - largest
+
+
+@compiled_in_order
+def wheel_speeds(base: Any, model: Any) -> tuple[float, float]:
+    """Speeds of the simulated wheels, rad/s, when the firmware turns the robot's as it believes the setpoint needs."""
+    rim = base.omega * model.track / 2.0
+    left, right = (base.v - rim) / model.left_radius, (base.v + rim) / model.right_radius
+    return model.same * left + model.other * right, model.other * left + model.same * right
+
+
+@compiled_in_order
+def is_stalling(left_speed: float, right_speed: float, left_torque: float, right_torque: float) -> bool:
+    """Tell whether a motor strains at its limit and a wheel stands, while no wheel turns with ease.
+
+    A wheel that turns with ease swings the robot around what it has met. Speeds of the rims, m/s; torques, N m.
+    """
+    left_stands, right_stands = abs(left_speed) <= STANDING, abs(right_speed) <= STANDING
+    left_strains, right_strains = abs(left_torque) > 0.99 * MOTOR_TORQUE, abs(right_torque) > 0.99 * MOTOR_TORQUE
+    if not (left_stands or left_strains) or not (right_stands or right_strains):
+        return False
+    return (left_strains or right_strains) and (left_stands or right_stands)
+
+
+@compiled_in_order
+def watch(base: Any, model: Any, in_vain: bool) -> bool:
+    """Account for one control step in which the motors pushed ``in_vain`` or not.
+
+    True where they were cut just now, or have power again; the ramps then begin at rest. They are cut while ``cut_for``
+    is not 0, and ``stalled`` stays until they have worked in order for STALL_TIME.
+    """
+    if base.cut_for > 0:
+        base.cut_for -= 1
+        if base.cut_for > 0:
+            return False
+    else:
+        base.in_vain, base.in_order = (base.in_vain + 1, 0) if in_vain else (0, base.in_order + 1)
+        if base.in_vain < model.patience:
+            if base.in_order >= model.patience:
+                base.stalled = 0
+            return False
+        base.stalled, base.in_vain, base.cut_for = 1, 0, model.rest
+    base.v = base.omega = 0.0
+    return True

@@ -36,6 +36,10 @@ class Furniture:
         self._bodies = [add_movable(world, thing) for thing in movables]
         self._find = [world.bullet.prepared(pybullet.getBasePositionAndOrientation, body) for body in self._bodies]
 
+    def __len__(self) -> int:
+        """Number of pieces."""
+        return len(self._bodies)
+
     def park_far_away(self) -> None:
         """Move all pieces far from everything and from each other: see ``P3dx.park_far_away``."""
         for number, body in enumerate(self._bodies):

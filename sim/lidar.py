@@ -34,22 +34,21 @@ class SimulatedLidar:
         model = config.description
         lidar = model.lidar
         self._config = config
-        self._lidar = lidar
+        self._lidar, self._beams_vary, self._increment = lidar, model.beams_vary, config.time_increment
         self._mount = config.mount.pose.translation
         self._bearings = config.mount.theta + lidar.angles
         self._beams = _beams_at(self._bearings)
         self._leg_radii = np.empty(0) if leg_radii is None or config.height > LEG_HEIGHT else leg_radii
         self._outlines = MovingOutlines(movables, config.height)
-        reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may shorten it
-        self._reach = reach
-        self.caster: RayCaster = surroundings.caster(config.caster, config.height, reach)
+        self._reach = float(lidar.range_max + model.accuracy(np.array(lidar.range_max)))  # noise may shorten it
+        self.caster: RayCaster = surroundings.caster(config.caster, config.height, self._reach)
 
     def scan(self, motion: ScanMotion, stamp: float, rng: np.random.Generator) -> LaserScan:
         """Take one scan; its first beam fires at ``stamp``, and the noise comes from ``rng``."""
-        lidar = self._turn(rng)
-        increment = self._config.time_increment * lidar.angle_increment / self._lidar.angle_increment
-        bearings, beams = self._bearings, self._beams
-        if lidar is not self._lidar:
+        lidar, increment, bearings, beams = self._lidar, self._increment, self._bearings, self._beams
+        if self._beams_vary:
+            lidar = self._turn(rng)
+            increment = increment * lidar.angle_increment / self._lidar.angle_increment
             bearings = self._config.mount.theta + lidar.angles
             beams = _beams_at(bearings)
         return LaserScan(
@@ -64,13 +63,11 @@ class SimulatedLidar:
         )
 
     def _turn(self, rng: np.random.Generator) -> Lidar:
-        """Return the fan of the next turn.
+        """Return the fan of the next turn of a motor that does not hold its speed.
 
         Its first beam lies anywhere in the first step; the number of beams varies if the motor does not hold its speed.
         """
-        vary, nominal = self._config.description.beams_vary, self._lidar
-        if not vary:
-            return nominal
+        nominal, vary = self._lidar, self._beams_vary
         beams = nominal.beams + int(rng.integers(-vary, vary + 1))
         step = nominal.angle_increment * nominal.beams / beams
         return replace(nominal, angle_min=nominal.angle_min + step * rng.random(), angle_increment=step, beams=beams)
@@ -87,20 +84,18 @@ class SimulatedLidar:
         return measure(ranges, time, self._config, rng)
 
     def true_ranges(self, motion: ScanMotion) -> FloatArray:
-        """Return the distance along each beam to the first surface, metres, shape (beams,).
-
-        Inf if nothing is in range.
-        """
-        return self._cast(motion, self._bearings, self._beams, self._config.time_increment)
+        """Return the distance along each beam to the first surface, metres, (beams,); inf if nothing is in range."""
+        return self._cast(motion, self._bearings, self._beams, self._increment)
 
     def _cast(self, motion: ScanMotion, bearings: FloatArray, beams: FloatArray, increment: float) -> FloatArray:
         rays = np.empty((5, len(bearings)))
         fire_beams(motion.path, motion.step, self._mount, bearings, beams, increment, rays)
         ranges = self.caster.cast(rays)
-        self._outlines.stop(rays, ranges, motion.things, increment / motion.step)
-        if len(self._leg_radii):
-            stop_at_legs(rays, ranges, motion.legs, self._leg_radii, increment / motion.step)
-        ranges[ranges > self._reach] = np.inf
+        if len(self._outlines) or len(self._leg_radii):
+            rows = increment / motion.step  # from one beam to the next
+            self._outlines.stop(rays, ranges, motion.things, rows)
+            stop_at_legs(rays, ranges, motion.legs, self._leg_radii, rows)
+            ranges[ranges > self._reach] = np.inf
         return ranges
 
 

@@ -6,8 +6,7 @@ from typing import Final
 import numpy as np
 
 from sim.realistic_noise import realistic_ranges
-from slam.compiled import compiled_on_views
-from slam.lidars import LidarModel
+from slam.compiled import compiled_in_order, compiled_on_views
 from slam.pose import FloatArray
 from slam.scenario.lidar_config import LidarConfig, NoiseName
 
@@ -17,38 +16,40 @@ def measure(ranges: FloatArray, time: float, config: LidarConfig, rng: np.random
 
     Calls with the same number of beams and the same ``noise`` draw the same number of random numbers.
     """
+    readings, model = np.array(ranges, np.float64), config.description
     normal, uniform = rng.standard_normal(len(ranges)), rng.random(len(ranges))
-    ranges = NOISES[config.noise](ranges, normal, time, config, rng)
+    NOISES[config.noise](readings, normal, time, config, rng)
     if config.dropout:
-        ranges = np.where(uniform < config.dropout, np.inf, ranges)
-    return quantised(ranges, config.description)
+        readings[uniform < config.dropout] = np.inf
+    quantise_to_micrometres(readings, model.lidar.range_min, model.lidar.range_max, model.resolution)
+    return readings
 
 
 def _table_1(
     ranges: FloatArray, normal: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator
-) -> FloatArray:
-    model = config.description
-    return _within(ranges, normal, (model.near_accuracy, model.near_range, model.far_accuracy), config.bound_sigmas)
+) -> None:
+    model, sigmas = config.description, config.bound_sigmas
+    add_bounded_noise(ranges, model.near_accuracy / sigmas, model.near_range, model.far_accuracy / sigmas, normal)
 
 
 def _data_sheet(
     ranges: FloatArray, normal: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator
-) -> FloatArray:
-    model = config.description
-    accuracy = (model.near_accuracy, model.near_range, model.far_accuracy)
-    return _within(ranges, normal, model.noise or accuracy, config.bound_sigmas)
+) -> None:
+    model, sigmas = config.description, config.bound_sigmas
+    near, near_range, far = model.noise or (model.near_accuracy, model.near_range, model.far_accuracy)
+    add_bounded_noise(ranges, near / sigmas, near_range, far / sigmas, normal)
 
 
 def _realistic(
     ranges: FloatArray, normal: FloatArray, time: float, config: LidarConfig, rng: np.random.Generator
-) -> FloatArray:
+) -> None:
     increment, beams = config.description.lidar.angle_increment, len(ranges)
     lost, edge = rng.random(beams), rng.random(beams)
-    return realistic_ranges(ranges, increment, time, config.reflectivity, normal, lost, edge)
+    ranges[:] = realistic_ranges(ranges, increment, time, config.reflectivity, normal, lost, edge)
 
 
-Noise = Callable[[FloatArray, FloatArray, float, LidarConfig, np.random.Generator], FloatArray]
-"""Function that returns noisy ranges (N,) from true ranges, N normal random numbers, the time and the lidar.
+Noise = Callable[[FloatArray, FloatArray, float, LidarConfig, np.random.Generator], None]
+"""Function that adds noise to true ranges (N,) in place, from N normal random numbers, the time and the lidar.
 
 It may draw more random numbers.
 """
@@ -56,27 +57,9 @@ NOISES: Final[dict[NoiseName, Noise]] = {
     "paper": _table_1,
     "datasheet": _data_sheet,
     "realistic": _realistic,
-    "none": lambda ranges, *_: ranges,
+    "none": lambda *_: None,
 }
 """Every kind of noise by its name in the scenario."""
-
-
-def quantised(ranges: FloatArray, model: LidarModel) -> FloatArray:
-    """Round ranges (N,) to the nearest step from ``range_min``, in whole micrometres, which logs keep exactly.
-
-    Ranges above ``range_max`` become inf, below ``range_min`` -inf (REP-117).
-    """
-    stepped = np.array(ranges, np.float64)
-    quantise(stepped, model.lidar.range_min, model.lidar.range_max, model.resolution)
-    return np.round(stepped, 6)
-
-
-def _within(ranges: FloatArray, normal: FloatArray, bound: tuple[float, float, float], sigmas: float) -> FloatArray:
-    """Add Gaussian noise, bounded in standard deviations: near (m) up to near_range (m), far x range beyond."""
-    near, near_range, far = bound
-    noisy = np.array(ranges, np.float64)
-    add_bounded_noise(noisy, near / sigmas, near_range, far / sigmas, normal)
-    return noisy
 
 
 @compiled_on_views
@@ -87,9 +70,20 @@ def add_bounded_noise(ranges: FloatArray, near: float, near_range: float, far: f
         ranges[j] = ranges[j] + sigma * normal[j] if ranges[j] < np.inf else np.inf
 
 
+@compiled_in_order
+def quantise_to_micrometres(ranges: FloatArray, range_min: float, range_max: float, resolution: float) -> None:
+    """Quantise ranges (N,) in place, in whole micrometres, which logs keep exactly."""
+    quantise(ranges, range_min, range_max, resolution)
+    for j in range(len(ranges)):
+        ranges[j] = np.rint(ranges[j] * 1e6) / 1e6
+
+
 @compiled_on_views
 def quantise(ranges: FloatArray, range_min: float, range_max: float, resolution: float) -> None:
-    """Round ranges (N,) in place, as ``quantised`` does except for the last bits."""
+    """Round ranges (N,) in place to the nearest step from ``range_min``.
+
+    Ranges above ``range_max`` become inf, below ``range_min`` -inf (REP-117).
+    """
     last = np.rint((range_max - range_min) / resolution)
     for j in range(len(ranges)):
         steps = np.rint((ranges[j] - range_min) / resolution)

@@ -1,4 +1,4 @@
-"""One triangle mesh of the prisms of a world plan, and the lists of it that PyBullet takes."""
+"""One triangle mesh of the prisms of a world plan, and its lists for PyBullet."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

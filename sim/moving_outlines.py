@@ -59,6 +59,10 @@ class MovingOutlines:
         self._segments = np.concatenate([np.empty((0, 5)), *ends])
         """(K, 5): number of the thing; x, y of one end in its frame, and the vector to the other."""
 
+    def __len__(self) -> int:
+        """Number of their edges."""
+        return len(self._segments)
+
     def stop(self, rays: FloatArray, ranges: FloatArray, places: FloatArray, steps: float) -> None:
         """Shorten ``ranges`` (N,) in place where an outline is nearer along one of the ``rays`` (5, N).
 

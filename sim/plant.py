@@ -94,6 +94,7 @@ class SimPlant:
         """Call every compiled function once, so that the emulator never waits for the compiler."""
         self._body.restart(seed)
         self._body.roll(Twist2D(), 1)
+        self._body.mean_twist()
         still = self._sweep([self._place()] * 2, 1.0)
         self._body.lidar.measure_beams(np.zeros(1), still, 0.0, 0.0, np.random.default_rng(0))
 

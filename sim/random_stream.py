@@ -1,7 +1,7 @@
 """Random numbers for compiled code: a stream is one 64-bit number, and each robot has its own.
 
-The k-th number depends on where the stream began and on k alone: splitmix64 (Steele, Lea and Flood, 2014). Normal
-numbers come by the ziggurat of Marsaglia and Tsang (2000) with 256 layers.
+The k-th number depends only on the start of the stream and on k: splitmix64 (Steele, Lea and Flood, 2014). Normal
+numbers are made by the ziggurat of Marsaglia and Tsang (2000) with 256 layers.
 """
 
 from math import erfc, exp, log, pi, sqrt

@@ -1,4 +1,4 @@
-"""Ray casters, which the lidar and the sonar ask for the ranges of their rays."""
+"""Ray casters, which return the ranges of rays to the lidar and the sonar."""
 
 from collections.abc import Sequence
 from typing import Protocol

@@ -1,4 +1,4 @@
-"""The beams of one sweep as rays in the plane: where each starts and where it points. Metres, radians, map frame.
+"""The beams of one sweep as rays in the plane, each with origin and direction. Metres, radians, map frame.
 
 Rays are five rows, (5, N): x, y of the origin, x, y of the unit direction, and the bearing, which is not wrapped.
 """

@@ -1,4 +1,4 @@
-"""Errors of a real URG-04LX: by the light that comes back, at edges, and while it warms up.
+"""Errors of a real URG-04LX: from the returned light, at edges, and during warm-up.
 
 The effects are those that Kneip et al., "Characterization of the compact Hokuyo URG-04LX 2D laser range scanner", ICRA
 2009, and Okubo, Ye and Borenstein, "Characterization of the Hokuyo URG-04LX laser rangefinder for mobile robot obstacle

@@ -59,7 +59,7 @@ class SimRobot(Closing):
         scan = body.lidar.scan(motion, stamp, body.lidar_rng)
         collided, bumpers = body.read_bumpers()
         odometry = Odometry(stamp, T_odom_base, twist)
-        people = tuple((x, y) for x, y in body.people.tolist())
+        people = tuple(map(tuple, body.people.tolist()))
         return Observation(scan, odometry, T_map_base, collided, body.stalled, bumpers, sonar, people)
 
     def drive(self, command: Twist2D) -> Twist2D:

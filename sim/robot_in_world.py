@@ -1,4 +1,4 @@
-"""The P3-DX and its sensors in the world of a scenario: what the simulated robot and the emulated devices share."""
+"""The P3-DX and its sensors in the world of a scenario, for the simulated robot and the emulated devices."""
 
 import logging
 from abc import ABC, abstractmethod
@@ -8,6 +8,7 @@ from typing import Final
 
 import numpy as np
 
+from sim.controller import Controller
 from sim.lidar import SimulatedLidar
 from sim.ray_casters import Surroundings
 from sim.rays import ScanMotion
@@ -49,10 +50,14 @@ class RobotInWorld(ABC):
         self,
         scenario: Scenario,
         robot: RobotConfig,
+        rate: int,
+        controller: Controller,
         surroundings: Surroundings,
         leg_radii: FloatArray,
         movables: Sequence[Movable],
     ) -> None:
+        self._rate, self._steps_per_control = rate, rate // robot.control_rate
+        self._controller = controller
         self.lidar = SimulatedLidar(surroundings, scenario.lidar, leg_radii, movables)
         self._leg_radii = leg_radii
         self._sonar = SonarRing(surroundings, movables) if robot.sonar else None
@@ -70,24 +75,21 @@ class RobotInWorld(ABC):
         """Return to the start at time 0, at rest, with the noise of this seed."""
         lidar_seed, odometry_seed = np.random.SeedSequence(seed).spawn(2)
         self.lidar_rng = np.random.default_rng(lidar_seed)
+        self.steps = 0
+        """Physics steps since the start."""
         self._restart(odometry_seed)
 
     @abstractmethod
     def _restart(self, odometry_seed: np.random.SeedSequence) -> None: ...
 
     @property
-    @abstractmethod
-    def steps(self) -> int:
-        """Physics steps since the start."""
-
-    @property
-    @abstractmethod
     def time(self) -> float:
         """Seconds since the start."""
+        return self.steps / self._rate
 
-    @abstractmethod
     def command(self, twist: Twist2D) -> Twist2D:
         """Command a velocity; return it clipped to the limits, which the ramps now approach."""
+        return self._controller.command(twist)
 
     @abstractmethod
     def advance(self, controls: int) -> None:
@@ -110,23 +112,23 @@ class RobotInWorld(ABC):
         """True pose ``T_map_base``."""
 
     @property
-    @abstractmethod
     def twist(self) -> Twist2D:
         """True velocity of the base."""
+        return self._controller.twist
 
     @property
-    @abstractmethod
     def odometry(self) -> Pose2D:
         """``T_odom_base`` as reported."""
+        return self._controller.odometry
 
-    @abstractmethod
     def mean_twist(self) -> Twist2D:
         """Return the mean velocity since the last call, as reported."""
+        return self._controller.mean_twist(self.time)
 
     @property
-    @abstractmethod
     def stalled(self) -> bool:
         """True while the motors are stalled."""
+        return self._controller.stalled
 
     @abstractmethod
     def read_bumpers(self) -> tuple[bool, tuple[bool, ...]]:

@@ -1,4 +1,4 @@
-"""The walls of one or several worlds in the plane, and which of them are in reach of each cell of the floor. Metres."""
+"""The walls of one or several worlds in the plane, listed for each cell of the floor. Metres."""
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple
@@ -69,7 +69,7 @@ def wall_plan(worlds: Sequence[Sequence[FloatArray]], reach: float) -> WallPlan:
 def _cells(walls: FloatArray, reach: float) -> tuple[FloatArray, float, tuple[int, int]]:
     """Return corner, side and number of the cells that cover all positions within range of a wall.
 
-    One cell without walls.
+    Without walls there is one cell.
     """
     if not len(walls) or not np.isfinite(reach):
         return np.full(2, -1e6), 2e6, (1, 1)

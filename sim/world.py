@@ -1,6 +1,6 @@
-"""The simulated world: a floor, what stands on it, gravity, time and rays. Metres, seconds, map frame."""
+"""The simulated world: floor, solids, gravity, time and rays. Metres, seconds, map frame."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import chain
 from operator import itemgetter
@@ -22,20 +22,20 @@ SOLVER_ITERATIONS: Final = 60
 """Solver iterations: with PyBullet's 50 a robot at rest creeps 2 um/s, with 60 less than half of it; each costs 0.3 us
 per step."""
 RAYS_PER_CALL: Final = 8192
-"""Most rays per call: PyBullet silently drops rays from 16,384 on."""
+"""Largest number of rays per call: PyBullet silently drops rays from 16,384 on."""
 
 YIELDING: Final = {"contactStiffness": 2000.0, "contactDamping": 1000.0}
 """Softness of a pillar, N/m and N s/m: a pillar placed inside the robot pushes it gently aside; a hard one flings
 it."""
 
 OUT_OF_REACH: Final = (0.0, 0.0, -10.0)
-"""Height below the floor, where nothing touches anything; metres."""
+"""x, y, z, metres: a position below the floor, where nothing touches anything."""
 
 FAR_AWAY: Final = (1e4, 1e4, 5.0)
 """x, y, z, metres: a position far from everything."""
 FLOOR, WALLS, ROBOT, PEOPLE, SILLS, MOVABLE = 1, 2, 4, 8, 16, 32
 """Collision groups, used in p3dx.urdf too. Rays belong to group 1 and hit walls and sills only."""
-MET_BY: Final = {FLOOR: ROBOT | MOVABLE, WALLS: ROBOT | MOVABLE | 1, PEOPLE: ROBOT, SILLS: MOVABLE | 1}
+COLLIDES_WITH: Final = {FLOOR: ROBOT | MOVABLE, WALLS: ROBOT | MOVABLE | 1, PEOPLE: ROBOT, SILLS: MOVABLE | 1}
 """Groups that collide with each group of static bodies; bodies that overlap each other would cost 1 ms a pair."""
 
 _hit_fraction = itemgetter(2)
@@ -47,7 +47,6 @@ class World(Closing):
     def __init__(self, prisms: Sequence[Prism], rate: int) -> None:
         self.prisms = tuple(prisms)
         self.rate = rate
-        self.steps = 0
         self.movables: set[int] = set()
         """Bodies that the robot can push."""
         self.bullet = Bullet()
@@ -59,7 +58,8 @@ class World(Closing):
             deterministicOverlappingPairs=1,
             collisionFilterMode=0,  # both masks must agree; the default is that one is enough (bullet3 issue 4148)
         )
-        self._step = self.bullet.prepared(pybullet.stepSimulation)
+        self.step: Callable[[], None] = self.bullet.prepared(pybullet.stepSimulation)
+        """Let 1 / rate seconds pass."""
         self.bullet.call(pybullet.setGravity, 0.0, 0.0, -GRAVITY)
         self.floor = self._add_static(FLOOR, lateral_friction=1.0, shapeType=pybullet.GEOM_PLANE)
         sills = [prism for prism in prisms if prism.top <= SILL]
@@ -78,16 +78,6 @@ class World(Closing):
         """True after ``close``."""
         return self.bullet.closed
 
-    @property
-    def time(self) -> float:
-        """Simulated time, seconds."""
-        return self.steps / self.rate
-
-    def step(self) -> None:
-        """Let 1 / rate seconds pass."""
-        self._step()
-        self.steps += 1
-
     def save(self) -> None:
         """Remember the state of all bodies, for ``restore``."""
         self._saved = self.bullet.call(pybullet.saveState)
@@ -95,7 +85,6 @@ class World(Closing):
     def restore(self) -> None:
         """Return to time 0 and the saved state; motors keep their last command."""
         self.bullet.call(pybullet.restoreState, self._saved)
-        self.steps = 0
 
     def add_pillar(self, radius: float, height: float) -> int:
         """Add a cylinder that ``move`` places and the robot can hit; rays pass through it. It starts out of range."""
@@ -133,7 +122,7 @@ class World(Closing):
         shape_id = self.bullet.call(pybullet.createCollisionShape, **shape)
         body: int = self.bullet.call(pybullet.createMultiBody, 0.0, shape_id)
         self.bullet.call(pybullet.changeDynamics, body, -1, lateralFriction=lateral_friction)
-        self.bullet.call(pybullet.setCollisionFilterGroupMask, body, -1, group, MET_BY[group])
+        self.bullet.call(pybullet.setCollisionFilterGroupMask, body, -1, group, COLLIDES_WITH[group])
         return body
 
 

@@ -1,4 +1,4 @@
-"""An interval z-buffer: each wall and leg is tried against those rays of a fan alone that can meet it.
+"""An interval z-buffer: each wall and leg is intersected only with the rays of a fan that can hit it.
 
 It is exact for any rays, and fastest for a fan: rays from one place, evenly spaced.
 """

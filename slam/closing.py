@@ -1,4 +1,4 @@
-"""A base for objects that hold what must be given back: files, ports, processes."""
+"""Base class for objects that hold files, ports or processes."""
 
 from abc import ABC, abstractmethod
 from typing import Self

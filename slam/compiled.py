@@ -15,6 +15,7 @@ from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined
 from numba.core.event import trigger_event
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
+from numba.core.types import unliteral
 
 from slam.kept_code import KeptCode
 from slam.machine_code import makes_code, making_code
@@ -23,9 +24,9 @@ _OPTIONS: Final[dict[str, Any]] = {
     "nopython": True,
     "nogil": True,
     "error_model": "numpy",
-    "fastmath": {"reassoc", "contract", "nsz", "arcp"},
     "no_cfunc_wrapper": True,
 }
+_REORDERED: Final[dict[str, Any]] = {"fastmath": {"reassoc", "contract", "nsz", "arcp"}}
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -39,7 +40,7 @@ def compiled(function: F) -> F:
     The function is compiled again if one of these has changed: its file, the file of a compiled function that it calls,
     directly or not, this file, or the value of a constant that one of them uses. They may be in any module.
     """
-    return _compiled(function, counts_references=True)
+    return _compiled(function, _REORDERED | {"_nrt": True})
 
 
 def compiled_on_views(function: F) -> F:
@@ -48,7 +49,12 @@ def compiled_on_views(function: F) -> F:
     It must not take an array from a function that makes one. Counting costs a few nanoseconds for each array that is
     passed on, and threads that count references to the same array wait for each other.
     """
-    return _compiled(function, counts_references=False)
+    return _compiled(function, _REORDERED | {"_nrt": False})
+
+
+def compiled_in_order(function: F) -> F:
+    """Compile as ``compiled_on_views`` does, but keep every operation and its order: the bits are those of Python."""
+    return _compiled(function, {"_nrt": False})
 
 
 def is_cold(function: Callable[..., Any]) -> bool:
@@ -57,14 +63,14 @@ def is_cold(function: Callable[..., Any]) -> bool:
     return isinstance(kept, KeptCode) and kept.is_empty()
 
 
-def _compiled(function: F, *, counts_references: bool) -> F:
+def _compiled(function: F, options: dict[str, Any]) -> F:
     """Make the dispatcher; ``_nrt`` is numba's name for its run time, which counts references to arrays.
 
     With ``NUMBA_DISABLE_JIT=1`` the function stays Python, for debuggers and for coverage.
     """
     if config.DISABLE_JIT:  # type: ignore[attr-defined]  # numba sets it as it is imported
         return function
-    return cast(F, _HotLoop(function, _OPTIONS | {"_nrt": counts_references}))
+    return cast(F, _HotLoop(function, _OPTIONS | options))
 
 
 class _HotLoop(CPUDispatcher):
@@ -88,6 +94,10 @@ class _HotLoop(CPUDispatcher):
                 return self._part(sig).entry_point
             with making_code(self.targetctx):
                 return super().compile(sig)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Resolve a call from compiled code; a literal is a number as any other, not one to compile once more for."""
+        return super().get_call_template([unliteral(arg) for arg in args], {name: unliteral(kws[name]) for name in kws})
 
     def get_overload(self, sig: Any) -> Any:
         """Return the entry that was compiled for this signature; numba calls this where compiled code calls it."""

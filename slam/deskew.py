@@ -1,4 +1,4 @@
-"""Undo the motion of the robot while the beams of a scan were taken one after another."""
+"""Correction of a scan for the motion of the robot while its beams were taken."""
 
 from dataclasses import replace
 

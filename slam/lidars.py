@@ -1,4 +1,4 @@
-"""Planar lidars: their beams and reach; those that hopslam knows by name, with the errors their makers admit."""
+"""Planar lidars: their beams and range limits; the known models, with their makers' error bounds."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
-"""Declared limits: the most that is taken of anything that comes in, each with its reason; docs/limits.md shows them.
+"""Limits of all inputs, each with its reason; docs/limits.md lists them.
 
-A limit stands far above what robots and their recorders make, and far below what fills the memory of a small computer.
+A limit is far above the output of robots and their recorders, and far below the memory of a small computer.
 """
 
 from __future__ import annotations

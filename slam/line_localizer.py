@@ -1,4 +1,4 @@
-"""Localisation in a saved map: the robot is found from nothing, tracked, and found again; or mapping goes on there."""
+"""Localisation in a saved map without a start pose: search, tracking, and search again when lost; or mapping there."""
 
 from dataclasses import replace
 from time import perf_counter

@@ -1,4 +1,4 @@
-"""The mapper that the settings name: a matcher with its map, with loops or without."""
+"""Makes the configured mapper: a matcher with its map, with or without loop closing."""
 
 from slam.config import ForceFieldConfig, LeastSquaresConfig, OwnMethod, PointMapConfig, SlamConfig, SurfelMapConfig
 from slam.graph.submap_mapper import SubmapMapper

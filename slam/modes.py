@@ -1,4 +1,4 @@
-"""The modes: which method each part of the SLAM has where a scenario names none."""
+"""The modes: the default method of each part of the SLAM."""
 
 from collections.abc import Mapping
 from typing import Final, Literal, NamedTuple

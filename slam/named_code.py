@@ -1,4 +1,4 @@
-"""Code named as ``module:name``, imported when it is used, a user's own only if allowed; and optional packages."""
+"""Imports code named as ``module:name``, a user's own only if allowed, and optional packages."""
 
 import sys
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""Modules that were moved, still found under their old names, with a warning that says the new one."""
+"""Finds renamed modules under their old names, with a warning that gives the new one."""
 
 import sys
 import warnings

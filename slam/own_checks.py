@@ -1,4 +1,4 @@
-"""Checks of what a user's own code returns, made before anything computes with it."""
+"""Checks of the results of a user's own code, before they are used."""
 
 from collections.abc import Sequence
 from math import isfinite

@@ -1,4 +1,4 @@
-"""The Robot protocol: a robot as the method, the learning environment, the runner and the viewer know it."""
+"""The Robot protocol, used by the method, the learning environment, the runner and the viewer."""
 
 from dataclasses import dataclass
 from typing import Literal, Protocol, Self, runtime_checkable

@@ -1,7 +1,7 @@
-"""A saved state of the method, resumed where it stopped or relocated to another place in the same map.
+"""A saved state of the method, resumed at its end or relocated to another pose in the same map.
 
-Where the graph of the map is known, a relocated robot closes loops with it, and the map as a whole may move; else it
-stays as it is.
+If the graph of the map is known, a relocated robot closes loops with it, which may change the whole map; otherwise the
+old map does not change.
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The sonar rings of a Pioneer P3-DX: where each transducer sits on the base and where it points."""
+"""The sonar rings of a Pioneer P3-DX: position and direction of each transducer on the base."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -24,7 +24,7 @@ FRONT: Final = 8
 def echo_points(ranges: Sequence[float]) -> FloatArray:
     """Return the middles of the echoes (K, 2), base frame, from the ranges of the transducers in order.
 
-    No echo is inf.
+    The range is inf without an echo.
     """
     known = np.array(ranges[: len(TRANSDUCERS)], np.float64)
     ring = TRANSDUCERS[: len(known)]

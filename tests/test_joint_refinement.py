@@ -134,6 +134,15 @@ def test_a_rigid_motion_moves_the_result_and_nothing_else(place: tuple[float, fl
     assert other_walls.covariance == pytest.approx(walls.covariance, rel=1e-4, abs=1e-12)
 
 
+def test_a_solver_that_is_stopped_early_still_comes_nearer() -> None:
+    """Each of its iterations goes downhill, so that a few bring the poses a part of the way."""
+    run, off = drive(2), list[float]()
+    for most in (0, 2, 150):
+        poses, _ = refined(run, EXACT._replace(tolerance=0.0, max_iterations=most))
+        off.append(float(np.abs(differences(poses, run.truth)[:, :2]).mean()))
+    assert off[2] < off[1] < off[0]
+
+
 def test_exact_data_stay_where_they_are() -> None:
     run = drive(None)
     poses, walls = refined(run)

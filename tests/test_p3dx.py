@@ -9,9 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sim.controller import Controller
 from sim.firmware import ramped
 from sim.p3dx import P3dx
-from sim.wheels import ANGLE_UNIT, MILLIMETRE, TICKS_PER_TURN, TRACK, WHEEL_RADIUS, Ticks, TractionModel, WheelOdometry
+from sim.records import model_of
+from sim.wheels import ANGLE_UNIT, MILLIMETRE, TICKS_PER_TURN, TRACK, WHEEL_RADIUS
 from sim.world import World
 from slam.assets import asset
 from slam.errors import RobotError
@@ -37,21 +39,32 @@ class Rig:
         config = RobotConfig(start=place, limits=limits, traction=traction, odometry=believed, control_rate=RATE)
         self.world = World([], RATE)
         self.base = P3dx(self.world, config)
-        self.odometry = WheelOdometry(believed, self.base.read_encoders(), np.random.default_rng(0))
+        self.controller = self.base.controller
         self.turned = 0.0
 
     def go(self, v: float, w: float, seconds: float) -> None:
         """Drive as commanded, the command repeated at every step."""
         for _ in range(round(seconds * RATE)):
-            self.base.command(Twist2D(v, w))
+            self.controller.command(Twist2D(v, w))
             self.step()
 
     def step(self) -> None:
         theta = self.base.pose.theta
         self.base.control()
         self.world.step()
-        self.odometry.add(self.base.read_encoders())
+        self.base.look()
         self.turned += wrap_angle(self.base.pose.theta - theta)
+
+
+def controller_of(**errors: object) -> Controller:
+    """A controller whose wheels are turned by ``roll``."""
+    return Controller(RobotConfig(odometry=WheelErrors.model_validate(errors)), RATE)
+
+
+def roll(controller: Controller, left: int, right: int) -> None:
+    """Turn the wheels to so many ticks since the start, and look at them."""
+    angles = np.array([left, right]) * 2.0 * pi / TICKS_PER_TURN
+    controller.look((angles[0], 0.0, (), 0.0), (angles[1], 0.0, (), 0.0))
 
 
 def test_it_stands_where_it_was_put() -> None:
@@ -70,7 +83,7 @@ def test_odometry_without_errors_is_true_over_ten_metres() -> None:
     rig = Rig(start=start)
     rig.go(1.0, 0.0, 10.0)
     rig.go(0.0, 0.0, 2.0)
-    truth, odometry = start.between(rig.base.pose), rig.odometry.pose
+    truth, odometry = start.between(rig.base.pose), rig.controller.odometry
     assert truth.x == pytest.approx(10.0, rel=5e-4)
     assert abs(truth.y) < 5e-3
     assert truth.distance(odometry) < 5e-3
@@ -82,7 +95,7 @@ def test_odometry_without_errors_is_true_over_ten_turns(sense: float) -> None:
     rig = Rig()
     rig.go(0.0, 4.0 * sense, 20.0 * pi / 4.0)
     rig.go(0.0, 0.0, 1.0)
-    truth, odometry = rig.base.pose, rig.odometry.pose
+    truth, odometry = rig.base.pose, rig.controller.odometry
     assert rig.turned == pytest.approx(20.0 * pi * sense, rel=5e-4)
     assert wrap_angle(odometry.theta - truth.theta) == pytest.approx(0.0, abs=5e-4)
     assert truth.distance(odometry) < 2e-3
@@ -92,7 +105,7 @@ def test_odometry_without_errors_is_true_on_a_winding_way() -> None:
     rig = Rig(limits=Limits())
     for v, w in [(0.5, 0.8), (0.8, -1.0), (-0.3, 0.4), (0.0, 2.0), (0.6, 0.0), (0.0, 0.0)]:
         rig.go(v, w, 2.0)
-    truth, odometry = rig.base.pose, rig.odometry.pose
+    truth, odometry = rig.base.pose, rig.controller.odometry
     assert truth.distance(odometry) < 2e-3
     assert wrap_angle(odometry.theta - truth.theta) == pytest.approx(0.0, abs=1e-3)
 
@@ -102,9 +115,9 @@ def test_a_wrong_calibration_bends_odometry_in_closed_form(errors: Any) -> None:
     rig = Rig(**errors)
     rig.go(0.8, 0.4, 6.0)
     believed = WheelErrors(**errors)
-    angles = np.array([rig.base.read_encoders().left, rig.base.read_encoders().right]) * 2 * pi / TICKS_PER_TURN
+    angles = np.array(rig.controller.ticks) * 2 * pi / TICKS_PER_TURN
     left, right = angles * [believed.left_radius, believed.right_radius]
-    odometry = rig.odometry.pose
+    odometry = rig.controller.odometry
     assert odometry.theta == pytest.approx(wrap_angle((right - left) / believed.track), abs=1e-9)
     assert rig.base.pose.distance(odometry) > 0.02
 
@@ -112,7 +125,7 @@ def test_a_wrong_calibration_bends_odometry_in_closed_form(errors: Any) -> None:
 def test_a_wrong_wheel_radius_drives_an_unnoticed_circle() -> None:
     rig = Rig(left_radius=WHEEL_RADIUS * 1.01)
     rig.go(1.0, 0.0, 6.0)
-    odometry = rig.odometry.pose
+    odometry = rig.controller.odometry
     assert abs(odometry.y) < 1e-3
     expected = wheel_motion(odometry.x / 1.01, odometry.x, TRACK)
     assert rig.base.pose.distance(expected) < 1e-3
@@ -127,7 +140,7 @@ def square(rig: Rig, sense: float, side: float) -> tuple[Pose2D, Pose2D]:
         rig.go(0.0, 0.0, 1.0 / a + 0.1)
         rig.go(0.0, 1.0 * sense, pi / 2)
         rig.go(0.0, 0.0, 1.0 / wa + 0.1)
-    return rig.base.pose, rig.odometry.pose
+    return rig.base.pose, rig.controller.odometry
 
 
 def borenstein_feng(side: float, sense: float, alpha: float, beta: float) -> tuple[float, float]:
@@ -161,10 +174,10 @@ def test_slip_and_scrub_lose_motion_that_encoders_report(traction: Any) -> None:
     rig = Rig(traction=traction)
     rig.go(0.8, 0.0, 4.0)
     rig.go(0.0, 0.0, 1.0)
-    assert rig.base.pose.x == pytest.approx((1.0 - traction.slip) * rig.odometry.pose.x, rel=5e-4)
+    assert rig.base.pose.x == pytest.approx((1.0 - traction.slip) * rig.controller.odometry.x, rel=5e-4)
     rig.go(0.0, 1.0, 3.0)
     rig.go(0.0, 0.0, 1.0)
-    reported = rig.odometry.pose.theta
+    reported = rig.controller.odometry.theta
     assert rig.turned == pytest.approx((1.0 - traction.slip) * TRACK / traction.effective_track * reported, rel=1e-3)
 
 
@@ -173,20 +186,22 @@ def test_a_firmware_that_knows_the_effective_track_turns_right() -> None:
     rig.go(0.0, 1.0, 3.0)
     rig.go(0.0, 0.0, 1.0)
     assert rig.turned == pytest.approx(3.0, rel=1e-3)
-    assert rig.odometry.pose.theta == pytest.approx(rig.turned, rel=1e-3)
+    assert rig.controller.odometry.theta == pytest.approx(rig.turned, rel=1e-3)
 
 
 @given(st.floats(0.0, 0.9), st.floats(0.2, 0.6), st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
-def test_traction_to_robot_inverts_to_simulated(slip: float, effective_track: float, left: float, right: float) -> None:
-    model = TractionModel(Traction(slip=slip, effective_track=effective_track))
-    assert model.to_robot(*model.to_simulated(left, right)) == pytest.approx((left, right), abs=1e-9)
+def test_slip_and_scrub_back_are_the_inverse(slip: float, effective_track: float, left: float, right: float) -> None:
+    (model,) = model_of(RobotConfig(traction=Traction(slip=slip, effective_track=effective_track)), RATE)
+    there = np.array([[model["same"], model["other"]], [model["other"], model["same"]]])
+    back = np.array([[model["same_back"], -model["other_back"]], [-model["other_back"], model["same_back"]]])
+    assert back @ there @ [left, right] == pytest.approx([left, right], abs=1e-9)
 
 
 def test_the_firmware_reports_whole_units() -> None:
-    errors = WheelErrors(left_radius=0.0981)
-    odometry = WheelOdometry(errors, Ticks(0, 0), np.random.default_rng(0))
-    odometry.add(Ticks(123_456, 234_567))
-    pose, twist = odometry.pose, odometry.mean_twist(1.0)
+    rounded, fine = (controller_of(left_radius=0.0981, firmware_units=units) for units in (True, False))
+    for controller in (rounded, fine):
+        roll(controller, 123_456, 234_567)
+    pose, twist = rounded.odometry, rounded.mean_twist(1.0)
     for value, unit in [
         (pose.x, MILLIMETRE),
         (pose.y, MILLIMETRE),
@@ -194,19 +209,16 @@ def test_the_firmware_reports_whole_units() -> None:
         (twist.linear - twist.angular * TRACK / 2, 1e-3),
     ]:
         assert value / unit == pytest.approx(round(value / unit), abs=1e-6)
-    fine = WheelOdometry(errors.model_copy(update={"firmware_units": False}), Ticks(0, 0), np.random.default_rng(0))
-    fine.add(Ticks(123_456, 234_567))
-    assert 0.0 < fine.pose.distance(pose) < MILLIMETRE
+    assert 0.0 < fine.odometry.distance(pose) < MILLIMETRE
 
 
 def test_noise_of_the_encoders_does_not_add_up() -> None:
-    odometry = WheelOdometry(
-        WheelErrors(encoder_noise=20.0, firmware_units=False), Ticks(0, 0), np.random.default_rng(0)
-    )
+    rng, controller = np.random.default_rng(0), controller_of(encoder_noise=20.0, firmware_units=False)
     ways = []
     for _ in range(2000):
-        odometry.add(Ticks(1000, 1000))
-        ways.append(odometry.pose.x * TICKS_PER_METRE)
+        controller.noise[:2] = rng.standard_normal(2)
+        roll(controller, 1000, 1000)
+        ways.append(controller.odometry.x * TICKS_PER_METRE)
     assert np.std(ways) == pytest.approx(20.0 / sqrt(2.0), rel=0.1)
     assert abs(np.mean(ways) - 1000.0) < 2.0
 
@@ -233,7 +245,7 @@ def test_mass_and_inertia_of_the_urdf_are_those_of_the_shapes() -> None:
 
 
 def test_commands_are_clipped_to_the_limits() -> None:
-    base = Rig(limits=Limits(linear=0.7, angular=1.5)).base
+    base = Rig(limits=Limits(linear=0.7, angular=1.5)).controller
     assert base.command(Twist2D(0.3, -0.4)) == Twist2D(0.3, -0.4)
     assert base.command(Twist2D(5.0, -9.0)) == Twist2D(0.7, -1.5)
     assert base.command(Twist2D(-5.0, 9.0)) == Twist2D(-0.7, 1.5)
@@ -242,13 +254,13 @@ def test_commands_are_clipped_to_the_limits() -> None:
 @pytest.mark.parametrize("twist", [Twist2D(float("nan"), 0.0), Twist2D(0.0, float("inf"))])
 def test_a_command_must_be_finite(twist: Any) -> None:
     with pytest.raises(RobotError, match="finite"):
-        Rig().base.command(twist)
+        Rig().controller.command(twist)
 
 
 def test_speed_follows_the_ramps() -> None:
     rig = Rig(limits=Limits())
     rig.go(0.6, 0.0, 1.0)
-    assert rig.base.setpoint.linear == pytest.approx(0.3)
+    assert rig.controller.setpoint.linear == pytest.approx(0.3)
     assert rig.base.pose.x == pytest.approx(0.3 / 2, abs=2e-3)
     rig.go(0.6, 0.0, 2.0)
     before = rig.base.pose.x
@@ -268,15 +280,15 @@ def test_a_reversal_falls_through_zero_and_rises_again() -> None:
 
 def test_the_watchdog_stops_it_after_two_seconds() -> None:
     rig = Rig()
-    rig.base.command(Twist2D(0.5, 0.0))
+    rig.controller.command(Twist2D(0.5, 0.0))
     for _ in range(2 * RATE):
         rig.step()
-    assert rig.base.setpoint.linear == 0.5
+    assert rig.controller.setpoint.linear == 0.5
     rig.step()
-    assert rig.base.setpoint.linear < 0.5
+    assert rig.controller.setpoint.linear < 0.5
     for _ in range(RATE):
         rig.step()
-    assert rig.base.setpoint == Twist2D()
+    assert rig.controller.setpoint == Twist2D()
     stopped = rig.base.pose
     for _ in range(RATE):
         rig.step()
@@ -286,32 +298,32 @@ def test_the_watchdog_stops_it_after_two_seconds() -> None:
 def test_encoders_count_whole_ticks_of_the_real_wheels() -> None:
     rig = Rig()
     rig.go(0.5, 0.0, 2.0)
-    ticks = rig.base.read_encoders()
-    assert ticks.left == pytest.approx(rig.base.pose.x * TICKS_PER_METRE, rel=1e-3)
+    left, _ = rig.controller.ticks
+    assert left == pytest.approx(rig.base.pose.x * TICKS_PER_METRE, rel=1e-3)
     assert 124_800 < TICKS_PER_METRE < 128_000
-    assert isinstance(ticks.left, int)
+    assert isinstance(left, int)
 
 
 def test_the_odometry_twist_is_the_mean_since_last_read() -> None:
-    odometry = WheelOdometry(WheelErrors(firmware_units=False), Ticks(100, 100), np.random.default_rng(0))
-    odometry.add(Ticks(100 + round(0.1 * TICKS_PER_METRE), 100 + round(0.2 * TICKS_PER_METRE)))
-    twist = odometry.mean_twist(0.5)
+    controller = controller_of(firmware_units=False)
+    roll(controller, round(0.1 * TICKS_PER_METRE), round(0.2 * TICKS_PER_METRE))
+    twist = controller.mean_twist(0.5)
     assert twist.linear == pytest.approx(0.3, rel=1e-4)
     assert twist.angular == pytest.approx(0.2 / TRACK, rel=1e-4)
-    assert odometry.mean_twist(1.0) == Twist2D()
+    assert controller.mean_twist(1.0) == Twist2D()
 
 
 @pytest.mark.parametrize("parts", [1, 50])
 def test_travel_noise_grows_with_the_root_of_the_distance(parts: int) -> None:
     metres, noise = 4.0, 0.01
-    rng = np.random.default_rng(1)
-    errors = WheelErrors(travel_noise=noise, firmware_units=False)
+    rng, controller = np.random.default_rng(1), controller_of(travel_noise=noise, firmware_units=False)
     step = round(metres * TICKS_PER_METRE / parts)
     turns = []
     for _ in range(600):
-        odometry = WheelOdometry(errors, Ticks(0, 0), rng)
+        controller.restart()
         for part in range(1, parts + 1):
-            odometry.add(Ticks(step * part, step * part))
-        turns.append(odometry.pose.theta * TRACK)
+            controller.noise[2:] = rng.standard_normal(2)
+            roll(controller, step * part, step * part)
+        turns.append(controller.odometry.theta * TRACK)
     assert np.std(turns) == pytest.approx(noise * sqrt(metres) * sqrt(2.0), rel=0.1)
     assert abs(np.mean(turns)) < 4 * noise * sqrt(metres) * sqrt(2.0) / sqrt(600)

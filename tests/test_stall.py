@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from sim.bench.stall_drives import CASES, drive, scene, sill, sill_outcome, wall
-from sim.firmware import RECOVERY_TIME, STALL_TIME, StallGuard
-from sim.p3dx import MOTOR_TORQUE
+from sim.controller import Controller
+from sim.firmware import MOTOR_TORQUE, RECOVERY_TIME, STALL_TIME
 from sim.plant import SimPlant
 from sim.robot import SimRobot
 from sim.wheels import WHEEL_RADIUS
@@ -17,28 +17,39 @@ from sim.world import GRAVITY
 from slam.assets import asset
 from slam.env.p3dx_env import P3DXEnv
 from slam.odometry import Twist2D
+from slam.scenario.robot_config import RobotConfig
 
 CASTER = 0.211
 """From the axle back to where the caster touches the floor, metres."""
 
 
-def push(guard: StallGuard, steps: int, speeds: tuple[float, float], torques: tuple[float, float]) -> None:
+def controller_at(rate: int) -> Controller:
+    return Controller(RobotConfig(control_rate=rate), rate)
+
+
+def push(controller: Controller, steps: int, speeds: tuple[float, float], torques: tuple[float, float]) -> None:
+    """Let control steps end with these rim speeds, m/s, and torques, in shares of the most that a motor has."""
+    left, right = ((0.0, v / WHEEL_RADIUS, (), MOTOR_TORQUE * t) for v, t in zip(speeds, torques, strict=True))
     for _ in range(steps):
-        guard.watch(speeds, torques, 1.0)
+        controller.look(left, right)
+
+
+def is_engaged(controller: Controller) -> bool:
+    return controller.motors[2] == MOTOR_TORQUE
 
 
 @pytest.mark.parametrize("rate", [10, 60, 240])
 def test_motors_are_cut_after_the_stall_time_and_recover(rate: Any) -> None:
-    guard = StallGuard(rate)
-    push(guard, round(STALL_TIME * rate) - 1, (0.0, 0.0), (1.0, 1.0))
-    assert guard.engaged
-    assert not guard.stalled
-    push(guard, 1, (0.0, 0.0), (1.0, 1.0))
-    assert guard.stalled
-    assert not guard.engaged
-    push(guard, round(RECOVERY_TIME * rate), (0.0, 0.0), (0.0, 0.0))
-    assert guard.stalled
-    assert guard.engaged
+    controller = controller_at(rate)
+    push(controller, round(STALL_TIME * rate) - 1, (0.0, 0.0), (1.0, 1.0))
+    assert is_engaged(controller)
+    assert not controller.stalled
+    push(controller, 1, (0.0, 0.0), (1.0, 1.0))
+    assert controller.stalled
+    assert not is_engaged(controller)
+    push(controller, round(RECOVERY_TIME * rate), (0.0, 0.0), (0.0, 0.0))
+    assert controller.stalled
+    assert is_engaged(controller)
 
 
 @pytest.mark.parametrize(
@@ -53,18 +64,18 @@ def test_motors_are_cut_after_the_stall_time_and_recover(rate: Any) -> None:
     ],
 )
 def test_motors_stall_when_a_wheel_stands_under_load(speeds: Any, torques: Any, stalls: bool) -> None:
-    guard = StallGuard(60)
-    push(guard, 60, speeds, torques)
-    assert guard.stalled == stalls
+    controller = controller_at(60)
+    push(controller, 60, speeds, torques)
+    assert controller.stalled == stalls
 
 
 def test_a_stall_is_over_once_the_motors_have_worked() -> None:
-    guard = StallGuard(60)
-    push(guard, round((STALL_TIME + RECOVERY_TIME) * 60), (0.0, 0.0), (1.0, 1.0))
-    push(guard, 3, (0.0, 0.0), (0.3, 0.3))
-    assert guard.stalled
-    push(guard, round(STALL_TIME * 60), (0.3, 0.3), (0.1, 0.1))
-    assert not guard.stalled
+    controller = controller_at(60)
+    push(controller, round((STALL_TIME + RECOVERY_TIME) * 60), (0.0, 0.0), (1.0, 1.0))
+    push(controller, 3, (0.0, 0.0), (0.3, 0.3))
+    assert controller.stalled
+    push(controller, round(STALL_TIME * 60), (0.3, 0.3), (0.1, 0.1))
+    assert not controller.stalled
 
 
 @pytest.mark.parametrize("case", CASES)

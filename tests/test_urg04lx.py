@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.lidar import SimulatedLidar
-from sim.lidar_noise import measure, quantised
+from sim.lidar_noise import measure
 from sim.rays import ScanMotion
 from sim.world import World
 from slam.lidars import LIDARS, TABLE1, URG04LX
@@ -82,7 +82,7 @@ def test_ranges_in_reach_become_the_nearest_step(name: Any, share: float) -> Non
     model = LIDARS[name]
     lidar = model.lidar
     true = lidar.range_min + share * (lidar.range_max - lidar.range_min)
-    (reported,) = quantised(np.array([true]), model)
+    (reported,) = measure(np.array([true]), 0.0, LidarConfig(model=name, noise="none"), rng())
     steps = (reported - lidar.range_min) / model.resolution
     assert lidar.range_min <= reported <= lidar.range_max
     assert abs(reported - true) <= model.resolution / 2 + 0.51e-6
@@ -91,7 +91,8 @@ def test_ranges_in_reach_become_the_nearest_step(name: Any, share: float) -> Non
 
 def test_table_1_has_1024_steps() -> None:
     lidar = TABLE1.lidar
-    reported = quantised(np.linspace(lidar.range_min, lidar.range_max, 100_000), TABLE1)
+    true = np.linspace(lidar.range_min, lidar.range_max, 100_000)
+    reported = measure(true, 0.0, LidarConfig(model="table1", noise="none"), rng())
     assert len(np.unique(reported.round(9))) == 1025
 
 

@@ -66,7 +66,7 @@ def test_no_ray_of_a_large_batch_is_lost() -> None:
 def test_an_empty_world_has_nothing_to_meet() -> None:
     with World([], rate=240) as world:
         assert ray(world, (0.0, 0.0, 0.3), (10.0, 0.0, 0.3)) == np.inf
-        assert P3dx(world, RobotConfig()).contacts() == []
+        assert P3dx(world, RobotConfig()).near() == ()
 
 
 def test_rays_pass_through_the_robot() -> None:
@@ -76,20 +76,12 @@ def test_rays_pass_through_the_robot() -> None:
         assert ray(world, (0.0, 0.0, 0.15), (10.0, 0.0, 0.15)) == pytest.approx(2.5, abs=1e-4)
 
 
-def test_time_is_counted_in_steps() -> None:
-    with World([], rate=100) as world:
-        for _ in range(30):
-            world.step()
-        assert world.time == 0.3
-
-
 def test_a_closed_world_says_so_and_leaves_later_ones_alone() -> None:
     closed = World([], rate=240)
     closed.close()
     closed.close()
-    with World([], rate=240) as world, pytest.raises(RobotError, match="closed"):
+    with World([], rate=240), pytest.raises(RobotError, match="closed"):
         closed.step()
-    assert world.steps == closed.steps == 0
 
 
 def open_clients() -> int:
@@ -113,7 +105,6 @@ def test_a_world_on_a_server_that_was_used_before_is_empty() -> None:
     World(prisms(BOX), rate=100).close()
     with World([], rate=240) as world:
         assert ray(world, (0.0, 0.5, 0.3), (10.0, 0.5, 0.3)) == np.inf
-        assert world.time == 0.0
 
 
 @pytest.mark.parametrize(("height", "stops"), [(0.02, False), (0.03, True)])
@@ -122,10 +113,10 @@ def test_a_sill_stops_the_robot_from_25_millimetres_on(height: float, stops: boo
         base = P3dx(world, RobotConfig(control_rate=240))
         touched = False
         for _ in range(960):
-            base.command(Twist2D(0.3, 0.0))
+            base.controller.command(Twist2D(0.3, 0.0))
             base.control()
             world.step()
-            touched |= bool(base.contacts())
+            touched |= bool(base.contacts(base.near()))
     assert touched == stops
 
 

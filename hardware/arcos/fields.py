@@ -1,4 +1,4 @@
-"""Little-endian fields one after another, as the reports of a robot have them."""
+"""Little-endian fields in a row, as in the reports of a robot."""
 
 import struct
 from dataclasses import dataclass, field, fields

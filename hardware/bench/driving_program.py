@@ -2,14 +2,17 @@
 
 import os
 import pty
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from signal import SIGCONT, SIGKILL, SIGTERM
 from typing import Final
 
 from slam.closing import Closing
+
+if sys.platform != "linux":
+    raise ImportError("hopslam bench hardware runs on Linux")
 
 OWN_PROGRAM: Final = """
 import sys, threading
@@ -88,7 +91,7 @@ class DrivingProgram(Closing):
 
     def close(self) -> None:
         """End the program, if it still runs, and free its streams."""
-        for number in (SIGCONT, SIGTERM, SIGKILL):
+        for number in (signal.SIGCONT, signal.SIGTERM, signal.SIGKILL):
             if self._process.poll() is None:
                 self.send(number)
         self._process.wait()

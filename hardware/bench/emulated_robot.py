@@ -1,4 +1,4 @@
-"""The drivers and the emulated devices in one process, for the benchmarks to measure, and the load of them."""
+"""The drivers and the emulated devices in one process, for benchmarks, and the measurement of their load."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -12,7 +12,7 @@ import numpy as np
 
 from hardware.emulator.emulator import Emulator, emulated_lidar
 from hardware.emulator.p3dx import FACTORY_CONFIG
-from hardware.emulator.ports import PtyPort
+from hardware.emulator.ports import pseudo_terminal
 from hardware.robot import HardwareRobot
 from slam.errors import RobotTimeout
 from slam.odometry import Twist2D
@@ -85,7 +85,7 @@ def emulated_devices(
     """
     config = replace(FACTORY_CONFIG, watchdog=watchdog)
     with TemporaryDirectory(prefix="hopslam-") as links:
-        ports = PtyPort(Path(links) / "p3dx"), PtyPort(Path(links) / "lidar")
+        ports = pseudo_terminal(Path(links) / "p3dx"), pseudo_terminal(Path(links) / "lidar")
         yield Emulator(
             make_plant(plant, scenario), *ports, seed=scenario.seed, robot_config=config, lidar=emulated_lidar(scenario)
         )

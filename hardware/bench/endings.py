@@ -1,11 +1,13 @@
-"""Benchmark of endings: how soon a robot is told to stop, and stands, when its program ends or is suspended."""
+"""Benchmark of endings: time until a robot is told to stop, and stops, after its program ends or is suspended."""
 
 import resource
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from operator import methodcaller
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -15,6 +17,9 @@ from hardware.bench.emulated_robot import FORWARD, emulated_devices, seconds_unt
 from hardware.emulator.emulator import Emulator
 from slam.errors import RobotError
 from slam.scenario.file import load_scenario
+
+if sys.platform != "linux":
+    raise ImportError("hopslam bench hardware runs on Linux")
 
 _STANDING: Final = 0.01
 """Speed below which a robot counts as at rest, m/s."""
@@ -63,11 +68,9 @@ def _suspend_and_resume(program: DrivingProgram) -> None:
     threading.Timer(_WATCHED / 3.0, program.send, [signal.SIGCONT]).start()
 
 
-ENDINGS: Final = (
-    *(
-        Ending(name, lambda program, name=name: program.send(getattr(signal, name)))  # type: ignore[misc]
-        for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGUSR1")
-    ),
+_SIGNALS: Final = signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP, signal.SIGUSR1
+ENDINGS: Final[tuple[Ending, ...]] = (
+    *(Ending(number.name, methodcaller("send", number)) for number in _SIGNALS),
     Ending("SIGTSTP, then SIGCONT", _suspend_and_resume),
     Ending("terminal closed", DrivingProgram.close_terminal, on_terminal=True),
     Ending("reader of the output ended", DrivingProgram.close_output),

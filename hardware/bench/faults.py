@@ -1,7 +1,8 @@
-"""Benchmark of faults: how soon the robot stands, which reason it names, and whether the cure brings it back."""
+"""Benchmark of faults: time until the robot stops, the reason that is given, and the recovery after the fault."""
 
 import os
 import signal
+import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,6 +15,9 @@ from hardware.emulator.motor_controller import MotorController
 from hardware.robot import HardwareRobot
 from slam.scenario.file import load_scenario
 from slam.scenario.schema import Scenario
+
+if sys.platform != "linux":
+    raise ImportError("hopslam bench hardware runs on Linux")
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +34,7 @@ class FaultResult:
     """Seconds from the end of the fault to the next motion."""
 
 
-FAULTS: Final = {
+FAULTS: Final[dict[str, tuple[str, str]]] = {
     "lidar unplugged, plugged in": ("lidar", "unplug"),
     "lidar stalls for 3 s": ("lidar", "stall"),
     "lidar dead, alive": ("lidar", "dead"),
@@ -38,7 +42,7 @@ FAULTS: Final = {
     "motors switched off, on": ("robot", "motors-off"),
 }
 """Faults during which commands still reach the robot, or somebody touches it: device and kind by name."""
-CUT_OFF: Final = {
+CUT_OFF: Final[dict[str, tuple[str, str]]] = {
     "robot unplugged, plugged in": ("robot", "unplug"),
     "robot stalls for 3 s": ("robot", "stall"),
 }

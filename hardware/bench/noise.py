@@ -1,4 +1,4 @@
-"""Benchmark of noise: the messages that get through a noisy wire, and those of them that are wrong."""
+"""Benchmark of noise: the messages that get through a noisy wire, and the wrong ones among them."""
 
 from collections.abc import Callable, Iterator
 from contextlib import suppress

@@ -1,4 +1,4 @@
-"""A policy, and the environment that it is made for."""
+"""Policies, each with its environment."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, Final, Protocol, cast

@@ -1,4 +1,4 @@
-"""Benchmark policy: the same policy in a batch, alone without forces, in PyBullet, and on emulated devices."""
+"""Scores of one policy in a batch, in the kinematic simulator, in PyBullet, and on emulated devices."""
 
 from contextlib import closing
 from dataclasses import dataclass

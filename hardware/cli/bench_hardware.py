@@ -55,10 +55,14 @@ def bench_hardware(
     hopslam bench hardware env --set seed=3
     """
     import os
+    import sys
 
     from slam.console.result_table import ResultTable
     from slam.console.terminal import Terminal
+    from slam.errors import InputError
 
+    if sys.platform != "linux":
+        raise InputError("hopslam bench hardware ends programs by what only Linux has; run it there")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     console = Terminal()
     from hardware.bench import report

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
@@ -15,6 +16,10 @@ if TYPE_CHECKING:
     from slam.console.terminal import Terminal
     from slam.lidars import LidarName
     from slam.scan import LaserScan
+
+_DMESG: Final = "the last lines of: sudo dmesg"
+_SYSTEM_LOGS: Final = {"win32": "Ports in the Device Manager", "darwin": "USB in System Information"}
+"""Where a system that is not Linux lists what was plugged in."""
 
 
 def doctor(
@@ -66,7 +71,7 @@ def _ports_to_examine(every_port: bool, console: Terminal) -> list[str]:
 
     listed = listed_ports()
     if not listed:
-        console.print("no serial ports; plug a device in, and look at the last lines of: sudo dmesg")
+        console.print(f"no serial ports; plug a device in, and look at {_SYSTEM_LOGS.get(sys.platform, _DMESG)}")
     chosen = [port for port in listed if port.likely or every_port]
     for port in listed:
         if port not in chosen:

@@ -1,4 +1,4 @@
-"""Examines serial ports: which device answers there, what it says of itself, and what keeps it from driving."""
+"""Examines serial ports: which device answers, its description, and reasons why it cannot be used."""
 
 from hardware.doctor.finding import Finding
 from hardware.doctor.ld_lidar import examine_ld_lidar

@@ -1,4 +1,4 @@
-"""A lidar that speaks SCIP: what it is, its state, and one scan."""
+"""Examines a lidar that speaks SCIP: its model, its state, and one scan."""
 
 import threading
 from contextlib import closing, suppress

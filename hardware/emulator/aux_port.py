@@ -1,4 +1,4 @@
-"""An auxiliary serial port of the emulated P3-DX, with a device there or none."""
+"""An auxiliary serial port of the emulated P3-DX, with or without a device."""
 
 from typing import Final
 

@@ -1,7 +1,7 @@
 """Both emulated devices in real time, on a thread of their own."""
 
-import os
 import select
+import socket
 import threading
 import time
 from collections import deque
@@ -15,7 +15,7 @@ import numpy as np
 from hardware.arcos.config_packet import ArcosConfig
 from hardware.emulator.p3dx import FACTORY_CONFIG, EmulatedP3dx
 from hardware.emulator.plant import Plant
-from hardware.emulator.ports import Port, PtyPort
+from hardware.emulator.ports import Port, pseudo_terminal
 from hardware.emulator.serial_line import ConnectedDevice, EmulatedLidar, LineNoise
 from hardware.emulator.urg04lx import EmulatedUrg04lx
 from hardware.lidars.models import LIDAR_DEVICES, lidar_emulator
@@ -93,13 +93,14 @@ class Emulator(Closing):
         self.p3dx = EmulatedP3dx(plant, now, robot_config)
         self._model = lidar
         self.scanner: EmulatedLidar = lidar_emulator(lidar)(plant, now, drift, paced)
-        self.robot = ConnectedDevice(self.p3dx, robot_port or PtyPort(), True, 2 * seed, noise, wire)
-        self.lidar = ConnectedDevice(self.scanner, lidar_port or PtyPort(), not lidar_on_usb, 2 * seed + 1, noise, wire)
+        robot_port, lidar_port = robot_port or pseudo_terminal(), lidar_port or pseudo_terminal()
+        self.robot = ConnectedDevice(self.p3dx, robot_port, True, 2 * seed, noise, wire)
+        self.lidar = ConnectedDevice(self.scanner, lidar_port, not lidar_on_usb, 2 * seed + 1, noise, wire)
         self._devices = (self.robot, self.lidar)
         self._calls: deque[Callable[[], object]] = deque()
         self._schedule: list[tuple[float, Callable[[], object]]] = []
         self._began = now
-        self._wake_read, self._wake_write = os.pipe()
+        self._wake, self._waker = socket.socketpair()
         self._stopping = False
         self._lag = 0.0
         self._thread = threading.Thread(target=self._serve, name="emulator", daemon=True)
@@ -144,17 +145,17 @@ class Emulator(Closing):
         """Make the thread call this between two of its actions, and return the result."""
         result: Future[_T] = Future()
         self._calls.append(lambda: result.set_result(call()))
-        os.write(self._wake_write, b"!")
+        self._waker.send(b"!")
         return result.result()
 
     def close(self) -> None:
         """Stop the thread, and unplug both ports."""
         if self._thread.is_alive():
             self._stopping = True
-            os.write(self._wake_write, b"!")
+            self._waker.send(b"!")
             self._thread.join()
-            os.close(self._wake_read)
-            os.close(self._wake_write)
+            self._wake.close()
+            self._waker.close()
 
     def _state(self) -> EmulatorState:
         bearings, ranges = self.scanner.sweep
@@ -193,6 +194,6 @@ class Emulator(Closing):
         times = [connected.wake for connected in self._devices] + [at for at, _ in self._schedule[-1:]]
         timeout = min(max(0.0, min(times) - self.now), _LONGEST_WAIT)
         filenos = [fileno for connected in self._devices for fileno in connected.filenos(self.now)]
-        ready, _, _ = select.select([*filenos, self._wake_read], [], [], timeout)
-        if self._wake_read in ready:
-            os.read(self._wake_read, 64)
+        ready, _, _ = select.select([*filenos, self._wake.fileno()], [], [], timeout)
+        if self._wake.fileno() in ready:
+            self._wake.recv(64)

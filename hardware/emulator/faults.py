@@ -1,4 +1,4 @@
-"""Faults of emulated devices, also by the clock: ``lidar:unplug@10+5`` pulls the lidar's plug after 10 s, for 5 s."""
+"""Faults of emulated devices, on a schedule: ``lidar:unplug@10+5`` unplugs the lidar after 10 s, for 5 s."""
 
 from __future__ import annotations
 

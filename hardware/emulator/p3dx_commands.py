@@ -1,4 +1,4 @@
-"""The commands of an open, emulated P3-DX: what each does, and where that is written down."""
+"""The commands of an open, emulated P3-DX: the action of each, and the source for it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

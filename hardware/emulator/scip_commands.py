@@ -1,4 +1,4 @@
-"""The commands of an emulated URG-04LX in SCIP 2.0, but for those that measure: what each does, and its evidence."""
+"""The commands of an emulated URG-04LX in SCIP 2.0 that do not measure: the action of each, and its source."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -15,7 +15,7 @@ from hardware.emulator.emulator import Emulator, EmulatorState, device_name
 from hardware.emulator.faults import TimedFault
 from hardware.emulator.p3dx import FACTORY_CONFIG
 from hardware.emulator.plant import Plant
-from hardware.emulator.ports import Port, PtyPort, TcpPort
+from hardware.emulator.ports import Port, TcpPort, pseudo_terminal
 from hardware.emulator.serial_line import LineNoise
 from hardware.wire.session import WireSession
 from slam.errors import InputError
@@ -95,10 +95,10 @@ def _ports(link_dir: Path | None, tcp: bool, lidar: str) -> tuple[Port, Port]:
     if tcp:
         return TcpPort(), TcpPort()
     if link_dir is None:
-        return PtyPort(), PtyPort()
+        return pseudo_terminal(), pseudo_terminal()
     try:
         link_dir.mkdir(parents=True, exist_ok=True)
-        return PtyPort(link_dir / "p3dx"), PtyPort(link_dir / lidar)
+        return pseudo_terminal(link_dir / "p3dx"), pseudo_terminal(link_dir / lidar)
     except OSError as error:
         raise InputError(f"{link_dir}: cannot hold the links to the devices: {error.strerror}") from error
 

@@ -1,4 +1,4 @@
-"""The emulated robot on topics: what its devices measure, as they have it themselves."""
+"""Topics of the emulated robot: its devices' own measurements."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""The emulated URG-04LX: SCIP 1.1 when it gets power, SCIP 2.0 when asked, one answer a turn."""
+"""The emulated URG-04LX: SCIP 1.1 at power-up, SCIP 2.0 on request, one answer per turn."""
 
 from collections import deque
 from dataclasses import dataclass, replace

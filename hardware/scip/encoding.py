@@ -1,7 +1,7 @@
 """SCIP's digits of six bits, each plus 0x30: numbers in base 64, and the sum that ends a line of SCIP 2.0.
 
-Every character of a line counts in its sum: in lines of data the semicolon is the digit 11. Only the semicolon that
-ends a ``KEY:value;`` line of VV, PP and II is left out.
+The sum includes every character of a line: in lines of data the semicolon is the digit 11. Only the semicolon at the
+end of a ``KEY:value;`` line of VV, PP and II is left out.
 """
 
 from typing import Final

@@ -1,4 +1,4 @@
-"""Framing: the sensor's stream is cut into answers, which an empty line ends, and the client's into commands."""
+"""Framing: cuts the sensor's stream into answers, which end with an empty line, and the client's into commands."""
 
 from typing import Final
 

@@ -1,10 +1,10 @@
-"""Scans with damaged lines, of which the other lines are kept.
+"""Recovers the undamaged lines of scans with damaged lines.
 
-The sum of a line has six bits. One damaged byte always changes it, or is no digit. Two are missed once in a thousand
-where any byte may become any other, and once in thirty where one bit turns over. So how many lines may be believed
-depends on how noisy the wire is, which the damage that is seen tells: where it hit more than an eighth of the lines,
-nothing is kept. Damage also comes in runs, whose ends reach into the next line by a byte or two: beside a damaged line
-none is believed. What gets through is measured by ``hopslam bench hardware noise``.
+The sum of a line has six bits. It always detects one damaged byte. Two damaged bytes are missed once in a thousand if
+any byte may become any other, and once in thirty if one bit flips. So lines can be trusted only if the wire is not too
+noisy: if more than an eighth of the lines is damaged, nothing is kept. Damage also comes in runs, whose ends reach into
+the next line by a byte or two: the neighbours of a damaged line are dropped. ``hopslam bench hardware noise`` measures
+the wrong ranges that remain.
 """
 
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Ranges on the wire: a time stamp, and whole millimetres of which those below 20 name errors."""
+"""Ranges on the wire: a time stamp, and whole millimetres, where values below 20 are error codes."""
 
 from dataclasses import dataclass
 from typing import Final

@@ -25,7 +25,7 @@ _SPECIAL: Final = {
     ("CR", "02"): "the speed is out of range",
     ("CR", "03"): "the motor turned at that speed already",
     ("CR", "04"): "the speed is not supported",
-    ("HS", "01"): "no such sensitivity",
+    ("HS", "01"): "unknown sensitivity",
     ("HS", "02"): "the sensitivity was that already",
     ("HS", "03"): "this firmware has one sensitivity",
     ("TM", "01"): "no such control code",

@@ -1,4 +1,4 @@
-"""A wire recording in words: a line for each message of ARCOS, SCIP and LDROBOT, and for bytes that are none."""
+"""A wire recording in words: a line for each message of ARCOS, SCIP and LDROBOT, and for undecodable bytes."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import suppress

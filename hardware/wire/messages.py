@@ -1,4 +1,4 @@
-"""Cuts one direction of a recorded port into messages, whatever they are, and loses no byte."""
+"""Cuts one direction of a recorded port into messages of any protocol, without losing a byte."""
 
 import re
 from collections.abc import Iterator

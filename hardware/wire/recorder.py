@@ -1,4 +1,4 @@
-"""Keeps what passes over the ports in a file that only grows, and never lets a driver wait for the disk."""
+"""Records the traffic on the ports in a file, without delaying a driver when the disk is slow."""
 
 import logging
 import os
@@ -13,6 +13,8 @@ from hardware.wire.events import HEADER, Kind, WireEvent
 from slam.closing import Closing
 from slam.errors import InputError
 
+_APPEND: Final = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
+"""Windows has the last one, without which it writes other line ends."""
 _LOG: Final = logging.getLogger("hopslam.wire")
 _PERIOD: Final = 0.1
 """Seconds between two writes: the most that a killed program can lose."""
@@ -30,7 +32,7 @@ class WireRecorder(Closing):
         self._path = path
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
         try:
-            self._file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+            self._file = os.open(path, _APPEND, 0o644)
             self._write(f"{HEADER}: seconds of a monotonic clock; {time.monotonic():.6f} was {now}\n")
         except OSError as error:
             raise InputError(

@@ -1,4 +1,4 @@
-"""Messages of ARCOS in words; a few of them have a meaning that those before decide."""
+"""Describes messages of ARCOS; the meaning of a few depends on those before them."""
 
 from collections.abc import Iterator
 from contextlib import suppress

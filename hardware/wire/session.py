@@ -1,4 +1,4 @@
-"""The wire of one session: recorded where that is wanted, and recordings that stand for devices, each played once."""
+"""The wire of one session: the recorder, and the recordings that replace devices, each played once."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A wire recording as a device: it says again what the recorded device said, as an open port of pyserial would."""
+"""A wire recording as a device: it repeats what the recorded device sent, with the interface of a pyserial port."""
 
 import threading
 import time

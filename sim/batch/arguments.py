@@ -1,4 +1,4 @@
-"""Checks of what callers give to a batch: InputError is a line that names what is wrong."""
+"""Checks of the arguments of a batch; InputError is one line that names the fault."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -1,6 +1,5 @@
 """Many kinematic robots as one gymnasium vector environment."""
 
-import os
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -26,6 +25,7 @@ from slam.errors import InputError, RobotError
 from slam.pose import FloatArray
 from slam.run.gym_arrays import action_space
 from slam.scenario.schema import Scenario
+from slam.system import usable_cores
 
 ObservationDict = dict[str, NDArray[Any]]
 
@@ -87,7 +87,7 @@ class BatchEnv(VectorEnv[ObservationDict, NDArray[np.float32], NDArray[Any]]):
         self.single_observation_space, self.single_action_space = spaces, action_space()
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._threads = min(threads or len(os.sched_getaffinity(0)), num_envs)
+        self._threads = min(threads or usable_cores(), num_envs)
         self._pool = ThreadPoolExecutor(self._threads) if self._threads > 1 else None
         self._slam = SlamViews(self.config, scenarios, self._timing, self._threads) if slam else None
         self._over = np.ones(num_envs, np.bool_)

@@ -1,4 +1,4 @@
-"""The lidars of a batch, compiled: the beams of a turn, what they meet, and what the robot's view shows of it."""
+"""The lidars of a batch, compiled: the beams of a turn, their ranges, and the robot's view of them."""
 
 from math import cos, sin
 from typing import Any, NamedTuple

@@ -1,4 +1,4 @@
-"""Readings of a lidar from true ranges, as ``sim/lidar_noise.py`` makes them, from a robot's own random numbers."""
+"""Readings of a lidar from true ranges, as in ``sim/lidar_noise.py``, with a robot's own random numbers."""
 
 from typing import Any
 

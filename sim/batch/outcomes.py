@@ -1,4 +1,4 @@
-"""Rewards, ends and ``info`` of a batch, from what its robots saw and got in a step."""
+"""Rewards, ends and ``info`` of a batch, from the results of a step."""
 
 from typing import Any, Final
 

@@ -1,4 +1,4 @@
-"""N robots, and what they see and get in a step, as arrays. SI units, radians."""
+"""State, views and rewards of N robots, as arrays. SI units, radians."""
 
 from typing import Any, NamedTuple
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.batch.worlds import Timing, Worlds
-from sim.plan.records import BASE
+from sim.records import BASE
 from slam.compiled import compiled
 from slam.pose import FloatArray
 

@@ -1,6 +1,5 @@
-"""SLAM for the robots of a batch, in processes of their own: each robot has the episode that it would have alone."""
+"""SLAM for the robots of a batch, in separate processes; the results are those of single robots."""
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -23,6 +22,7 @@ from slam.run.warm_up import warm_up
 from slam.scan import LaserScan
 from slam.scenario.schema import Scenario
 from slam.sweep.process_pool import ONE_THREAD, environment, main_module_hidden
+from slam.system import leave_terminal
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -75,7 +75,7 @@ class SlamPool(Closing):
 
     def __init__(self, processes: int, task: SlamTask) -> None:
         warm_up(Terminal(stderr=True), task.scenarios[0].slam)
-        self._pipes: list[Connection] = []
+        self._pipes: list[Any] = []  # of a class that depends on the system
         self._processes = []
         context = get_context("spawn")
         for _ in range(processes):
@@ -96,7 +96,7 @@ class SlamPool(Closing):
                 pipe.send(share)
             answers = [pipe.recv() for pipe in self._pipes]
         except (EOFError, OSError) as error:
-            raise RobotError("a process that ran SLAM for the batch has ended; make the environment anew") from error
+            raise RobotError("a process that ran SLAM for the batch has ended; make a new environment") from error
         for answer in answers:
             if isinstance(answer, HopslamError):
                 raise answer
@@ -112,7 +112,7 @@ class SlamPool(Closing):
 
 def _serve(pipe: Connection, task: SlamTask) -> None:
     """Run the episodes of some robots until the pipe is closed."""
-    os.setsid()  # Ctrl-C is for the program that made the batch
+    leave_terminal()
     episodes: dict[int, Episode] = {}
     while True:
         try:

@@ -1,4 +1,4 @@
-"""SLAM's views for the robots of a batch, and its part of ``info`` and of the ends, as arrays of all robots."""
+"""SLAM's views for the robots of a batch, with its keys of ``info`` and its ends, as arrays of all robots."""
 
 from collections.abc import Iterator, Sequence
 

@@ -1,4 +1,4 @@
-"""One step of many robots, compiled: drive until the next scan, take it, and look how far the route is done."""
+"""One step of many robots, compiled: drive until the next scan, take it, and update the progress on the route."""
 
 from math import atan2, cos, hypot, sin
 from typing import Any
@@ -10,9 +10,10 @@ from sim.batch.grid import crop, mark_ranges
 from sim.batch.lidar import Turn, take_scan
 from sim.batch.robots import Robots, Scratch, Seen, make_scratch
 from sim.batch.worlds import Timing, Worlds
+from sim.dead_reckoning import reported_pose, take_mean_twist
+from sim.firmware import command
 from sim.plan.advance import advance, walk
-from sim.plan.base import command, put_down
-from sim.plan.reports import reported_pose, take_mean_twist
+from sim.plan.base import put_down
 from sim.random_stream import GOLDEN, mixed, stream_of
 from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.pose import FloatArray

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from sim.crowd import Crowd, crowd_of
 from sim.gait import LEG_HEIGHT
 from sim.plan.footprint import RADIUS
-from sim.plan.records import model_of
+from sim.records import model_of
 from sim.wall_plan import WallPlan, wall_plan
 from slam.env.config import EnvConfig
 from slam.env.occupancy_grid import Extent

@@ -1,7 +1,6 @@
 """Speed and memory of the learning environments: physics, the kinematic model alone, and batches of it."""
 
 from collections.abc import Callable, Sequence
-from os import sched_getaffinity
 from time import perf_counter, process_time, thread_time
 from typing import Any, Final
 
@@ -14,6 +13,7 @@ from sim.bench.speed import corridor
 from slam.console.result_table import ResultTable
 from slam.console.terminal import Terminal
 from slam.env.p3dx_env import P3DXEnv
+from slam.system import usable_cores
 
 ROUNDS: Final = 7
 """Rounds of a measurement, of which the fastest counts."""
@@ -75,7 +75,7 @@ def _views(size: int, seconds: float) -> ResultTable:
 
 def _threads(size: int, seconds: float) -> ResultTable:
     """Measure several numbers of threads in turn, so that other load on the machine affects all of them alike."""
-    counts = [n for n in (1, 2, 4, 8) if n <= min(len(sched_getaffinity(0)), size)]
+    counts = [n for n in (1, 2, 4, 8) if n <= min(usable_cores(), size)]
     rounds = [[_thread_times(_batch(size, threads=n), size, seconds) for n in counts] for _ in range(THREAD_ROUNDS)]
     best = [min(of_count) for of_count in zip(*rounds, strict=True)]
     rows = [
@@ -102,14 +102,14 @@ def _slam(sizes: Sequence[int]) -> ResultTable:
         taken = (perf_counter() - began) / SLAM_STEPS / size
         envs.close()
         rows.append((str(size), f"{1.0 / taken:.0f}", f"{1e3 * taken:.2f}"))
-    notes = f"By the clock on the wall, on {len(sched_getaffinity(0))} cores, each with a process of its own."
+    notes = f"By the clock on the wall, on {usable_cores()} cores, each with a process of its own."
     return ResultTable("A batch with SLAM", ("robots", "steps/s", "ms\na step"), rows, notes)
 
 
 def _thread_times(envs: Any, size: int, seconds: float) -> tuple[float, float, float]:
     """Return the wall time, the CPU time of all threads and of this thread for one step of all robots.
 
-    Closes the environment.
+    It closes the environment.
     """
     actions = np.tile(ACTION, (size, 1))
     envs.reset(seed=0)

@@ -1,12 +1,11 @@
 """Growth of memory over a long life of a process."""
 
-import resource
-import sys
 from dataclasses import dataclass
 
 from sim.robot import SimRobot
 from slam.odometry import Twist2D
 from slam.scenario.schema import Scenario
+from slam.system import peak_memory
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,12 +17,6 @@ class MemoryGrowth:
     robots: int
     of_one_robot: float
     of_many_robots: float
-
-
-def peak_memory() -> float:
-    """Return the peak memory of this process, megabytes."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak / (1e6 if sys.platform == "darwin" else 1e3)  # macOS counts bytes, Linux kB
 
 
 def memory_growth(scenario: Scenario, resets: int, scans_each: int, robots: int) -> MemoryGrowth:
@@ -39,10 +32,11 @@ def memory_growth(scenario: Scenario, resets: int, scans_each: int, robots: int)
             for _ in range(scans_each):
                 robot.drive(Twist2D(0.5, 0.1))
                 robot.observe()
-    one = peak_memory() - begun
+    one = 1e-6 * (peak_memory() - begun)
     for seed in range(robots):
         if seed == robots // 100:
             begun = peak_memory()
         with SimRobot(scenario, seed) as robot:
             robot.observe()
-    return MemoryGrowth(resets, resets * scans_each * scenario.clock.steps_per_scan, robots, one, peak_memory() - begun)
+    many = 1e-6 * (peak_memory() - begun)
+    return MemoryGrowth(resets, resets * scans_each * scenario.clock.steps_per_scan, robots, one, many)

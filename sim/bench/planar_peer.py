@@ -1,4 +1,4 @@
-"""ir-sim, another simulator of robots in the plane, in the same world and with as many beams: a yardstick of speed."""
+"""ir-sim, another planar robot simulator, in the same world with the same number of beams, as a reference for speed."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,7 +18,7 @@ class PlanarPeer:
         irsim = import_optional("irsim", "bench")
         with TemporaryDirectory(prefix="hopslam-") as folder:
             path = Path(folder) / "world.yaml"
-            path.write_text(yaml.safe_dump(_world(scenario)))
+            path.write_text(yaml.safe_dump(_world(scenario)), encoding="utf-8")
             self._env = irsim.make(str(path), headless=True, log_level="ERROR", seed=0)
 
     def reset(self, seed: int) -> None:

@@ -1,4 +1,4 @@
-"""A base that cannot go on: driven against people, walls and sills for seconds on end."""
+"""Drives of a blocked base: against people, walls and sills for several seconds."""
 
 from dataclasses import dataclass
 from math import cos, radians, sin

@@ -3,8 +3,9 @@
 from typing import Any
 
 from sim.crowd import Crowd
+from sim.firmware import control
 from sim.gait import walk_all
-from sim.plan.base import control, move
+from sim.plan.base import move
 from sim.wall_plan import WallPlan
 from slam.compiled import compiled_on_views
 from slam.pose import FloatArray

@@ -1,6 +1,6 @@
-"""The base of a P3-DX as one compiled step: ramps, limits, watchdog, wheels, encoders, odometry, contact and stall.
+"""The base of a P3-DX in the plane, compiled: how far its motors move it in one control step, and what it meets.
 
-``base`` is a record of the type BASE, ``model`` one of the type MODEL: sim/plan/records.py. SI units, radians.
+``base`` is a record of the type BASE, ``model`` one of the type MODEL: sim/records.py. SI units, radians.
 """
 
 from math import cos, sin
@@ -9,12 +9,13 @@ from typing import Any, Final
 import numpy as np
 
 from sim.bumpers import TOUCH, bumper_segment
-from sim.firmware import DRAG_TORQUE, MOTOR_TORQUE, STANDING, ramped
+from sim.dead_reckoning import Noise, reckon
+from sim.firmware import DRAG_TORQUE, MOTOR_TORQUE, STANDING, switch_on, watch, wheel_speeds
 from sim.plan.footprint import deepest_overlap
 from sim.plan.motors import missing_speeds, rims_after
 from sim.random_stream import normal
 from sim.wall_plan import WallPlan, cell_near
-from sim.wheels import TICKS_PER_RADIAN, TRACK, WHEEL_RADIUS
+from sim.wheels import TRACK, WHEEL_RADIUS
 from slam.compiled import compiled_on_views, wrapped
 from slam.pose import FloatArray
 
@@ -25,30 +26,9 @@ HALVINGS: Final = 5
 @compiled_on_views
 def put_down(base: Any, x: float, y: float, theta: float, stream: np.uint64) -> None:
     """Place the robot at a pose, as if just switched on."""
+    switch_on(base)
     base.x, base.y, base.theta, base.stream = x, y, theta, stream
-    base.v = base.omega = base.target_v = base.target_omega = base.left = base.right = 0.0
-    base.rim_left = base.rim_right = base.odom_x = base.odom_y = base.odom_theta = base.way_left = base.way_right = 0.0
-    base.awake = base.ticks_left = base.ticks_right = 0
-    base.in_vain = base.in_order = base.cut_for = base.stalled = base.collided = base.pressed = 0
-
-
-@compiled_on_views
-def command(base: Any, model: Any, v: float, omega: float) -> None:
-    """Command a velocity, which is clipped to the limits."""
-    base.target_v = min(max(v, -model.linear), model.linear)
-    base.target_omega = min(max(omega, -model.angular), model.angular)
-    base.awake = model.watchdog
-
-
-@compiled_on_views
-def control(base: Any, model: Any) -> None:
-    """Run one control step of the firmware: watchdog and ramps."""
-    if base.awake <= 0:
-        base.target_v = base.target_omega = 0.0
-    base.awake -= 1
-    if base.cut_for == 0:
-        base.v = ramped(base.v, base.target_v, model.rise, model.fall)
-        base.omega = ramped(base.omega, base.target_omega, model.turn, model.turn)
+    base.collided = base.pressed = 0
 
 
 @compiled_on_views
@@ -58,20 +38,17 @@ def move(base: Any, model: Any, obstacles: WallPlan, world: int, legs: FloatArra
     A motion that would end deeper in a wall or a leg than it begins is made in part; for the rest of the step the
     wheels are at rest, or spin if the floor is too slippery to stall them.
     """
-    left = (base.v - 0.5 * base.omega * model.track) / model.left_radius
-    right = (base.v + 0.5 * base.omega * model.track) / model.right_radius
-    way_left, way_right = _roll(
-        base, model, WHEEL_RADIUS * (model.same * left + model.other * right),
-        WHEEL_RADIUS * (model.other * left + model.same * right),
-    )  # fmt: skip
+    left, right = wheel_speeds(base, model)
+    way_left, way_right = _roll(base, model, WHEEL_RADIUS * left, WHEEL_RADIUS * right)
     moved = _drive(base, model, way_left, way_right, obstacles, world, legs, radii)
     turned = 1.0 if model.spins else moved
     base.rim_left *= turned
     base.rim_right *= turned
     base.left += turned * way_left / WHEEL_RADIUS
     base.right += turned * way_right / WHEEL_RADIUS
-    _watch(base, model, moved < 1.0)
-    _reckon(base, model)
+    stands = abs(base.rim_left) <= STANDING and abs(base.rim_right) <= STANDING
+    watch(base, model, moved < 1.0 and stands)
+    reckon(base, model, _noise(base, model))
 
 
 @compiled_on_views
@@ -138,43 +115,8 @@ def _moved(base: Any, model: Any, left: float, right: float) -> tuple[float, flo
 
 
 @compiled_on_views
-def _watch(base: Any, model: Any, blocked: bool) -> None:
-    """Account for one control step as ``StallGuard.watch`` does."""
-    if base.cut_for > 0:
-        base.cut_for -= 1
-        if base.cut_for == 0:
-            base.v = base.omega = 0.0
-        return
-    in_vain = blocked and abs(base.rim_left) <= STANDING and abs(base.rim_right) <= STANDING
-    base.in_vain, base.in_order = (base.in_vain + 1, 0) if in_vain else (0, base.in_order + 1)
-    if base.in_vain >= model.patience:
-        base.stalled, base.in_vain, base.cut_for = 1, 0, model.rest
-        base.v = base.omega = 0.0
-    elif base.in_order >= model.patience:
-        base.stalled = 0
-
-
-@compiled_on_views
-def _reckon(base: Any, model: Any) -> None:
-    """Read the encoders, and add the motion since the last reading to the odometry: ``WheelOdometry.add``."""
-    det = model.same * model.same - model.other * model.other  # as in TractionModel.to_robot
-    left = np.rint((model.same * base.left - model.other * base.right) / det * TICKS_PER_RADIAN)
-    right = np.rint((model.same * base.right - model.other * base.left) / det * TICKS_PER_RADIAN)
-    if model.encoder_noise > 0.0:
-        left += np.rint(model.encoder_noise * normal(base))
-        right += np.rint(model.encoder_noise * normal(base))
-    way_left = _travel(base, left - base.ticks_left, model.left_radius, model.travel_noise)
-    way_right = _travel(base, right - base.ticks_right, model.right_radius, model.travel_noise)
-    base.odom_x, base.odom_y, base.odom_theta = arc(
-        base.odom_x, base.odom_y, base.odom_theta, 0.5 * (way_left + way_right), (way_right - way_left) / model.track
-    )
-    base.way_left += way_left
-    base.way_right += way_right
-    base.ticks_left, base.ticks_right = int(left), int(right)
-
-
-@compiled_on_views
-def _travel(base: Any, ticks: float, radius: float, noise: float) -> float:
-    """Return the metres that a wheel with this assumed radius rolled: ``WheelOdometry._travel``."""
-    distance = ticks / TICKS_PER_RADIAN * radius
-    return float(distance + noise * np.sqrt(abs(distance)) * normal(base)) if noise > 0.0 else float(distance)
+def _noise(base: Any, model: Any) -> Noise:
+    """Draw the random numbers for the errors of the wheels; 0 without such errors."""
+    left, right = (normal(base), normal(base)) if model.encoder_noise > 0.0 else (0.0, 0.0)
+    left_slip, right_slip = (normal(base), normal(base)) if model.travel_noise > 0.0 else (0.0, 0.0)
+    return left, right, left_slip, right_slip

@@ -1,4 +1,4 @@
-"""The two motors of the P3-DX, which turn its wheels as fast as told within their torque. SI units.
+"""The two motors of the P3-DX, which turn its wheels at the commanded speeds within their torque. SI units.
 
 The centre of mass is d behind the axle, m is the mass, I the inertia about the middle of the axle, b the track. Rims
 that push with F_l and F_r give

@@ -1,4 +1,4 @@
-"""Floor plans of four families for the line bench, and where beams meet walls: corridor, clutter, office, room.
+"""Floor plans of four families for the line benchmark, with beam casting: corridor, clutter, office, room.
 
 A plan is an array of walls (W, 2, 2), each [[x0, y0], [x1, y1]] in metres. The sensor stands at the origin, and two
 walls that touch are never parts of one straight line.

@@ -91,7 +91,7 @@ def _match(overlap: FloatArray) -> tuple[IntArray, IntArray]:
 def _common_lengths(walls: VisibleWalls, segments: Segments) -> tuple[FloatArray, FloatArray]:
     """Return the overlap of each segment and wall, projected onto the wall, and the length of their union, metres.
 
-    (W, M).
+    The arrays have shape (W, M).
     """
     along = walls.end - walls.start
     along = along / np.maximum(walls.lengths, 1e-12)[:, None]

@@ -1,4 +1,4 @@
-"""``hopslam bench localize``: a run makes a map, then robots are set down in it, and moved without being told."""
+"""``hopslam bench localize``: a run makes a map, then robots are placed in it, and carried to another place."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

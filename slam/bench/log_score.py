@@ -1,4 +1,4 @@
-"""Score of line extractors on a recorded log, where no truth is known: how many beams their segments explain."""
+"""Score of line extractors on a recorded log without ground truth: the share of beams that segments explain."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ def score_log(log: Log, extractors: Sequence[LineExtractor], advance: Callable[[
 def distances_to_segments(points: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
     """Return the metres from each point (N, 2) to the nearest of the segments (M, 2, 2), shape (N,).
 
-    ``inf`` without any.
+    The distance is ``inf`` without any segment.
     """
     along = end - start
     squared = np.maximum(np.sum(along**2, axis=1), 1e-12)

@@ -1,4 +1,4 @@
-"""``hopslam bench loops``: what closing loops is worth, and what it costs."""
+"""``hopslam bench loops``: benefit and cost of loop closing."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field

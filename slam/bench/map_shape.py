@@ -1,4 +1,4 @@
-"""Quality of a map without any truth: crisp walls, walls in line with their building, loops that meet."""
+"""Quality of a map without ground truth: crisp walls, walls along the building's axes, and closed loops."""
 
 from collections.abc import Sequence
 from itertools import product

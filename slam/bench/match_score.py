@@ -1,4 +1,4 @@
-"""Score of matchers: how fast, from how far and how well each finds the pose of a scan."""
+"""Score of matchers: speed, basin of convergence and accuracy."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

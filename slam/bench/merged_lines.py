@@ -1,6 +1,6 @@
 """A line map by association: each segment of a scan is merged into the line of the map that it continues.
 
-The line maps of the literature are made so (e.g. Pfister, Roumeliotis, Burdick, ICRA 2003); here without covariances.
+This is the usual method of the literature (e.g. Pfister, Roumeliotis, Burdick, ICRA 2003), here without covariances.
 """
 
 from typing import Final

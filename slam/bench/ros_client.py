@@ -1,8 +1,7 @@
-"""A node of rclpy, run by the Python of a ROS 2 and not by that of hopslam: the other end of benchmark and tests.
+"""A node of rclpy, run by the Python of a ROS 2, not that of hopslam: the other end of benchmark and tests.
 
 ``ros_client.py listen SECONDS``, ``record SECONDS``, ``drive SECONDS [stamped]``, ``flood SECONDS``, ``sleep SECONDS``
-or ``play FILE [RATE]``. Each prints one line of JSON when it is done; the first three are done as soon as their input
-is closed, too.
+or ``play FILE [RATE]``. Each prints one line of JSON at its end; the first three also end when their input is closed.
 """
 
 import functools

@@ -1,4 +1,4 @@
-"""Topics of ROS 2 measured: scans lost, their age at an rclpy callback, and the time that publishing takes the loop."""
+"""``hopslam bench ros``: lost scans, their ages in an rclpy callback, and the loop's time for publishing."""
 
 from __future__ import annotations
 

@@ -1,8 +1,4 @@
-"""Simulated scans with known walls, to measure line extractors on.
-
-Four families of floor plan (see floor_plans.py) seen by a URG-04LX: 682 beams, 4 m, 1 mm steps, 0.5 % of the beams
-without echo. Tune on TUNING_SEEDS of each family only; results are quoted on HELD_OUT_SEEDS.
-"""
+"""Simulated scans with known walls, for the benchmark of line extractors."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

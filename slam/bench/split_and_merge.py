@@ -90,7 +90,7 @@ def _is_gap(points: FloatArray, j: int, gap: float, gap_share: float) -> bool:
 def _split(points: FloatArray, first: int, last: int, max_distance: float, runs: IntArray) -> int:
     """Split ``first`` to ``last`` by end-point fit, from left to right without recursion.
 
-    Write runs, return their number.
+    It writes the runs, and returns their number.
     """
     stack = np.empty(last - first + 2, np.int64)
     stack[0] = last

@@ -33,7 +33,7 @@ def start_up_table(scenario: str, repeats: int, console: Terminal, allow_modules
             _, *seconds = [measure() for _ in bar.track(range(repeats + 1), description=name)]
         seconds.sort()
         rows.append([name, *(f"{value:.2f}" for value in (seconds[0], seconds[repeats // 2], _TARGETS[name]))])
-    columns = ("", "least s", "median s", "bar s")
+    columns = ("", "least s", "median s", "target s")
     notes = "wall time, from the start of the process"
     return ResultTable(f"Start-up: {scenario}, {repeats} times", columns, rows, notes)
 

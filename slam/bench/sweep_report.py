@@ -33,7 +33,8 @@ def sweep_tables(runs: int, ray: bool, console: Terminal) -> Iterator[ResultTabl
     yield ResultTable("Sweeps, one job and two at a time", columns, rows, notes)
     with console.waiting("10,000 rows"):
         held = [(f"{count:,}", f"{memory_of_rows(count):.0f}") for count in (100, 1000, 10_000)]
-    yield ResultTable("Memory of the driver", ("rows", "MB"), held, "Of simulated runs, after the last one.")
+    notes = "The most that it held until the last of so many rows, of simulated runs."
+    yield ResultTable("Memory of the driver", ("rows", "MB"), held, notes)
 
 
 def _rows(name: str, turns: Sequence[tuple[float, SweepSpeed, SweepSpeed]]) -> list[tuple[str, ...]]:

@@ -1,6 +1,5 @@
-"""Cost of sweeping itself: runs a second by the number of jobs, the driver's share, its memory."""
+"""Cost of a sweep itself: runs per second by the number of jobs, the driver's share, its memory."""
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import closing
@@ -8,7 +7,6 @@ from dataclasses import dataclass
 from itertools import islice
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
-from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 from typing import Final
@@ -20,6 +18,7 @@ from slam.sweep.make_plan import make_plan
 from slam.sweep.result_rows import job_columns
 from slam.sweep.result_store import ResultStore
 from slam.sweep.scheduler import Scheduler
+from slam.system import peak_memory
 
 _ADDING_TIME: Final = 4.0
 """Simulated seconds per run."""
@@ -50,13 +49,12 @@ def sweep_speed(make: Callable[[str, int], Executor], at_a_time: int, runs: int)
 
 
 def memory_of_rows(count: int) -> float:
-    """Return the megabytes that this process holds after ``rows`` artificial rows."""
+    """Return the peak memory of this process, megabytes, after ``rows`` artificial rows."""
     with TemporaryDirectory() as here:
         store = ResultStore(Folder(here))
         Scheduler(_FakeExecutor(), store, retry=0, show=lambda done, failed: None).run(_jobs(count, duration=1.0))
         assert len(store.done()) == count
-    pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+    return 1e-6 * peak_memory()
 
 
 def arithmetic_ratio() -> float:

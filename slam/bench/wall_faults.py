@@ -1,4 +1,4 @@
-"""Faults of a line map that show without any truth: walls along their own beams, side by side, in pieces, unseen.
+"""Faults of a line map that are visible without ground truth: walls along their own beams, duplicates, unseen walls.
 
 Lines are (M, 2, 2), [line, start or end, x or y], each with the lidar's side to its left; metres.
 """

@@ -1,4 +1,4 @@
-"""``hopslam bench walls``: the line map against the true walls, beside other ways to make one of the same poses."""
+"""``hopslam bench walls``: the line map against the true walls, compared with other line maps of the same poses."""
 
 from collections.abc import Callable, Sequence
 from functools import partial

@@ -1,4 +1,4 @@
-"""``hopslam bench``: the table of its commands, and what they share."""
+"""``hopslam bench``: the table of its commands, and their common functions."""
 
 from __future__ import annotations
 

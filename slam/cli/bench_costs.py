@@ -1,4 +1,4 @@
-"""``hopslam bench`` of what a user waits for: sweep, viewer, start and topics."""
+"""``hopslam bench`` sweep, viewer, start and ros: times that a user waits for."""
 
 from pathlib import Path
 from typing import Annotated
@@ -40,7 +40,7 @@ def bench_viewer(
     scans: Annotated[int, typer.Option(min=10, help="Scans for each row, at 10 Hz.")] = 150,
     allow_modules: AllowModules = None,
 ) -> None:
-    """Measure the cost of --rerun: milliseconds and kilobytes per scan, for a file, a viewer, and none.
+    """Measure the cost of --rerun: milliseconds and kilobytes per scan, for a file, with and without a viewer.
 
     Takes about two minutes.
 

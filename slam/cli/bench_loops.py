@@ -66,6 +66,6 @@ def bench_loops(
 
     asked = [*(parts or []), *["stress"] * stress, *["hour"] * hour]
     if variants and "stress" not in asked:
-        raise InputError("--variant: makes a log harder, which needs --stress")
+        raise InputError("--variant: needs --stress")
     bench = LoopBench(data, logs or [], variants or [], seeds, tuple(settings or ()), console)
     print_tables(loop_tables(asked, bench), out, "Loops")

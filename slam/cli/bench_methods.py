@@ -175,7 +175,7 @@ def bench_slam(
     from slam.scenario.file import load_scenario
 
     if variants and not stress:
-        raise InputError("--variant: makes a log harder, which needs --stress")
+        raise InputError("--variant: needs --stress")
     config = load_scenario("replay", settings or []).slam
     if stress:
         tables = stress_tables(logs or [], data, variants or [], seeds, config, console)

@@ -9,9 +9,10 @@ import typer
 
 from slam.cli.lazy_group import lazy_group
 from slam.console.robust_output import RobustOutput
-from slam.console.signals import ENDING_SIGNALS, count_suspensions, signal_handler
+from slam.console.signals import count_suspensions, signal_handler
 from slam.console.terminal import Terminal
 from slam.errors import HopslamError
+from slam.system import ENDING_SIGNALS
 
 COMMANDS: Final = {
     "Run": {

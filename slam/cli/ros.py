@@ -1,4 +1,4 @@
-"""``hopslam ros``: this project's SLAM among the nodes of ROS 2."""
+"""``hopslam ros``: SLAM as a node of ROS 2."""
 
 from __future__ import annotations
 

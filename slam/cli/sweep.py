@@ -12,6 +12,7 @@ from typer.core import TyperGroup
 from slam.console.options import AllowModules, complete_sweep
 from slam.console.terminal import Terminal
 from slam.modes import MODES
+from slam.system import usable_cores
 
 if TYPE_CHECKING:
     from slam.sweep.launch import Sweep
@@ -123,7 +124,7 @@ def run(
     tried, drawn = dict(map(parse_grid, grid or [])), dict(map(parse_sample, sample or []))
     if plan:
         planned = launch.plan(scenarios, seeds, modes, tried, drawn, settings or [], allow_modules or [])
-        _show_plan(planned, launch.folder_of(planned, out), jobs or launch.processors())
+        _show_plan(planned, launch.folder_of(planned, out), jobs or usable_cores())
         return
     made = launch.sweep(
         scenarios, seeds=seeds, modes=modes, grid=tried, sample=drawn, settings=settings or [], jobs=jobs, ray=ray,

@@ -1,4 +1,4 @@
-"""The settings of line extraction, named as in the paper where they are the paper's, in SI units and radians."""
+"""Settings of line extraction, in SI units and radians; those of the paper have its names."""
 
 from typing import Annotated, Any, Literal, Self
 

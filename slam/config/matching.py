@@ -1,4 +1,4 @@
-"""The settings of matching, named as in the paper where they are the paper's, in SI units and radians."""
+"""Settings of matching, in SI units and radians; those of the paper have its names."""
 
 from typing import Annotated, Literal
 
@@ -77,7 +77,7 @@ class SearchConfig(Section):
     window_angle: float = Field(0.6, gt=0)
     """Largest search window of the heading to each side, radians; it covers three standard deviations of the prior."""
     window_angle_without_odometry: float = Field(1.5, gt=0)
-    """Largest search window to each side without odometry, metres."""
+    """Largest search window of the heading to each side without odometry, radians."""
     anywhere: float = Field(2.0, ge=0)
     """After a doubtful match the search tries every heading within this distance of the last pose, metres, plus the
     distance that the wheels measured; 0 for never."""

@@ -1,4 +1,4 @@
-"""Sections, the parts of a configuration: what all have in common, the choice among them, and a user's own code."""
+"""Sections, the parts of a configuration: their base class, the choice between them, and a user's own code."""
 
 from collections.abc import Callable, Mapping
 from typing import Any, Final, Self

@@ -1,4 +1,4 @@
-"""The settings of the whole method: which extractor, map and matcher, and when they are used."""
+"""The settings of the whole method: extractor, map and matcher, and when they are used."""
 
 from typing import Any, Literal, Self
 

@@ -1,4 +1,4 @@
-"""Options that several commands have, and the words that the shell offers for them."""
+"""Options of several commands, with their shell completion."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,6 +1,6 @@
-"""The terminal, or the file or pipe in its place: the one module that makes consoles and progress bars of rich.
+"""Output to a terminal, a file or a pipe; the only module that makes rich's consoles and progress bars.
 
-Text is printed as it is, character by character: rich's markup would take ``[m]`` for the name of a style.
+Text is printed unchanged: rich's markup would read ``[m]`` as the name of a style.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The scenarios of the episodes of an environment, and the options of ``reset``, which change one of them."""
+"""Scenarios of the episodes of an environment, and the options of ``reset``, which change one episode."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

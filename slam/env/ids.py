@@ -1,4 +1,4 @@
-"""The ids under which gymnasium knows the environments, and the manual of each."""
+"""The gymnasium ids of the environments, and the manual of each."""
 
 from collections.abc import Iterator
 from inspect import getdoc

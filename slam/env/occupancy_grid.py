@@ -1,4 +1,4 @@
-"""An occupancy grid of a bounded world: the area that the beams of a lidar spanned, and what they met."""
+"""An occupancy grid of a bounded world: the area that the beams of a lidar spanned, and their echoes."""
 
 from dataclasses import dataclass
 from typing import Final, Self

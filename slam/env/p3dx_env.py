@@ -102,7 +102,7 @@ class P3DXEnv(gymnasium.Env[ObservationDict, NDArray[np.float32]]):
     ends come from SLAM, which starts at the scenario's start pose; `info["pose_from"]` says `"estimate"`, and
     `info["T_map_base"]`, the truth, is nan. A `collision` is what the bumpers and the stall flag tell.
 
-    - Before the first motion of every episode it asks on the terminal whether the way is free. `yes=True` leaves the
+    - Before the first motion of every episode it asks on the terminal whether the path is clear. `yes=True` leaves the
       question out, which a program without a terminal must; with `dry_run=True` the robot never moves.
     - `reset` opens the devices anew and moves nothing. The first episode takes the place where the robot stands for
       the scenario's start pose. A later one begins where the last one left the robot, as SLAM says after it has braked,

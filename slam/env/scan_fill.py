@@ -1,4 +1,4 @@
-"""Marks in a grid of cells what one scan shows: the area that its beams span is free, its echoes are walls.
+"""Marks one scan in a grid of cells: the area spanned by its beams is free, its echoes are walls.
 
 The area is the polygon from the sensor along the ends of the beams and back. It is filled row by row: where an edge
 crosses the middle line of a row, a bit of the cell to the right changes, and between an odd and an even change the row

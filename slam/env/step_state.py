@@ -1,4 +1,4 @@
-"""The state of an episode after one scan, and the ends that it may have come to."""
+"""State of an episode after one scan, and the conditions that end an episode."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

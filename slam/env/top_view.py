@@ -1,4 +1,4 @@
-"""The episode from above, as an image: a prepared background, and a few strokes a frame."""
+"""The episode from above, as an image: a fixed background, and a few strokes per frame."""
 
 from typing import Any, Final
 

@@ -1,4 +1,4 @@
-"""Views of an agent, by name: each has a space, and makes a fresh array of every state."""
+"""Views of an agent, by name: each has a space, and makes a new array of every state."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

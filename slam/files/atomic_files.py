@@ -1,4 +1,4 @@
-"""Files that survive a crash: whole ones appear at once or not at all, growing ones can be read at every moment."""
+"""Files that survive a crash: complete ones appear at once, growing ones can be read at any time."""
 
 import json
 import os

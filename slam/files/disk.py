@@ -1,17 +1,22 @@
-"""The system calls by which the files of results change: all go through one object, for which tests have another."""
+"""System calls that change the files of results: all use one object, which tests replace."""
 
 import errno
 import os
+import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import FileIO
 from pathlib import Path
+from time import monotonic, sleep
 from typing import Final
 
 from slam.errors import HopslamError, InputError, StorageError
 
 _FAILING: Final = {errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EPIPE, errno.ESTALE, errno.EFBIG}
 """Errors of a disk, a network or a pipe; all others concern the path that was given."""
+
+_PATIENCE: Final = 2.0
+"""Seconds to wait on Windows, where a file that another program reads, such as a virus scanner, cannot be replaced."""
 
 
 class Disk:
@@ -27,6 +32,11 @@ class Disk:
 
     def sync(self, file: FileIO) -> None:
         """Sync everything to the disk."""
+        if sys.platform == "darwin":  # where fsync leaves it in the memory of the drive
+            import fcntl
+
+            with suppress(OSError):  # not every file system can
+                fcntl.fcntl(file, fcntl.F_FULLFSYNC)
         os.fsync(file.fileno())
 
     def close(self, file: FileIO) -> None:
@@ -35,7 +45,15 @@ class Disk:
 
     def rename(self, draft: Path, path: Path) -> None:
         """Rename a file or folder, and replace a file of that name."""
-        draft.replace(path)
+        until = monotonic() + (_PATIENCE if sys.platform == "win32" else 0.0)
+        while True:
+            try:
+                draft.replace(path)
+                return
+            except PermissionError:
+                if monotonic() >= until:
+                    raise
+                sleep(0.02)
 
 
 _disks: Final = [Disk()]
@@ -115,7 +133,11 @@ class WholeFile:
         return OSError(error.errno, error.strerror, str(self._file.name))
 
     def _last(self, count: int) -> bytes:
-        return os.pread(self._file.fileno(), count, self._file.tell()) if count else b""
+        if not count:
+            return b""
+        last = self._file.read(count)
+        self._file.seek(-len(last), os.SEEK_CUR)
+        return last
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""The fields of one line of a log, as numbers."""
+"""Conversion of the fields of a line of a log to numbers."""
 
 from collections.abc import Sequence
 from typing import Final

@@ -1,4 +1,4 @@
-"""JSON files read within limits."""
+"""Reading of JSON files within limits."""
 
 import json
 from pathlib import Path

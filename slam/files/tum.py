@@ -1,4 +1,4 @@
-"""Trajectories as TUM text, one pose a line: ``stamp x y z qx qy qz qw``; seconds, metres, unit quaternion.
+"""Trajectories as TUM text, one pose per line: ``stamp x y z qx qy qz qw``; seconds, metres, unit quaternion.
 
 The format of https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats, which evo reads.
 """

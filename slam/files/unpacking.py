@@ -1,4 +1,4 @@
-"""Packed data unpacked within limits: gzip, bz2, lz4 and zstd, of chunks and of whole files."""
+"""Unpacking of data within limits: gzip, bz2, lz4 and zstd, chunks and whole files."""
 
 from __future__ import annotations
 

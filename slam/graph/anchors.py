@@ -1,4 +1,4 @@
-"""Places of the scans of submaps that are no longer in the graph: a few rows for each, riding on submaps that are."""
+"""Poses of the scans of removed submaps: a few rows for each, attached to remaining submaps."""
 
 from array import array
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""The back end: key scans come in, loops are looked for whenever a submap is finished, and the graph is solved."""
+"""The back end: it takes key scans, searches loops whenever a submap is finished, and solves the graph."""
 
 from time import thread_time
 from typing import Final

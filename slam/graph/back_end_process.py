@@ -1,8 +1,8 @@
-"""The back end in a process of its own, so that its search costs the loop of the robot nothing.
+"""The back end in a separate process, so that its search does not delay the loop of the robot.
 
 Key scans go in by its standard input, closures come out by its standard output, both in order. Two threads move them,
-so that neither side waits for the other. It ends with its input, however this process ends. Signals that end a program
-are for the loop, which asks for the last result then.
+so that neither side waits for the other. The process ends with its input, however this process ends. Signals that end a
+program are left to the loop, which then asks for the last result.
 """
 
 import os
@@ -26,12 +26,9 @@ from slam.graph.graph_size import GraphSize
 from slam.graph.key_scan import KeyScan
 from slam.graph.known_graph import KnownGraph
 from slam.pose import FloatArray
+from slam.system import ENDING_SIGNALS, reader_has_ended
 
 _END = None
-IGNORED: Final = tuple(
-    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)
-)
-"""Signals that may be sent to a whole group of processes."""
 LEAN_HEAP: Final = {"MALLOC_ARENA_MAX": "1", "MALLOC_MMAP_THRESHOLD_": "1048576", "MALLOC_TRIM_THRESHOLD_": "1048576"}
 """Makes glibc return arrays of a megabyte and more to the system at once; it has no effect on results."""
 
@@ -151,22 +148,31 @@ def _end(queue: "SimpleQueue[Any]", process: "subprocess.Popen[bytes]", threads:
 
 def main() -> None:
     """Run the process: take key scans until there are no more."""
-    for number in IGNORED:
+    for number in ENDING_SIGNALS:  # they may be sent to a whole group of processes
         signal.signal(number, signal.SIG_IGN)
     messages, results = sys.stdin.buffer, os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # text printed by other code must not be read as a result
-    with suppress(EOFError, BrokenPipeError):
-        back_end = BackEnd(*pickle.load(messages))
-        while True:
-            message = pickle.load(messages)
-            if not isinstance(message, KeyScan):
-                pickle.dump(back_end.finish(message), results, pickle.HIGHEST_PROTOCOL)
-                results.flush()
-                os._exit(0)  # at once: nothing is left that must be tidied up
-            finishes, closure = back_end.finishes(message), back_end.take(message)
-            if finishes:
-                pickle.dump((closure, back_end.size), results, pickle.HIGHEST_PROTOCOL)
-                results.flush()
+    try:
+        _serve(messages, results)
+    except EOFError:
+        return
+    except OSError as error:
+        if not reader_has_ended(error):
+            raise
+
+
+def _serve(messages: IO[bytes], results: IO[bytes]) -> None:
+    back_end = BackEnd(*pickle.load(messages))
+    while True:
+        message = pickle.load(messages)
+        if not isinstance(message, KeyScan):
+            pickle.dump(back_end.finish(message), results, pickle.HIGHEST_PROTOCOL)
+            results.flush()
+            os._exit(0)  # at once: nothing is left that must be tidied up
+        finishes, closure = back_end.finishes(message), back_end.take(message)
+        if finishes:
+            pickle.dump((closure, back_end.size), results, pickle.HIGHEST_PROTOCOL)
+            results.flush()
 
 
 if __name__ == "__main__":

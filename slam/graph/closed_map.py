@@ -1,4 +1,4 @@
-"""The map again: all key scans put into an empty map, or a saved one, from where the graph has them."""
+"""The map rebuilt: all key scans, at their poses in the graph, added to an empty or a saved map."""
 
 from collections.abc import Iterable
 

@@ -1,4 +1,4 @@
-"""The state of the mapper in the map of a closed run, from which mapping can go on, and robots find their place."""
+"""State of the mapper in the map of a closed run, for continued mapping or localisation."""
 
 from dataclasses import replace
 from math import floor

@@ -1,4 +1,4 @@
-"""Results of the back end, as the front end takes them over, and as they stand at the end of a run."""
+"""Results of the back end: closures during a run, and the closed run at its end."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""The graph of submaps alone: small enough to be solved whenever a loop was found."""
+"""The graph of submaps alone: small enough to be solved after every loop."""
 
 from itertools import pairwise
 from typing import Final

@@ -1,7 +1,7 @@
-"""Agreement of loops with each other: two of them may say the same of one submap, along the graph between them.
+"""Agreement of loops: whether two of them give a submap the same pose, along the graph between them.
 
-One loop alone may lie: a building has places that look alike. Two of submaps that share no scan rarely tell the same
-lie (after Mangelson et al., "Pairwise consistent measurement set maximization", ICRA 2018).
+A single loop may be wrong, as a building has places that look alike. Two loops of submaps without a common scan rarely
+agree on the same error (after Mangelson et al., "Pairwise consistent measurement set maximization", ICRA 2018).
 """
 
 from collections.abc import Iterable

@@ -1,4 +1,4 @@
-"""Size of the graph, and its cost until now."""
+"""Size of the graph, and its cost so far."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Edges turned round, one behind the other, and two of the same as one."""
+"""Operations on edges: invert one, chain two, fuse two between the same nodes."""
 
 import numpy as np
 

@@ -1,9 +1,9 @@
 """Joint refinement, the last step of the graph: all key scans and all walls of a building by least squares at once.
 
 Each round finds the walls that the facets see at the present poses, and moves the poses by Gauss-Newton. The walls are
-eliminated; what they leave for the poses is solved by conjugate gradients, with the factors of the graph itself as
-preconditioner. From round to round the kernel shrinks, and with it what the facets of a wall may be off. All of it
-happens in the frame of the first node, so that where the map lies makes no difference.
+eliminated; the remaining system of the poses is solved by conjugate gradients, with the factors of the graph itself as
+preconditioner. From round to round the kernel shrinks, and with it the tolerances for the facets of a wall. All
+computations are in the frame of the first node, so that the result does not depend on the map's position.
 """
 
 from typing import TYPE_CHECKING, NamedTuple, Self

@@ -1,4 +1,4 @@
-"""Key scans: those of which the graph is made, each with what the front end knew when it was matched."""
+"""Key scans, from which the graph is made, each with the front end's data from its match."""
 
 from dataclasses import dataclass, field
 

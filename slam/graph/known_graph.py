@@ -1,4 +1,4 @@
-"""The graph of an earlier run, with its key scans: what a run that continues it knows from the first scan."""
+"""The graph of an earlier run, with its key scans, for a run that continues it."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property

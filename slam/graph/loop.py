@@ -1,4 +1,4 @@
-"""A loop: a submap found again in an earlier one, by how much they agree, and whether that is believed."""
+"""A loop: a submap found again in an earlier one, with the measured agreement."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The earlier submaps that may share walls with one that was just finished."""
+"""The earlier submaps that may share walls with a newly finished one."""
 
 from typing import Final
 

@@ -1,4 +1,4 @@
-"""Verification of a loop: the key scans of one submap against another, less what their beams see through."""
+"""Verification of a loop: the key scans of one submap against another, with a penalty for beams through walls."""
 
 from typing import Final, NamedTuple
 

@@ -1,4 +1,4 @@
-"""Loops closed beside the front end: key scans go out, closures come back and are taken over at a known scan."""
+"""Loop closing during a run: key scans are sent to the back end, and its closures are applied at known scans."""
 
 from collections import deque
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""The loops of one submap after the other: candidates are searched, and what is found goes into the graph."""
+"""Finds the loops of one submap after the other: it searches candidates, and adds results to the graph."""
 
 from typing import Final
 

@@ -1,8 +1,8 @@
-"""Soft edges between the walls of a building and its main directions, which walls have up to quarter turns.
+"""Soft edges between the walls of a building and its main directions (modulo a quarter turn).
 
-Walls that stand near each other are off alike: a wing may be built askew, and a street of blocks bends. How much they
-are off together and how much each by itself is estimated from them, by a one-way analysis of variance over the parts
-of the building. Where the parts are off and not the walls, a hundred walls of one say no more than a single one.
+Neighbouring walls have similar deviations: a wing may be oblique, and a street of blocks may bend. The common and the
+individual deviations are estimated by a one-way analysis of variance over the parts of the building. If the parts
+deviate and not the single walls, a hundred walls of one part have no more information than one.
 """
 
 from typing import Final, NamedTuple

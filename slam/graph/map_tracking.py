@@ -1,8 +1,8 @@
-"""Key scans matched to the whole map, so that what was seen long ago holds the robot before the next loop is closed.
+"""Matches key scans to the whole map, so that old parts of the map limit the drift before the next loop is closed.
 
-Where the front end broke, odometry alone joins what follows to what was mapped. The place in the map is then searched
-for, with each key scan, until one agrees; only then are the key scans since the break put into the map, for there they
-would agree with nothing but themselves.
+After a break of the front end only odometry connects the new key scans to the map. The pose in the map is then searched
+with each key scan until one agrees; only then are the key scans since the break added to the map, as they would
+otherwise agree with themselves only.
 """
 
 from typing import Final

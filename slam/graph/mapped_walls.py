@@ -1,4 +1,4 @@
-"""The walls of the closed map, each as sure as the wall of the graph that it is a part of."""
+"""The walls of the closed map, each with the uncertainty of its wall in the graph."""
 
 from typing import Final, NamedTuple
 

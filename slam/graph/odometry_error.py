@@ -1,7 +1,7 @@
-"""Errors of the wheels, learnt from where scans told the motion: the front end only has a guess.
+"""Errors of the wheels, learnt from motions that scans measured; before that, the front end uses a guess.
 
-In a corridor odometry alone says how long it is. What the guess allows it to err, made for wheels that nobody has
-measured, would let every loop stretch the corridor.
+In a corridor only odometry measures its length. With the guess, which is large enough for unknown wheels, every loop
+would stretch the corridor.
 """
 
 from typing import Final, NamedTuple, Self

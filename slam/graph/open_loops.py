@@ -1,4 +1,4 @@
-"""Loops that leave a direction open, as in a corridor: along it they lie where the graph puts them."""
+"""Loops with an unconstrained direction, as in a corridor: along it the graph determines their pose."""
 
 from dataclasses import replace
 

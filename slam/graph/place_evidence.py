@@ -1,14 +1,14 @@
-"""Evidence for places: the walls that they lay on each other, and those where the floor was seen to be free.
+"""Evidence for poses of submaps: overlapping walls, against walls on floor that was seen to be free.
 
-Compiled. A place is refined by least squares on the walls that it lays on each other. Its score is how much these fix
-it in every direction, against the metres of wall of either submap that lie where the robot of the other saw free floor.
+Compiled. A pose is refined by least squares on the overlapping walls. Its score measures how well these fix it in every
+direction, reduced by the metres of wall of either submap on the free floor of the other.
 """
 
 from typing import Final
 
 import numpy as np
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.graph.constellation import (
     ALONG_X,
     ALONG_Y,
@@ -102,7 +102,7 @@ def normal_equations(
     return information, gradient
 
 
-@compiled
+@compiled_on_views
 def _add_pair(
     wall: FloatArray, other: FloatArray, x: float, y: float, kernel: float, information: FloatArray,
     gradient: FloatArray,
@@ -132,7 +132,7 @@ def _add_pair(
     gradient[2] -= weight * lever * offset - turning * sine
 
 
-@compiled
+@compiled_on_views
 def metres_on(walls: FloatArray, free: Floor) -> float:
     """Return the metres of the walls on free floor."""
     metres = 0.0

@@ -1,8 +1,8 @@
-"""Bounded search of a place in a submap, compiled: every pose of a window gets an upper bound, few are looked at.
+"""Branch-and-bound search of a pose in a submap, compiled: all poses of a window get upper bounds, few are evaluated.
 
 The pictures of the submap are those of coarse_search.py. Pooled over blocks of pixels they give, for a heading and a
-block of places, a bound of the score that a joint scan can reach there; the blocks with the highest bounds, less what
-the prior takes off, are looked into (after Hess et al., "Real-time loop closure in 2D lidar SLAM", ICRA 2016).
+block of positions, an upper bound of the score of a joint scan; the blocks with the highest bounds, minus the cost of
+the prior, are evaluated (after Hess et al., "Real-time loop closure in 2D lidar SLAM", ICRA 2016).
 """
 
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.lines.facets import NX, NY, X, Y
 from slam.lines.segments import IntArray
 from slam.mapping.surfel_grid import Grid
@@ -128,13 +128,13 @@ def _bounds(shifts: IntArray, pictures: Pictures, blocks: int) -> NDArray[np.uin
     return bounds
 
 
-@compiled
+@compiled_on_views
 def _add_to(sums: NDArray[np.uint16], line: NDArray[np.uint8]) -> None:
     for k in range(len(sums)):
         sums[k] += line[k]
 
 
-@compiled
+@compiled_on_views
 def _inside(first: int, size: int, blocks: int) -> tuple[int, int]:
     """Return the blocks that begin inside the picture, if the first begins at this pixel.
 
@@ -182,7 +182,7 @@ def _best_of_blocks(
     return places, shares
 
 
-@compiled
+@compiled_on_views
 def _cost(dx: float, dy: float, turn: float, window: Window) -> float:
     """Return half the squared Mahalanobis distance from the prior."""
     L = window.information

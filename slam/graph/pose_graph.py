@@ -1,9 +1,9 @@
-"""The pose graph: nodes in the plane, what is known between them, and the poses that bear it out best.
+"""The pose graph: nodes in the plane, measured edges between them, and the poses that fit them best.
 
-The residual of an edge is that of Olson and of g2o's SE2: e = T_first_second^-1 (estimated) less the measured one, in
+The residual of an edge is that of Olson and of g2o's SE2: e = T_first_second^-1 (estimated) minus the measured one, in
 the axes of the first node. Edges of loops are robust, with the kernel of Geman and McClure, w = (c / (c + chi^2))^2,
-which starts as wide as the worst of them asks and shrinks to c (graduated non-convexity, Yang et al., RA-L 2020): so a
-wrong loop among right ones loses its say whatever the start.
+which starts as wide as the worst edge needs and shrinks to c (graduated non-convexity, Yang et al., RA-L 2020): so a
+wrong loop among correct ones loses its weight for any start.
 """
 
 from collections.abc import Iterable
@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, wrap_angles
+from slam.small_matrices import product, times
 
 if TYPE_CHECKING:  # here, as it takes long to load, and only the solver needs it
     from scipy.sparse import csc_matrix
@@ -143,7 +144,7 @@ def squared_errors(poses: FloatArray, edges: Edges) -> FloatArray:
     return _squared_errors(poses, edges.first, edges.second, edges.measured, edges.information)
 
 
-@compiled
+@compiled_on_views
 def _residual(first: FloatArray, second: FloatArray, measured: FloatArray, e: FloatArray) -> tuple[float, float]:
     """Write the residual (3,) of an edge; return the second node's position in the axes of the first."""
     c, s = np.cos(first[2]), np.sin(first[2])
@@ -184,20 +185,19 @@ def _normal_equations(
     for k in range(count):
         x, y = _residual(poses[first[k]], poses[second[k]], measured[k], e)
         _fill_jacobian(poses[first[k], 2], x, y, J)
-        W = weights[k] * information[k]
-        JtW = J.T @ W
-        block, force = JtW @ J, JtW @ e
+        JtW = product(J.T, information[k])
+        block, force = product(JtW, J), times(JtW, e)
         for i in range(3):
             at[i], at[3 + i] = 3 * first[k] + i, 3 * second[k] + i
         for i in range(6):
-            gradient[at[i]] += force[i]
+            gradient[at[i]] += weights[k] * force[i]
             for j in range(6):
                 n = 36 * k + 6 * i + j
-                rows[n], columns[n], values[n] = at[i], at[j], block[i, j]
+                rows[n], columns[n], values[n] = at[i], at[j], weights[k] * block[i, j]
     return rows, columns, values, gradient
 
 
-@compiled
+@compiled_on_views
 def _fill_jacobian(heading: float, x: float, y: float, J: FloatArray) -> None:
     """Return the derivatives (3, 6) of a residual by the poses of its two nodes.
 

@@ -1,9 +1,9 @@
-"""Pruning: submaps of a place that is known already leave the graph, so that it grows with the area and not with time.
+"""Pruning: redundant submaps are removed, so that the graph grows with the area and not with time.
 
-A submap is redundant where it was found in earlier ones, its key scans agree with these nearly as well as with itself,
-and each of them was taken where earlier ones were taken too, looking the same way: a place that has changed since is
-kept. What it says of the submaps around it stays as ties
-between them, and a few of its scans as anchors that ride on the surest of those in which it was found.
+A submap is redundant if it was found in earlier ones, its key scans agree with these nearly as well as with itself, and
+earlier key scans were taken near each of them with a similar heading; a place that has changed is kept. Its edges are
+replaced by ties between the neighbouring submaps, and a few of its scans become anchors, attached to the most certain
+of the submaps in which it was found.
 """
 
 from collections.abc import Iterable

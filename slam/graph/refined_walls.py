@@ -1,4 +1,4 @@
-"""The walls of a building as the refinement leaves them, and how sure they are."""
+"""The walls of a building after the refinement, with their uncertainty."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""The graph of a run as it was solved last: what is kept of it beside the map, and what is known of its loops."""
+"""The graph of a run at its last solution, in the form that is saved beside the map."""
 
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,4 +1,4 @@
-"""Poses one at a time as arrays (3,), compiled: numpy costs more than the sums that it does for so few numbers."""
+"""Single poses as arrays (3,), compiled: numpy has too much overhead for so few numbers."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Submaps: stretches of key scans that were matched to one map, and these maps, made again when they are asked for."""
+"""Submaps: consecutive key scans that were matched to one map, and these maps, rebuilt on request."""
 
 from collections import OrderedDict
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""The graph as it grows: nodes of key scans and submaps, and what joins them."""
+"""The growing graph: nodes of key scans and submaps, and the edges between them."""
 
 from dataclasses import replace
 from typing import Final, NamedTuple

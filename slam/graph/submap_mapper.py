@@ -1,8 +1,8 @@
 """The front end of the graph: scans are matched to rolling submaps, and some of them become key scans.
 
-A submap covers a way so short that its own error is small: what was seen there before is left to loops. A new one
-begins every half of that way. Scans are matched to the oldest map that is open and written into all; it is open for
-longer than its submap lasts, so that what was seen a while ago is still there where the robot turns a corner.
+A submap covers a path so short that its own error is small; loops connect it to older submaps. A new one begins after
+every half of that length. Scans are matched to the oldest open map and added to all open ones; a map stays open after
+its submap has ended, so that earlier walls are still in it when the robot turns a corner.
 """
 
 from typing import Final

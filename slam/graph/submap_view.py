@@ -1,4 +1,4 @@
-"""A finished submap as it is compared with others: where its key scans are and what they see, made once."""
+"""A finished submap in the form in which it is compared with others: the poses and facets of its key scans."""
 
 from collections.abc import Sequence
 from typing import Final

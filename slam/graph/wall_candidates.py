@@ -1,4 +1,4 @@
-"""Places of a submap in earlier ones by their walls alone, for one that the graph cannot place."""
+"""Poses of a submap in earlier ones from walls alone, if the graph's pose is too uncertain."""
 
 from collections.abc import Collection, Sequence
 from typing import Final, NamedTuple

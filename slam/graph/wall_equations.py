@@ -2,11 +2,11 @@
 
 Facet f of scan k that sees wall m gives the residual r = n_m . (R_k f + t_k - c_m) - o_m, with the normal n_m turned by
 d_m: a wall has an offset o and a turn d, estimated once for all scans that see it. The weight is that of Geman and
-McClure, 1 / (v (1 + r^2 / (kernel^2 + v))^2). A wall near a main direction of the building is also held to it, by an
-edge so soft as the building is exact; the main direction itself is free.
+McClure, 1 / (v (1 + r^2 / (kernel^2 + v))^2). A wall near a main direction of the building also has a soft edge to it,
+whose weight depends on the exactness of the building; the main direction itself is free.
 
-Eliminated, the walls leave S = A - B D^-1 B^T for the poses: A has a block for each pose, D one for each wall, and B
-one for each pair of a wall and a scan that sees it. S is full where many scans see one wall, and is never made:
+Eliminating the walls gives S = A - B D^-1 B^T for the poses: A has a block for each pose, D one for each wall, and B
+one for each pair of a wall and a scan that sees it. S is full if many scans see one wall, and is never formed:
 ``apply`` multiplies by it.
 """
 
@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.graph.main_edges import MainEdges
 from slam.graph.wall_landmarks import LINE_NX, LINE_NY, LINE_X, LINE_Y, FoundWalls, Sights
 from slam.lines.segments import IntArray
@@ -84,7 +84,7 @@ def _slack(main: MainEdges, covariance: FloatArray) -> FloatArray:
     return np.asarray(np.bincount(main.direction[held], left[held]), np.float64)
 
 
-@compiled
+@compiled_on_views
 def _fit_lines(sights: Sights, numbers: IntArray, begins: IntArray, kernel: float, lines: FloatArray) -> None:
     for m in range(len(lines)):
         for _ in range(FIT_ROUNDS):
@@ -105,7 +105,7 @@ def _fit_lines(sights: Sights, numbers: IntArray, begins: IntArray, kernel: floa
             lines[m, LINE_NX], lines[m, LINE_NY] = c * nx - s * ny, s * nx + c * ny
 
 
-@compiled
+@compiled_on_views
 def _weight(r: float, variance: float, kernel: float) -> float:
     t = 1.0 + r * r / (kernel * kernel + variance)
     return 1.0 / (variance * t * t)

@@ -1,7 +1,7 @@
-"""Places where a submap lies in another, from their walls alone and from no prior.
+"""Poses of a submap in another one, from their walls alone and without a prior.
 
-Pairs of walls vote for places (wall_votes.py); each of these is refined and weighed (place_evidence.py). What comes out
-is to be verified: a building has places that look alike.
+Pairs of walls vote for poses (wall_votes.py); each of these is refined and scored (place_evidence.py). The results must
+be verified, as a building has places that look alike.
 """
 
 import numpy as np

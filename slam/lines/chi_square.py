@@ -1,8 +1,8 @@
 """The segments of a scan by chi-square: this project's own method.
 
 Walls are found from the bottom up (wall_runs.py) and fitted to the ranges by the noise of the sensor, which gives every
-segment its covariance (wall_lines.py). An end where two walls meet is the corner of their lines; any other end is where
-its beam meets the line.
+segment its covariance (wall_lines.py). An end where two walls meet is the corner of their lines; any other end is the
+intersection of its beam with the line.
 """
 
 import os

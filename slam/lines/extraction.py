@@ -1,4 +1,4 @@
-"""The line segments of a scan, by the method that the settings name; those of a user's own extractor are checked."""
+"""Extraction of line segments by the configured method; the results of a user's own extractor are checked."""
 
 from dataclasses import replace
 from math import hypot

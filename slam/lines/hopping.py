@@ -1,7 +1,7 @@
 """The segments of a scan by hopping and reverse hop: sections 3.2 and 3.3, Proc. 1 to 8, Fig. 5.
 
 The procedure as printed, with the singular values of A_i(l) at every test; prefix_sums.py has its fast form. Points are
-counted from 0, and a run includes both its ends.
+indexed from 0, and a run includes both its ends.
 """
 
 from collections.abc import Callable

@@ -2,9 +2,10 @@
 
 Along a straight wall 1/r is a sinusoid of the bearing, so that of three neighbouring echoes at equal steps the second
 difference u(-1) - 2 cos(step) u(0) + u(+1) of u = 1/r is noise alone, of variance 6 sigma^2 / r^4. Corners, gaps and
-clutter give differences too, of any size; a scan among chair legs has little else. So differences are counted over many
-scans, by range and by size. In the logarithm of the size noise is a peak of known width, and clutter a ground that
-rises slowly. The noise is that whose peaks, one in each half octave of range, are most likely on such a ground.
+clutter give differences of any size; in a scan among chair legs they dominate. So differences are counted over many
+scans, by range and by size. Over the logarithm of the size, noise is a peak of known width, and clutter a slowly rising
+background. The estimated noise is the one whose peaks, one in each half octave of range, are most likely on such a
+background.
 """
 
 from functools import lru_cache
@@ -13,7 +14,7 @@ from typing import Final, Self
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.config import ChiSquareConfig, LineConfig
 from slam.lines.range_noise import ROUGHNESS, RangeNoise, noise_of_sensor
 from slam.pose import FloatArray
@@ -82,7 +83,7 @@ def _log_likelihood() -> FloatArray:
 def _expected_counts(noise: RangeNoise) -> FloatArray:
     """Return PRIOR differences in each band, distributed as this noise has them, (BANDS, SIZES).
 
-    Must not be written to.
+    The array must not be written to.
     """
     begins = NEAREST * 2.0 ** (BAND / OCTAVE * np.arange(BANDS))
     alone = noise._replace(floor=0.0)
@@ -146,7 +147,7 @@ def _count_differences(counts: FloatArray, ranges: FloatArray, fan: FloatArray, 
                 counts[band, size] *= MEMORY / total
 
 
-@compiled
+@compiled_on_views
 def _quarter_octaves(x: float) -> int:
     """Return the whole quarters of an octave from 1 to ``x``: a faster logarithm."""
     mantissa, exponent = frexp(x)
@@ -159,9 +160,12 @@ def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
 
     The larger of the two applies. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) is the log likelihood of each band.
     """
-    scores = scores_on_grounds[:, :EDGES].copy()
-    for begin in range(EDGES, len(GROUNDS) * EDGES, EDGES):
-        scores = np.maximum(scores, scores_on_grounds[:, begin : begin + EDGES])
+    scores = np.zeros((BANDS, EDGES))
+    for band in range(BANDS):
+        for i in range(EDGES):
+            scores[band, i] = scores_on_grounds[band, i]
+            for k in range(EDGES + i, len(GROUNDS) * EDGES, EDGES):
+                scores[band, i] = max(scores[band, i], scores_on_grounds[band, k])
     near, far = np.zeros((BANDS + 1, EDGES)), np.zeros((BANDS + 1, EDGES))
     for band in range(BANDS):  # of the bands before this one, where the noise near by is larger
         beyond = BAND * max(band - BAND_OF_1_M, 0)
@@ -181,7 +185,7 @@ def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
     return best_i + _peak(total[:, best_j].copy(), best_i), best_j + _peak(total[best_i], best_j)
 
 
-@compiled
+@compiled_on_views
 def _peak(values: FloatArray, k: int) -> float:
     """Return the offset from a greatest value to the peak of the parabola through it and its neighbours."""
     if k == 0 or k == len(values) - 1:

@@ -1,7 +1,7 @@
-"""The view that the map predicts from a pose, beside that of a scan, compiled: how far the two agree.
+"""Agreement of a scan with the view that the map predicts from a pose, compiled.
 
-Facets that find no wall say little where the robot looks at what it has not seen before. Beams that should have met a
-wall of the map, and did not, speak against a pose wherever it is.
+Facets without a matching wall are no evidence against a pose, as the robot may see a new area. Beams that should have
+hit a wall of the map, and did not, are evidence against it.
 """
 
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.mapping.free_beams import FreeBeams
 from slam.mapping.free_space import cells_around
 from slam.mapping.surfel_grid import NX, NY, Grid, X, Y
@@ -81,7 +81,7 @@ def compare_view(grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], pose: 
     return View(agreeing / max(readings, 1), through / max(readings, 1), hidden / max(readings, 1))
 
 
-@compiled
+@compiled_on_views
 def _predict(
     s: FloatArray, beams: FreeBeams, pose: FloatArray, reach: float, half: float, nearest: FloatArray,
     across: FloatArray, surely: NDArray[np.bool_],

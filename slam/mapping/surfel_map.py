@@ -60,7 +60,7 @@ class SurfelMap:
     ) -> None:
         """Add the facets (F, 7) of a scan to the map, and count misses of surfels that its beams passed.
 
-        See ``write``.
+        The arguments are those of ``write``.
         """
         self.write(facets, free_beams(scan, self.config.no_echo_reach), T_map_laser, moved, walls)
 

@@ -1,9 +1,9 @@
-"""Search of the whole map for a scan, from nothing, compiled: every place and every heading is tried.
+"""Search of the whole map for a scan, without a prior, compiled: every position and every heading is tried.
 
 The pictures of the map are those of coarse_search.py. Each is also pooled, so that a pixel holds the greatest grey
-value of a block: with these, a heading and a block of places get an upper bound of their score at once, and only the
-blocks with the highest bounds are looked into (the bound of branch and bound, after Hess et al., "Real-time loop
-closure in 2D lidar SLAM", ICRA 2016; here many places are wanted, and not the best one alone).
+value of a block: these give an upper bound of the score for a heading and a block of positions, and only the blocks
+with the highest bounds are evaluated (the bound of branch and bound, after Hess et al., "Real-time loop closure in 2D
+lidar SLAM", ICRA 2016; here many poses are wanted, and not only the best one).
 """
 
 from typing import Final, Self
@@ -11,7 +11,7 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.lines.facets import NX, NY, X, Y
 from slam.lines.segments import IntArray
 from slam.mapping.surfel_grid import Grid
@@ -82,7 +82,7 @@ def _pooled(pictures: Pictures) -> Pictures:
     return pooled
 
 
-@compiled
+@compiled_on_views
 def _shift(facet: FloatArray, theta: float) -> tuple[int, int, int]:
     """Return picture, rows and columns from the laser, of a facet for this heading of the laser."""
     c, s = np.cos(theta), np.sin(theta)

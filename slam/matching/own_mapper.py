@@ -1,4 +1,4 @@
-"""A matcher of the user's own with its map, both checked at every call."""
+"""A user's own matcher with its map, both checked at every call."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A hypothesis of where the robot is, and how well the scans bear it out."""
+"""A hypothesis of the robot's pose, with its evidence from the scans."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
 """The pose that fits a scan best: near the prior, in a window about it, and wherever else the robot may be.
 
-The prior is enough where most of the scan agrees with the map there. Else a window of three standard deviations is
-searched. Where what is found is still in doubt the wheels may have failed: said nothing, slipped, or been set to zero.
-Then every heading is tried within some metres of the last pose, whatever they say. A pose so far from what odometry
-predicts is taken only where the scan speaks for it as for no other. The map is asked what the scan should have seen
-from a pose as well as what it saw: see predicted_view.py.
+The prior is sufficient if most of the scan agrees with the map there. Otherwise a window of three standard deviations
+is searched. If the result is still doubtful, the wheels may have failed: stopped reporting, slipped, or been reset.
+Then every heading is tried within some metres of the last pose, independent of odometry. A pose so far from the
+prediction of odometry is accepted only if the scan clearly favours it over all others. The comparison uses both the
+walls that the scan saw and those that it should have seen from a pose: see predicted_view.py.
 """
 
 from dataclasses import dataclass

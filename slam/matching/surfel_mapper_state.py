@@ -1,4 +1,4 @@
-"""The state of this project's matcher and map: what is saved, and continued from."""
+"""State of this project's matcher and map, for saving and continuing."""
 
 from dataclasses import dataclass, field, replace
 from typing import Self
@@ -22,7 +22,7 @@ class SurfelMapperState:
     map: SurfelMap
     uncertainty: MapUncertainty
     T_map_base: Pose2D | None
-    """After the last match; None before the first scan."""
+    """Pose of the base after the last match; None before the first scan."""
     T_map_added: Pose2D | None
     """Pose of the laser when the last scan was added to the map."""
     covariance: FloatArray

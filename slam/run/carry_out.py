@@ -1,4 +1,4 @@
-"""An experiment carried out for a command or a program: on its topics, in its viewers, with its warnings."""
+"""Runs an experiment for a command or a program: on its topics, in its viewers, with its warnings."""
 
 from collections.abc import Sequence
 from pathlib import Path

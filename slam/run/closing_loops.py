@@ -1,4 +1,4 @@
-"""The loops of a run closed once more when it is over, and what is then known of it."""
+"""Final loop closing at the end of a run, and its results."""
 
 from array import array
 from dataclasses import dataclass

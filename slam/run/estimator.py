@@ -1,4 +1,4 @@
-"""The Estimator protocol, by which a run knows whatever estimates the pose; dead reckoning; the one of the settings."""
+"""The Estimator protocol of a run; dead reckoning; and the estimator of the settings."""
 
 from typing import Protocol
 

@@ -1,4 +1,4 @@
-"""Runs made by a command or a program: set up, carried out, and returned as values."""
+"""Runs for a command or a program: set up, executed, and returned as values."""
 
 from pathlib import Path
 from typing import Any, Literal

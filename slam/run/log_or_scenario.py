@@ -1,4 +1,4 @@
-"""The source of a run, told by its name: a scenario, or a recorded log."""
+"""The source of a run, recognised from its name: a scenario, or a recorded log."""
 
 from collections.abc import Sequence
 from pathlib import Path

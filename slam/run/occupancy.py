@@ -1,4 +1,4 @@
-"""An occupancy grid of a run: the cells in which beams ended, and those that they went through."""
+"""An occupancy grid of a run: cells in which beams ended, and cells that they passed."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

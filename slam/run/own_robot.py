@@ -1,4 +1,4 @@
-"""A back end of the user's own, checked at every call."""
+"""A user's own back end, checked at every call."""
 
 from typing import Any, Self
 

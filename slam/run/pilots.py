@@ -1,4 +1,4 @@
-"""Pilots decide where to drive: along way-points on the estimated pose, or about on the scans alone."""
+"""Pilots decide where to drive: along way-points on the estimated pose, or at random by the scans alone."""
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""A recorded run behind the same seam as a robot: it drives as it once did."""
+"""A recorded run with the interface of a robot: it drives as recorded."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Any ``Robot`` as a gymnasium environment: the one way in which a run steps a robot."""
+"""Any ``Robot`` as a gymnasium environment, the interface through which runs step robots."""
 
 import logging
 from collections.abc import Callable

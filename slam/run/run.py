@@ -1,4 +1,4 @@
-"""A run as a value: what it was, where its results are, and how it looks."""
+"""A finished run as a value: its outcome, its folder, its data and pictures."""
 
 from base64 import b64encode
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A run as the commands make it: with viewers, a summary and an exit code."""
+"""Runs an experiment for a command: with viewers, a summary and an exit code."""
 
 from collections.abc import Callable, Iterator
 from typing import Any, Final
@@ -16,7 +16,7 @@ _ERRORS: Final = (
 )  # fmt: skip
 _COLUMNS: Final = {"SLAM": "", "closed": "closed_", "dead reckoning": "odometry_"}
 """Trajectories, and the prefixes of their keys in ``metrics.json``."""
-_LOOPS: Final = "{loops_believed} of {loops} believed; {closures} closures on the way, {closing_s:.1f} s at the end"
+_LOOPS: Final = "{loops_believed} of {loops} believed; {closures} closures during the run, {closing_s:.1f} s at the end"
 _WALL_SHARES: Final = ("wall_precision", "wall_recall")
 _WALL_ERRORS: Final = ("wall_length_error_m", "wall_end_error_m", "wall_end_error_p90_m")
 _WALL_FAULTS: Final = ("wall_free_air_m", "wall_phantom_m", "wall_doubled_m")
@@ -25,10 +25,10 @@ _FACTS: Final = (
     ("scans (mapped)", "{scans} ({updates})"),
     (
         "odometry alone",
-        "{odometry_only} of {updates} matched scans ({odometry_only_share:.1%}) said nothing to be trusted",
+        "{odometry_only} of {updates} matched scans ({odometry_only_share:.1%}) were rejected",
     ),
     ("path, time", "{path_m:.1f} m, {duration_s:.1f} s{speed}"),
-    ("iterations", "mean {iterations_mean:.0f}, max {iterations_max}; {not_converged} of {updates} did not settle"),
+    ("iterations", "mean {iterations_mean:.0f}, max {iterations_max}; {not_converged} of {updates} did not converge"),
     ("SLAM a mapped scan", "median {slam_ms_median:.2f} ms, p99 {slam_ms_p99:.2f} ms"),
     ("map", "{map_points} points or surfels; {segments} segments seen"),
 )

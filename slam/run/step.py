@@ -1,4 +1,4 @@
-"""A step of a run, and those who watch it."""
+"""A step of a run, and the Watcher protocol."""
 
 from dataclasses import dataclass
 from typing import Protocol

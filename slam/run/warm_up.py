@@ -1,4 +1,4 @@
-"""The hot loops, compiled before the clock of a run starts."""
+"""Compiles the hot loops before the clock of a run starts."""
 
 from contextlib import nullcontext
 from time import perf_counter

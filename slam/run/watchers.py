@@ -1,4 +1,4 @@
-"""Watchers that keep no file: the progress bar of a run, and the signals that end it."""
+"""Watchers that write no file: the progress bar of a run, and the signals that end it."""
 
 from contextlib import ExitStack
 from signal import SIGINT
@@ -6,10 +6,11 @@ from time import perf_counter
 from types import FrameType
 
 from slam.closing import Closing
-from slam.console.signals import ENDING_SIGNALS, signal_handler
+from slam.console.signals import signal_handler
 from slam.console.terminal import Terminal
 from slam.pose import Pose2D
 from slam.run.step import Step
+from slam.system import ENDING_SIGNALS
 
 
 class RunProgress(Closing):

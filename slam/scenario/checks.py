@@ -1,4 +1,4 @@
-"""Checks of a drawn scenario: solids where the robot is to stand, and values that are allowed but hardly meant."""
+"""Checks of a drawn scenario: solids at positions of the robot, and valid but implausible values."""
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Descriptions of the value that was expected, in the words of somebody who writes a scenario file."""
+"""Descriptions of the expected value, in the terms of scenario files."""
 
 from collections.abc import Iterator
 from itertools import count

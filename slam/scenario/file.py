@@ -1,4 +1,4 @@
-"""Scenario files: loaded, written, and told in a few words."""
+"""Scenario files: reading, writing, and a short description."""
 
 from collections.abc import Sequence
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""The devices of a real robot: where they are connected, and how they are used."""
+"""The devices of a real robot: their ports and settings."""
 
 from typing import Annotated, Final, Literal
 
@@ -18,7 +18,8 @@ _URLS: Final = ("socket", "rfc2217", "loop")
 def _port(name: str) -> str:
     kind, url, _ = name.partition("://")
     if url and kind not in _URLS:
-        raise ValueError(f"a port is a device such as /dev/ttyUSB0, or {', '.join(f'{kind}://' for kind in _URLS)}")
+        urls = ", ".join(f"{kind}://" for kind in _URLS)
+        raise ValueError(f"a port is a device such as /dev/ttyUSB0 or COM3, or {urls}")
     return name
 
 
@@ -44,8 +45,9 @@ class FlashSettings(Section):
 class HardwareConfig(Section):
     """Devices that ``--backend hardware`` opens.
 
-    A port is a device, ``socket://host:port``, ``rfc2217://host:port``, ``loop://``, or ``wire:FILE#port``, which plays
-    a recording of --record-wire.
+    A port is a device (``/dev/ttyUSB0``, on macOS ``/dev/cu.usbserial-1410``, on Windows ``COM3``),
+    ``socket://host:port``, ``rfc2217://host:port``, ``loop://``, or ``wire:FILE#port``, which plays a recording of
+    --record-wire.
     """
 
     robot_port: Port = "/dev/ttyUSB0"

@@ -1,4 +1,4 @@
-"""The JSON schema of scenario files, by which editors complete and check them as they are written."""
+"""The JSON schema of scenario files, with which editors complete and check them."""
 
 import ast
 import json

@@ -1,4 +1,4 @@
-"""The lidar of a scenario: which one, where it sits, and its errors."""
+"""The lidar of a scenario: its model, its mount, and its errors."""
 
 from typing import Annotated, Any, Literal
 

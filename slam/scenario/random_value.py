@@ -1,4 +1,4 @@
-"""Values that are drawn anew for every seed: ``{uniform: [0.2, 0.6]}`` in place of a plain value."""
+"""Values that are drawn for every seed: ``{uniform: [0.2, 0.6]}`` in place of a plain value."""
 
 from abc import abstractmethod
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""A scenario: a world, a robot in it, where it goes, and the method that maps it. Read from YAML."""
+"""A scenario: a world, a robot in it with a route, and the SLAM method. Read from YAML."""
 
 from typing import Annotated, Any, Self
 

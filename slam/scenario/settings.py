@@ -1,4 +1,4 @@
-"""``--set key=value``: settings given by hand, on top of a file."""
+"""``--set key=value``: settings that override a file."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any, Final
@@ -35,7 +35,7 @@ def parse_setting(text: str) -> tuple[KeyPath, Any]:
 
 
 def apply_settings(data: dict[str, Any], settings: Iterable[tuple[KeyPath, Any]]) -> None:
-    """Write each setting into the nested ``data``, with the missing mappings on the way."""
+    """Write each setting into the nested ``data``, with the missing mappings above it."""
     for key_path, value in settings:
         at: Any = data
         for step in key_path[:-1]:
@@ -77,6 +77,6 @@ def _check_item(at: Any, step: str | int, key_path: KeyPath) -> None:
     name = ".".join(map(str, key_path))
     if isinstance(at, list):
         if not isinstance(step, int) or step >= len(at):
-            raise ScenarioError(f"--set {name}: there are {len(at)} items here; {step} is none of 0 to {len(at) - 1}")
+            raise ScenarioError(f"--set {name}: there are {len(at)} items here; {step} is not in 0 to {len(at) - 1}")
     elif not isinstance(at, dict):
         raise ScenarioError(f"--set {name}: {step} lies inside {at!r}, which has no parts")

@@ -1,4 +1,4 @@
-"""The scenarios that come with hopslam, and scenarios found by name or path."""
+"""The shipped scenarios, and scenarios found by name or path."""
 
 from contextlib import suppress
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Upright prisms, which every thing of a world is made of, and how far points are from them.
+"""Upright prisms, of which every thing of a world is made, and the distances of points from them.
 
 Metres and radians, map frame; the floor is z = 0.
 """

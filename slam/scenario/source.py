@@ -1,4 +1,4 @@
-"""The data of a scenario: a YAML file, those that it extends, and settings given by hand on top."""
+"""The data of a scenario: a YAML file, the files that it extends, and settings that override them."""
 
 from collections.abc import Sequence
 from pathlib import Path

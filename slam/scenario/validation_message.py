@@ -1,4 +1,4 @@
-"""Errors of pydantic about a scenario, told in the words of its YAML file."""
+"""Pydantic's errors of a scenario, in the terms of its YAML file."""
 
 from typing import Any, NamedTuple, get_args
 

@@ -1,4 +1,4 @@
-"""Values that the sections of a scenario are made of: positive numbers, points and poses in SI units and radians."""
+"""Values in sections of a scenario: positive numbers, points and poses in SI units and radians."""
 
 from dataclasses import dataclass
 from math import pi

@@ -1,4 +1,4 @@
-"""The world of a scenario as a plan: what stands on the floor, and who walks there. Metres and radians, map frame."""
+"""The world of a scenario as a plan: solids, and people who walk. Metres and radians, map frame."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""YAML read safely: the line of every key, so that an error can say where it is, and faults in plain words."""
+"""Safe reading of YAML, with the line of every key for messages, and readable faults."""
 
 import re
 from pathlib import Path

@@ -31,7 +31,7 @@ class CodeBundle:
         number = version("hopslam")  # hopslam is not installed on the machines: this gives them its version
         about = self.folder / f"hopslam-{number}.dist-info"
         about.mkdir()
-        (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: hopslam\nVersion: {number}\n")
+        (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: hopslam\nVersion: {number}\n", encoding="utf-8")
         for file in files:
             place = self.folder / _FILES / file.resolve().relative_to("/")
             place.parent.mkdir(parents=True, exist_ok=True)

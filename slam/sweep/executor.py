@@ -1,4 +1,4 @@
-"""Interface of what runs a sweep's jobs: processes of this machine, or a cluster."""
+"""Interface of the executors of a sweep's jobs: processes of this machine, or a cluster."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Folder by path or by URL, in which files appear at once or not at all."""
+"""A folder by path or by URL, in which files appear at once or not at all."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import IO, Any, Final
 
 from slam.errors import InputError, StorageError
 from slam.files.atomic_files import DRAFT, clear_drafts, write_atomic
-from slam.files.disk import disk
+from slam.files.disk import WholeFile, disk
 from slam.named_code import import_optional
 
 _ASIDE: Final = ".damaged-"
@@ -92,8 +92,7 @@ class Folder:
             return
         place = self.path / name
         if draft.is_file():
-            with draft.open("rb") as file:
-                os.fsync(file.fileno())
+            WholeFile(draft, "rb+").close()  # puts it on the disk
         elif place.is_symlink():
             place.unlink()
         elif place.is_dir():

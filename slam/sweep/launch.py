@@ -1,4 +1,4 @@
-"""Sweeps made by a command or a program: planned, run, and returned as values."""
+"""Sweeps for a command or a program: planned, run, and returned as values."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from slam.sweep.report.tables import tables
 from slam.sweep.result_rows import Row
 from slam.sweep.result_store import ResultStore
 from slam.sweep.sweep import ExecutionOptions, SweepOutcome, run_sweep
+from slam.system import usable_cores
 
 if TYPE_CHECKING:
     from slam.sweep.report.write import SweepReport
@@ -93,7 +94,7 @@ def sweep(
     """
     planned = plan(scenarios, seeds, modes, grid, sample, settings, allow_modules)
     address = folder_of(planned, out)
-    options = ExecutionOptions(jobs or processors(), ray, retry, pictures)
+    options = ExecutionOptions(jobs or usable_cores(), ray, retry, pictures)
     outcome = run_sweep(planned, address, options, console or Terminal(quiet=True))
     if check and outcome.interrupted:
         raise KeyboardInterrupt(f"the same sweep goes on with what is missing in {address}")
@@ -124,11 +125,6 @@ def plan(
 def folder_of(planned: Plan, out: str | os.PathLike[str] | None) -> str:
     """Return path or URL of the results."""
     return f"sweeps/{planned.config.name}" if out is None else os.fspath(out)
-
-
-def processors() -> int:
-    """Return the number of processors that this program may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _sampled(key: str, distribution: Any) -> tuple[str, Any]:

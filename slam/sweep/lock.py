@@ -1,14 +1,14 @@
-"""Lock that lets one driver at a time work in a sweep's folder."""
+"""Lock of a sweep's folder for a single driver."""
 
-import fcntl
 import json
 import os
 import platform
-from contextlib import suppress
 from typing import IO, Any, Final, Self
 
 from slam.errors import InputError
+from slam.files.file_lock import try_lock
 from slam.sweep.folder import Folder
+from slam.system import is_running
 
 _NAME: Final = "driver.lock"
 
@@ -16,7 +16,7 @@ _NAME: Final = "driver.lock"
 class SweepLock:
     """Lock of a folder for one driver; InputError while another driver has it.
 
-    On a file system the kernel holds it, and releases it when the process dies. At a URL it is a file with host and
+    On a file system the system holds it, and releases it when the process dies. At a URL it is a file with host and
     process: the lock of a dead process of this host is taken over.
     """
 
@@ -42,12 +42,10 @@ class SweepLock:
         assert self._folder.path is not None
         self._folder.path.mkdir(parents=True, exist_ok=True)
         self._file = (self._folder.path / _NAME).open("a+", encoding="utf-8", errors="replace")
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
+        if not try_lock(self._file):
             self._file.seek(0)
             with self._file:
-                raise self._refusal(self._file.read()) from error
+                raise self._refusal(self._file.read())
         self._file.truncate(0)
         self._file.write(self._me)
         self._file.flush()
@@ -80,9 +78,4 @@ def _may_run(other: str) -> bool:
     who = _claim(other)
     if who.get("host") != platform.node() or not isinstance(who.get("pid"), int):
         return True
-    with suppress(PermissionError, OverflowError):
-        try:
-            os.kill(who["pid"], 0)
-        except ProcessLookupError:
-            return False
-    return True
+    return is_running(who["pid"])

@@ -32,7 +32,7 @@ def make_plan(names: str | Sequence[str], changes: dict[str, Any], allow_modules
     if not files:
         return Plan(_config(_config_of_names(names) | changes, None), allowed=allowed)
     if len(names) > 1:
-        raise InputError(f"{files[0]}: a sweep file stands alone; put the other scenarios into it")
+        raise InputError(f"{files[0]}: a sweep file must be the only argument; put the other scenarios into it")
     file = YamlFile(files[0])
     config = _config({"name": files[0].stem} | file.data | changes, file)
     _check_code(config, file, allowed)

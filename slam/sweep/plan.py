@@ -1,4 +1,4 @@
-"""All runs of a sweep, one after another, made when they are asked for."""
+"""All runs of a sweep, generated one after another."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

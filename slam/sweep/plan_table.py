@@ -1,4 +1,4 @@
-"""Table of what a sweep would run, and how long that takes, before it is started."""
+"""Table of the planned runs of a sweep and their time, before it starts."""
 
 from collections.abc import Sequence
 from contextlib import closing, suppress

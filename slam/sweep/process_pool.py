@@ -5,23 +5,21 @@ import os
 import signal
 import sys
 import threading
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from multiprocessing import connection, get_context
+from multiprocessing import connection, get_context, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from typing import Any, Final
 
 from slam.sweep.executor import FinishedJob, LostJob
 from slam.sweep.job import Job
+from slam.system import leave_terminal
 
 ONE_THREAD: Final = dict.fromkeys(
     ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 )
 """Environment of a worker: one thread, as there are as many workers as processors, and sums keep their order."""
-_PARENT_CHECK_PERIOD: Final = 1.0
-"""Seconds between two checks whether the driver still runs."""
 
 
 class ProcessPool:
@@ -78,7 +76,7 @@ class _Worker:
         self.job: Job | None = None
         self.pipe, far_end = get_context("spawn").Pipe()
         self._process: SpawnProcess = get_context("spawn").Process(
-            target=_work, args=(far_end, os.getpid(), runs, pictures, allowed), daemon=True
+            target=_work, args=(far_end, runs, pictures, allowed), daemon=True
         )
         with environment(ONE_THREAD), main_module_hidden():
             self._process.start()
@@ -111,10 +109,10 @@ class _Worker:
         self.pipe.close()
 
 
-def _work(pipe: Connection, driver: int, runs: str, pictures: bool, allowed: Sequence[str]) -> None:
-    """Run jobs until the pipe is closed or the driver (its process id) has died; then stop at once, even in a run."""
-    os.setsid()  # Ctrl-C is for the driver, which then ends its workers
-    threading.Thread(target=_exit_with, args=(driver,), daemon=True).start()
+def _work(pipe: Connection, runs: str, pictures: bool, allowed: Sequence[str]) -> None:
+    """Run jobs until the pipe is closed or the driver has died; then stop at once, even in a run."""
+    leave_terminal()
+    threading.Thread(target=_exit_with_driver, daemon=True).start()
     from slam.sweep.run_job import run_job  # here, so that the worker spends the time
 
     while (message := _next(pipe)) is not None:
@@ -129,9 +127,10 @@ def _next(pipe: Connection) -> bytes | None:
         return None
 
 
-def _exit_with(driver: int) -> None:
-    while os.getppid() == driver:
-        time.sleep(_PARENT_CHECK_PERIOD)
+def _exit_with_driver() -> None:
+    driver = parent_process()
+    assert driver is not None
+    driver.join()
     os._exit(1)
 
 

@@ -1,4 +1,4 @@
-"""Running one row of a sweep again, and comparing what comes out."""
+"""Runs one row of a sweep again, and compares the results."""
 
 from collections.abc import Sequence
 from contextlib import closing

@@ -1,7 +1,6 @@
 """Rows of a sweep's results, and the Parquet file that holds them.
 
-A row has plain values, as JSON has them. The file is written anew from the old one and new rows, a batch at a time in
-memory.
+A row has plain values, as in JSON. The file is rewritten from the old one and new rows, with one batch in memory.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Storage of a sweep's rows: each exactly once, whatever is killed when."""
+"""Storage of a sweep's rows: each exactly once, even after kills."""
 
 import json
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""The work of a sweep's worker: one run, whatever becomes of it."""
+"""The work of a sweep's worker: one run, with a row for every outcome."""
 
 import platform
 from collections.abc import Sequence

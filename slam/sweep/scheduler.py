@@ -1,4 +1,4 @@
-"""The loop of a sweep: jobs to the executor, rows to the store."""
+"""The loop of a sweep: submit jobs to the executor, store their rows."""
 
 from collections import Counter, deque
 from collections.abc import Callable, Iterable

@@ -1,4 +1,4 @@
-"""A whole sweep: what is missing is run, and its rows are kept."""
+"""A whole sweep: run the missing jobs, and store their rows."""
 
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager

@@ -1,4 +1,4 @@
-"""Topics of DDS whose messages are bytes: CDR goes through as it is."""
+"""Topics of DDS whose messages are bytes: CDR passes unchanged."""
 
 import ctypes
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""The bus that the nodes of ROS 2 are on, by the rclpy of an installed ROS: whatever middleware that one has."""
+"""A bus to the nodes of ROS 2 through the rclpy of an installed ROS, with its middleware."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The bus that the nodes of ROS 2 are on: DDS, by Cyclone DDS."""
+"""A bus to the nodes of ROS 2 through Cyclone DDS."""
 
 import logging
 import threading

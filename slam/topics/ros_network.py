@@ -1,4 +1,4 @@
-"""The programs that a node of ROS 2 meets: its domain, and the machines on which it looks for others."""
+"""The network of a ROS 2 node: its domain, and the machines on which it searches for other nodes."""
 
 import os
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ _MAX_DOMAIN: Final = 232
 """Largest domain: above it DDS has no ports left."""
 _RANGES: Final = ("LOCALHOST", "SUBNET", "SYSTEM_DEFAULT")
 _THIS_MACHINE: Final = "<Interfaces><NetworkInterface address='127.0.0.1' multicast='true'/></Interfaces>"
-_MAX_PROGRAMS: Final = 32
+_MAX_PARTICIPANTS: Final = 32
 """Participants of this machine that are searched one by one without multicast, as in ROS."""
 
 
@@ -55,6 +55,6 @@ class RosNetwork:
         addresses = "".join(f"<Peer address={quoteattr(peer)}/>" for peer in peers)
         return (
             f"<CycloneDDS><Domain><General>{_THIS_MACHINE if self.this_machine else ''}</General><Discovery>"
-            f"<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{_MAX_PROGRAMS}</MaxAutoParticipantIndex>"
+            f"<ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{_MAX_PARTICIPANTS}</MaxAutoParticipantIndex>"
             f"<Peers>{addresses}</Peers></Discovery></Domain></CycloneDDS>"
         )

@@ -1,4 +1,4 @@
-"""A topic, and the bus that carries messages."""
+"""A topic, and the Bus protocol that carries messages."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

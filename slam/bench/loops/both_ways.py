@@ -1,4 +1,4 @@
-"""Runs of the method on one log with loops closed and without, scan by scan in turn: both meet the same load."""
+"""Runs of the method on one log with and without loop closing, scan by scan in turn under the same machine load."""
 
 from dataclasses import dataclass
 from time import process_time, thread_time

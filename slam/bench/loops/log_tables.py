@@ -1,4 +1,4 @@
-"""Tables of logs run with loops and without: errors, the loops themselves, what they cost."""
+"""Tables of logs run with and without loop closing: errors, loops, costs."""
 
 from collections.abc import Sequence
 from math import isnan

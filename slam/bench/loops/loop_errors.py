@@ -1,4 +1,4 @@
-"""Right and wrong loops: what was measured between the places of two scans, against a reference."""
+"""Correct and wrong loops: the measured motion between two scans, against a reference."""
 
 from typing import Final, NamedTuple
 
@@ -56,7 +56,7 @@ def is_wrong(errors: PoseErrors) -> NDArray[np.bool_]:
 def loop_errors(closed: ClosedRun, reference: InterpolatedPoses) -> PoseErrors:
     """Return the median errors (L,) of each loop between pairs of its scans.
 
-    Nan if the reference covers none of them.
+    The error is nan if the reference covers none of them.
     """
     rows = [_errors_of(loop, closed, reference) for loop in closed.loops]
     metres, radians = np.array(rows).reshape(-1, 2).T

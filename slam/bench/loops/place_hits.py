@@ -62,7 +62,7 @@ def place_hits(closed: ClosedRun, reference: InterpolatedPoses) -> PlaceHits:
 def rank_of(true: FloatArray, places: FloatArray) -> int:
     """Return the index of the first of the places (N, 3) that is the true one (3,).
 
-    A number beyond RANKS if none is.
+    If none is, the index is beyond RANKS.
     """
     offsets = places - true
     near = np.hypot(offsets[:, 0], offsets[:, 1]) < RIGHT_METRES

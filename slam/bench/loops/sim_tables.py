@@ -1,4 +1,4 @@
-"""Tables of drives in the simulator with loops and without, and of an hour around one."""
+"""Tables of drives in the simulator with and without loop closing, and of one hour around a loop."""
 
 from itertools import product
 from typing import Final

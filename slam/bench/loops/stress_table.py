@@ -1,4 +1,4 @@
-"""Table of logs made harder, with loops and without."""
+"""Table of harder variants of logs, with and without loop closing."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,9 +1,9 @@
 """Fig. 7: over-hopping, which does not happen.
 
-sigma_3 cannot fall when a point is added, so a hop that leaps over the end of a segment and over the next one too is
-still refused where it lands, and the reverse hop finds the end.
+sigma_3 cannot fall when a point is added; so the test after a hop fails even if the hop leaps over the end of a segment
+and over the whole next one, and the reverse hop finds the end.
 
-Counted here: how often the segments with hops differ from those without, and how many values of sigma_3 they take.
+The module counts how often the segments with hops differ from those without, and how many tests of sigma_3 they need.
 """
 
 from collections.abc import Iterator, Sequence

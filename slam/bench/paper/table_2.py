@@ -1,6 +1,6 @@
 """Table 2: time and speed-up of hopping over 2280 nearly collinear points.
 
-There are three ways to compute sigma_3, and the speed-up that eqs. (13) and (14) promise.
+It compares three ways to compute sigma_3, and the speed-up predicted by eqs. (13) and (14).
 """
 
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""Tables of the measurements beside the numbers that the paper printed."""
+"""Tables of the measurements, compared with the numbers in the paper."""
 
 from collections.abc import Sequence
 from math import degrees

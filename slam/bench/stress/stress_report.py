@@ -1,4 +1,4 @@
-"""``hopslam bench slam --stress``: errors on recorded logs that were made harder in known ways."""
+"""``hopslam bench slam --stress``: errors on harder variants of recorded logs."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Runs of the method on logs made harder, and their errors."""
+"""Runs of the method on harder variants of logs, and their errors."""
 
 from dataclasses import replace
 from functools import lru_cache

@@ -147,7 +147,7 @@ def _part(variant: str, text: str) -> tuple[Variation, float]:
             raise ValueError
     except ValueError:
         raise InputError(
-            f"variant {variant!r}: {text!r} is none; need NAME=NUMBER with one of {', '.join(VARIATIONS)}, as in "
+            f"variant {variant!r}: {text!r} is not valid; need NAME=NUMBER with one of {', '.join(VARIATIONS)}, as in "
             "every=5,blind=10"
         ) from None
     return VARIATIONS[name], number

@@ -1,6 +1,6 @@
 """A graph on the disk: ``graph.json``, with a line for each node, key scan, submap, constraint and loop.
 
-Its numbers are plain text that comes back to the last bit.
+Its numbers are plain text that is read back exactly.
 """
 
 import json
@@ -114,7 +114,7 @@ def _validation_message(errors: ValidationError) -> str:
         return f"version: this hopslam reads version {VERSION}, and not {error['input']!r}; optimize again, or update"
     location, reason = error_message(error, GraphDocument)
     key = f"{'.'.join(map(str, location))}: " if location else ""
-    return f"{key}{reason}; make the file anew with hopslam optimize"
+    return f"{key}{reason}; make it again with hopslam optimize"
 
 
 def _edges(document: GraphDocument) -> list[Edge]:

@@ -1,4 +1,4 @@
-"""``walls.geojson``: the line map of a closed run, each wall with how sure it is."""
+"""``walls.geojson``: the line map of a closed run, each wall with its uncertainty."""
 
 import json
 from pathlib import Path

@@ -1,7 +1,7 @@
-"""Bags of ROS 1 and ROS 2, and MCAP files: scans of one lidar, with the odometry that came along.
+"""Bags of ROS 1 and ROS 2, and MCAP files: scans of one lidar, with odometry.
 
 Odometry is that of ``nav_msgs/Odometry``, or else the transforms from ``odom`` to the base; the mount of the lidar
-comes from the transforms. A log of this project says besides where in the map it began, and what was true.
+comes from the transforms. A log of this project also has its start pose in the map, and true poses.
 """
 
 from collections.abc import Callable, Iterable, Iterator

@@ -1,4 +1,4 @@
-"""Messages of a bag that matter to a replay, by type and topic."""
+"""Messages of a bag that a replay needs, by type and topic."""
 
 from __future__ import annotations
 

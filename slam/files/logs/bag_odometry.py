@@ -1,4 +1,4 @@
-"""Odometry of a bag on the clock of its scans, with what is wrong with it mended or said."""
+"""Odometry of a bag on the clock of its scans; faults are repaired or reported."""
 
 from __future__ import annotations
 

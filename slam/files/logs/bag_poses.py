@@ -1,4 +1,4 @@
-"""Poses in a bag: along the time of its scans, and in the tree of its frames."""
+"""Poses in a bag: interpolated at the times of scans, and in the tree of frames."""
 
 from __future__ import annotations
 

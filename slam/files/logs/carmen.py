@@ -1,4 +1,4 @@
-"""CARMEN logs: text, one message a line, the laser messages carrying the wheel odometry too.
+"""CARMEN logs: text, one message per line; the laser messages include the wheel odometry.
 
 The messages are those of http://carmen.sourceforge.net/logger_playback.html and of CARMEN's own reader, readlog.c.
 """

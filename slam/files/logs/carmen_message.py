@@ -1,4 +1,4 @@
-"""Messages of a CARMEN log: the words of a line to numbers."""
+"""Parsers of the messages of a CARMEN log."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

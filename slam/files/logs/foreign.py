@@ -1,4 +1,4 @@
-"""Files that are given as logs and are none that hopslam reads, with what to do about them."""
+"""Recognises files in formats that hopslam does not read, with advice."""
 
 import re
 from typing import Final

@@ -1,4 +1,4 @@
-"""Wheel odometry that was set to another pose on the way, joined again."""
+"""Joins wheel odometry that was set to another pose during a log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Poses that no wheels can have driven to and back from: a garbled number, and not a way."""
+"""Removes poses that no wheels can have driven to and back from, such as garbled numbers."""
 
 from collections.abc import Callable, Sequence
 from typing import Final, TypeVar

@@ -1,4 +1,4 @@
-"""Reading a recorded log whose format is known by its content; what only bags need is imported when there is one."""
+"""Reads a recorded log whose format is recognised from its content; modules for bags are imported only for bags."""
 
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing

@@ -1,4 +1,4 @@
-"""Accounts of reading a log: what was read, what was skipped, and what was mended, each with its place in the file."""
+"""Statistics of reading a log: what was read, skipped, and repaired, each with its place in the file."""
 
 from collections import Counter
 from dataclasses import dataclass, field
@@ -71,10 +71,7 @@ class ReadStatistics:
         _count(self._mended, kind, place, detail)
 
     def report(self, scans: int) -> str:
-        """Format one line, such as '4791 scans, 3 lines skipped (2 truncated, lines 17 to 40.
-
-        1 not a number, line 20)'.
-        """
+        """Format one line, such as '4791 scans, 3 lines skipped (2 truncated, lines 17 to 40)'."""
         mended = [tally.mended(kind, self.unit) for kind, tally in self._mended.items()]
         return "; ".join([", ".join([_number(scans, "scan"), *self._skipped()]), *mended, *self.notes])
 

@@ -1,7 +1,7 @@
 """ROS 1 bags, format 2.0: http://wiki.ros.org/Bags/Format/2.0.
 
-The reader of the container is the project's own: bags of 2010 give a wrong length for their index records, on which
-rosbags gives up, and a bag that was cut has no index at all.
+The reader of the container is the project's own: bags of 2010 have a wrong length of their index records, which rosbags
+rejects, and a truncated bag has no index.
 """
 
 import io

@@ -1,6 +1,6 @@
 """Bags of ROS 2: a folder of sqlite3 or MCAP files, whole or packed with zstd, with or without its metadata.yaml.
 
-The reader is the project's own: that of rosbags unpacks without a bound, and gives up where one message is damaged.
+The reader is the project's own: that of rosbags unpacks without a limit, and fails at one damaged message.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Stamps that increase: equal, zero and garbled ones mended, and the steps of a clock undone, in the order of the file.
+"""Makes stamps increase: repairs equal, zero and garbled ones, and corrects clock steps, in the order of the file.
 
-The order of a file is that in which things happened, whatever a clock says; so no scan is given up for its stamp.
+The order of a file is taken as the true one, whatever the clock; so no scan is dropped because of its stamp.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def _mended_times(
     for index in mended.garbled:
         statistics.mend("stamps that do not increase, set between their neighbours", places[index])
     for step in mended.steps:
-        statistics.mend("clock set back, undone", places[step.after], f"{step.seconds:.3f} s")
+        statistics.mend("clock that was set back, corrected", places[step.after], f"{step.seconds:.3f} s")
     if clock.trusted or received is None:
         return mended.stamps, clock
     return increasing(clock.times(stamps, received)[0]).stamps, clock

@@ -1,4 +1,4 @@
-"""Ranges of the scans of a log, read from its file again when they are asked for."""
+"""Ranges of the scans of a log, read from its file again on request."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class StreamedRanges:
         return len(self._beams)
 
     def __getitem__(self, index: int) -> FloatArray:
-        """Return row ``k``, read-only. LogError if the file has changed."""
+        """Return row ``index``, read-only. LogError if the file has changed."""
         index = range(len(self))[index]
         if index < self._next - len(self._recent):
             self._rows, self._next = self._read(), 0

@@ -1,4 +1,4 @@
-"""The text logs of a URG-04LX on a robot with wheel encoders that came with tinySLAM (mines1): one scan a line.
+"""The text logs of a URG-04LX on a robot with wheel encoders, as in tinySLAM (mines1): one scan per line.
 
 Column 0 is the time in microseconds, 2 and 3 the left and right encoder counts, 24 to 705 the 682 ranges in mm.
 """

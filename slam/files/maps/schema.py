@@ -54,7 +54,7 @@ class SavedGrid(Section):
             self._walk(first, seen, (row, column))
         self._walk(self.free, seen, None)
         if not seen.all():
-            raise ValueError(f"surfels[{int(np.argmin(seen))}] is in no list")
+            raise ValueError(f"surfels[{int(np.argmin(seen))}] is not in any list")
         return self
 
     def _walk(self, k: int, seen: NDArray[np.bool_], place: tuple[int, int] | None) -> None:
@@ -95,7 +95,7 @@ class _WithCovariance(Section):
         matrix = np.array(self.covariance)
         scale = max(float(np.abs(matrix).max()), 1e-300)
         if np.abs(matrix - matrix.T).max() > 1e-6 * scale or np.linalg.eigvalsh(matrix).min() < -1e-6 * scale:
-            raise ValueError("covariance is not symmetric with eigenvalues of 0 and more")
+            raise ValueError("covariance is not symmetric and positive semidefinite")
         return self
 
 
@@ -172,7 +172,7 @@ class MapDocument(Section):
     def _the_robot_is_in_a_tile(self) -> Self:
         tiles = [saved.tile for saved in self.tiles]
         if len(set(tiles)) < len(tiles):
-            raise ValueError("tiles: one is there twice")
+            raise ValueError("tiles: one occurs twice")
         if self.robot.tile is not None and self.robot.tile not in tiles:
-            raise ValueError(f"robot.tile {self.robot.tile} is none of the tiles")
+            raise ValueError(f"robot.tile {self.robot.tile} is not one of the tiles")
         return self

@@ -1,4 +1,4 @@
-"""Messages of ROS 1 and ROS 2 as this project's values; BadLine for bytes that are no such message."""
+"""Converts messages of ROS 1 and ROS 2 to this project's values; BadLine for invalid bytes."""
 
 import struct
 from math import atan2, hypot

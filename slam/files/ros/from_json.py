@@ -1,4 +1,4 @@
-"""Messages written as JSON, as Foxglove sends them, in CDR."""
+"""Converts messages in JSON, as Foxglove sends them, to CDR."""
 
 import json
 from typing import Any, Final

@@ -1,4 +1,4 @@
-"""Messages that a running robot sends and no log has: its map, its joints, its battery, the time."""
+"""Messages of a running robot that are not in a log: map, joints, battery, time."""
 
 from collections.abc import Sequence
 from math import nan

@@ -1,4 +1,4 @@
-"""MCAP files, written as they grow and read to their end or to where they were cut: https://mcap.dev/spec."""
+"""MCAP files, written scan by scan, and read up to their end or damage: https://mcap.dev/spec."""
 
 import struct
 import zlib

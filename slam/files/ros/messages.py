@@ -1,4 +1,4 @@
-"""Messages of a bag in whatever container, and the topics and message types of ROS."""
+"""Messages of bags in any container, and the topics and message types of ROS."""
 
 from __future__ import annotations
 

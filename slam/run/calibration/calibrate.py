@@ -1,4 +1,4 @@
-"""A robot driven around squares, and its wheels fitted to them."""
+"""Drives a robot around squares, and fits its wheels to them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Results of a calibration: a table, a picture of the squares, and a scenario on top of another."""
+"""Results of a calibration: a table, a picture of the squares, and a scenario with the calibrated wheels."""
 
 from pathlib import Path
 
@@ -20,9 +20,9 @@ def summary(calibration: Calibration) -> TerminalTable:
     """Describe the factors, the resulting wheels, and UMBmark's figure before and after."""
     fit, errors = calibration.fit, calibration.errors
     factors = (
-        ("left wheel, true way per way reported", fit.left, errors.left),
+        ("left wheel, true per reported distance", fit.left, errors.left),
         ("right wheel, the same", fit.right, errors.right),
-        ("track, true per believed", fit.track, errors.track),
+        ("track, true per assumed", fit.track, errors.track),
     )
     rows = [(name, f"{value:.5f} +- {2.0 * error:.5f}") for name, value, error in factors]
     rows.append(("right wheel to left wheel", f"{fit.right / fit.left:.5f}"))

@@ -1,7 +1,7 @@
-"""UMBmark's squares: sides and quarter turns on the odometry alone, clockwise and counter-clockwise.
+"""UMBmark's squares: sides and quarter turns by odometry alone, clockwise and counter-clockwise.
 
-Borenstein and Feng, IEEE T-RA 12(6), 1996: an error of the wheels that turns the one way's square open turns the
-other's closed, so driving both ways tells the errors apart.
+Borenstein and Feng, IEEE T-RA 12(6), 1996: different errors of the wheels open or close the squares of the two
+directions in different ways, so driving both directions separates the errors.
 """
 
 from collections.abc import Callable, Iterator

@@ -1,7 +1,7 @@
 """Wheel radii and track fitted to the motion that the odometry reports and the motion that was true.
 
-The closed form of Censi, Franchi, Marchionni and Oriolo (IEEE T-RO 29, 2013): headings first, which are linear in each
-wheel's way over the track, then ways, which are linear in the track.
+The closed form of Censi, Franchi, Marchionni and Oriolo (IEEE T-RO 29, 2013): first the headings, which are linear in
+each wheel's distance over the track, then the positions, which are linear in the track.
 """
 
 from collections.abc import Sequence
@@ -73,7 +73,7 @@ def fit_wheels(legs: Sequence[Leg], track: float) -> WheelFit:
     believed = np.array([wrap_angles(np.diff(leg.odometry[:, 2])).sum() for leg in legs])  # may be over half a turn
     turned = believed + wrap_angles(np.array([leg.truth[-1, 2] - leg.truth[0, 2] for leg in legs]) - believed)
     if np.linalg.matrix_rank(totals, tol=0.1) < 2:
-        raise InputError("the wheels cannot be told from this drive; it needs straight ways and turns")
+        raise InputError("this drive does not determine the wheels; it needs straight legs and turns")
     per_track = np.linalg.lstsq(totals, turned, rcond=None)[0]  # of each wheel's distance, radians per metre
     of_unit_track = [
         dead_reckoned(np.zeros(3), per_track[0] * left, per_track[1] * right, 1.0) for left, right in distances

@@ -1,7 +1,7 @@
 """The log of a run as CARMEN text: ``PARAM``, and for each scan ``ODOM``, ``TRUEPOS`` and ``ROBOTLASER1``.
 
-What the messages have no field for stands in ``PARAM hopslam_...`` lines, which other readers pass by: see
-slam/files/logs/carmen_message.py. With it, a replay gives the same run.
+Values without a field in these messages are in ``PARAM hopslam_...`` lines, which other readers ignore: see
+slam/files/logs/carmen_message.py. With them, a replay gives the same run.
 """
 
 from collections.abc import Iterator

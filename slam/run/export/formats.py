@@ -1,4 +1,4 @@
-"""The formats by name; what writes one is imported when it is asked for."""
+"""The formats by name; the writer of a format is imported when it is used."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """The graph of a run in the format of g2o, which GTSAM and most other solvers read too.
 
-The error of an edge is measured^-1 (first^-1 second) there, in the axes of the second node where the edge has it; ours
-is in those of the first, so the information is turned. That of a loop is weighed by how far the loop is believed: a
-solver without a robust kernel comes to the same poses.
+In g2o the error of an edge is measured^-1 (first^-1 second), in the axes of the second node; ours is in those of the
+first, so the information is rotated. That of a loop is multiplied by the loop's weight: so a solver without a robust
+kernel finds the same poses.
 """
 
 from collections.abc import Iterator

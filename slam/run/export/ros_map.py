@@ -32,7 +32,7 @@ def write_ros_map(record: RunRecord, out: Path) -> None:
     with atomic_folder(out) as draft:
         draft.mkdir()
         Image.fromarray(_pixels(grid)).save(draft / "map.pgm")
-        (draft / "map.yaml").write_text(yaml.safe_dump(header, sort_keys=False))
+        (draft / "map.yaml").write_text(yaml.safe_dump(header, sort_keys=False), encoding="utf-8", newline="\n")
 
 
 def _pixels(grid: Occupancy) -> NDArray[np.uint8]:

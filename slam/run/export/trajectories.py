@@ -1,4 +1,4 @@
-"""The trajectory of a run as TUM text, and all that is known of every scan as one CSV table."""
+"""The trajectory of a run as TUM text, and the data of every scan as one CSV table."""
 
 import csv
 import io

@@ -38,7 +38,7 @@ def draw_errors(folder: Path) -> None:
         plain_axes(axes, PAPER)
     for axes, column, (name, scale, unit) in zip(rows, errors.T, _ROWS, strict=False):
         axes.axhline(0.0, color=PAPER.faint, linewidth=0.8)
-        axes.plot(scale * column, color=PAPER.slam, linewidth=1.1, label="SLAM, on the way")
+        axes.plot(scale * column, color=PAPER.slam, linewidth=1.1, label="SLAM, during the run")
         axes.set_ylabel(f"{name} {'error' if known else 'correction'} [{unit}]")
     if traces.closed is not None:
         for axes, column, (_, scale, _) in zip(rows, pose_errors(traces.closed, against).T, _ROWS, strict=False):
@@ -47,7 +47,7 @@ def draw_errors(folder: Path) -> None:
     mapped = np.flatnonzero(traces.steps["mapped"] == 1)
     rows[3].plot(mapped, traces.steps["iterations"][mapped], color=PAPER.accent, linewidth=0.9)
     rows[3].set(ylabel="iterations q", xlabel="step k", ylim=(0.0, None))
-    title = "Estimate less truth" if known else "Estimate less dead reckoning (no ground truth)"
+    title = "Estimate minus truth" if known else "Estimate minus dead reckoning (no ground truth)"
     figure.suptitle(title, fontsize="medium", color=PAPER.ink)
     with atomic_file(folder / "errors.png") as draft:
         save_figure(figure, draft)

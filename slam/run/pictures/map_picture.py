@@ -1,4 +1,4 @@
-"""``map.png``: what was mapped, from above."""
+"""``map.png``: the map from above."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""A picture of one scan with its segments, in the manner of Figs. 8(d) and 15."""
+"""A picture of one scan with its segments, in the style of Figs. 8(d) and 15."""
 
 from pathlib import Path
 

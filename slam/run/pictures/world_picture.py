@@ -1,4 +1,4 @@
-"""A floor plan of a scenario's world, with what moves in it."""
+"""A floor plan of a scenario's world, with people and movable furniture."""
 
 import os
 from collections.abc import Sequence

@@ -36,9 +36,9 @@ def _how_it_ended(record: RunRecord, metrics: Mapping[str, Any]) -> Iterator[str
         yield f"The run did not end: it was killed, or is still going. Its last scan is at {last:.1f} s."
     if record.traces.closed is None and "back_end_lost" in metrics:
         lost = metrics["back_end_lost"]
-        yield f"{lost[:1].upper()}{lost[1:]}: all is shown as it was known on the way; try hopslam optimize."
+        yield f"{lost[:1].upper()}{lost[1:]}: the results are those estimated during the run; try hopslam optimize."
     elif record.traces.jumps.any() and record.traces.closed is None:
-        yield "Its loops were not closed at the end: all is shown as it was known on the way; try hopslam optimize."
+        yield "Its loops were not closed at the end: the results are those during the run; try hopslam optimize."
     if ending == "collided":
         yield f"The robot hit something at {last:.1f} s."
     if ending == "interrupted":
@@ -60,7 +60,7 @@ def _on_the_way(traces: Traces) -> Iterator[str]:
     yield from _counted("{n} of {all} scans: the robot was lost", steps["lost"] == 1, stamps)
     alone = "{n} of {all} scans: the scan said nothing that could be trusted, and the pose is odometry alone"
     yield from _counted(alone, traces.odometry_only, stamps)
-    share = f"{{n}} of {int(matched.sum())} matches did not settle within the cap of iterations"
+    share = f"{{n}} of {int(matched.sum())} matches did not converge within the limit of iterations"
     yield from _counted(share, stuck, stamps)
     period = float(np.median(np.diff(stamps))) if len(stamps) > 1 else 0.0
     gaps = np.append(False, np.diff(stamps) > _GAP * period)

@@ -1,4 +1,4 @@
-"""Figures as SVG inside a page: small, without a reference to anything outside, in the colours of the page's theme."""
+"""Figures as SVG inside a page: small, self-contained, in the colours of the page's theme."""
 
 import re
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""One picture after another of a map that grows: what stays is drawn once, what moves on a copy."""
+"""Draws a sequence of pictures of a growing map: the background once, moving parts on a copy."""
 
 from collections.abc import Sequence
 from typing import Final

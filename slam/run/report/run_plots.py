@@ -19,7 +19,7 @@ _CLOSED_DASH: Final = "--"
 SIGMAS: Final = 3.0
 """Half width of the band about zero, in standard deviations of the estimate."""
 CAPTIONS: Final = {
-    "distance": "Position error over the way travelled.",
+    "distance": "Position error over the distance travelled.",
     "iterations": "Iterations of the matcher.",
     "timing": "Processing time of the mapped scans.",
 }
@@ -42,7 +42,7 @@ def error_figure(traces: Traces, colours: Palette = PAPER) -> Figure:
         if known and has_variance(traces, variance):
             bound = SIGMAS * scale * np.sqrt(traces.steps[variance])
             axes.fill_between(traces.stamps, -bound, bound, color=colours.slam, alpha=0.18, linewidth=0.0)
-        axes.plot(traces.stamps, scale * column, color=colours.slam, linewidth=1.1, label="SLAM, on the way")
+        axes.plot(traces.stamps, scale * column, color=colours.slam, linewidth=1.1, label="SLAM, during the run")
         axes.set_ylabel(f"{name} {'error' if known else 'correction'} [{unit}]")
     axes.set_xlabel("time [s]")
     if traces.closed is not None:
@@ -101,7 +101,7 @@ def distance_figure(runs: Sequence[tuple[str, Traces]], colours: Palette = PAPER
             axes.plot(
                 distances, _off(traces.odometry, truth), color=colours.odometry, linewidth=1.1, label="dead reckoning"
             )
-    axes.set(yscale="log", xlabel="way travelled [m]", ylabel="position error [m]")
+    axes.set(yscale="log", xlabel="distance travelled [m]", ylabel="position error [m]")
     _plain_numbers(axes.yaxis)
     _legend(axes, colours)
     return figure

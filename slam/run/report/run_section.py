@@ -25,7 +25,7 @@ from slam.scenario.schema import Scenario
 _LONGEST: Final = 60
 """Characters of a value; a longer list is shown by its length."""
 _PROPOSALS: Final[dict[Proposal, str]] = {
-    "odometry": "the way there", "walls": "the walls", "break": "the place of a break",
+    "odometry": "the graph", "walls": "the walls", "break": "the place of a break",
 }  # fmt: skip
 PERCENTILES = (50, 90, 99, 100)
 
@@ -176,7 +176,8 @@ def _loops(record: RunRecord) -> list[LoopRow]:
             LoopRow(
                 found=f"{loop.submap} in {loop.other}",
                 time=f"{stamps[min(scan, len(stamps) - 1)] - stamps[0]:.1f}",
-                agreement=f"{loop.agreeing} of {loop.tested}, {loop.share:.0%}" + ", one way open" * loop.ambiguous,
+                agreement=f"{loop.agreeing} of {loop.tested}, {loop.share:.0%}"
+                + ", one direction open" * loop.ambiguous,
                 proposal=_PROPOSALS[loop.proposal],
                 weight=f"{graph.weights[k]:.2f}",
                 believed=bool(graph.believed[k]),

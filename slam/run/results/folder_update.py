@@ -1,4 +1,4 @@
-"""New files of the folder of a run, which take the places of the old ones together or not at all."""
+"""Replaces files in the folder of a run, all together or not at all."""
 
 import shutil
 from collections.abc import Iterable, Iterator
@@ -9,6 +9,7 @@ from typing import Final
 
 from slam.files.atomic_files import DRAFT, clear_drafts
 from slam.files.disk import disk
+from slam.files.links import is_lent
 
 READY: Final = ".ready"
 """Folder of new files that are all complete, and not all in place yet."""
@@ -19,8 +20,8 @@ def folder_update(folder: Path, outdated: Iterable[str] = ()) -> Iterator[Path]:
     """Make a folder for new files of a run.
 
     If the block ends without an error, one rename makes them valid; then each is put in place, and the ``outdated``
-    ones are removed. If the process is killed after that rename, ``finish_update`` does the rest. Links in the folder
-    are left out.
+    ones are removed. If the process is killed after that rename, ``finish_update`` does the rest. Files that were lent
+    to the folder are left out.
     """
     finish_update(folder)
     clear_drafts(folder)
@@ -29,7 +30,7 @@ def folder_update(folder: Path, outdated: Iterable[str] = ()) -> Iterator[Path]:
         new = draft / "run"
         yield new
         for path in new.iterdir():
-            if path.is_symlink():
+            if is_lent(path):
                 path.unlink()
         for name in outdated:
             (new / name).touch()

@@ -1,4 +1,4 @@
-"""Numbers of ``metrics.json``: what each is called, its unit, its meaning, and how it is printed."""
+"""Numbers of ``metrics.json``: name, unit, meaning and format of each."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -40,12 +40,24 @@ _METRICS: Final = (
     Metric("y_max_abs_m", "|y| at most", "", "m", "Largest error along the map's y axis.", ".4f", True),
     Metric("heading_rmse_deg", "heading", "rmse", "deg", "Root mean square of the heading error.", ".3f", True),
     Metric("heading_max_abs_deg", "|heading| at most", "", "deg", "Largest heading error of any scan.", ".3f", True),
-    Metric("sure_after_s", "sure after", "", "s", "Time until the robot knew its place in the saved map.", ".1f", True),
-    Metric("right_after_s", "right after", "", "s", "Time until it was sure and right.", ".1f", True),
-    Metric("lost_scans", "lost", "", "scans", "Scans in which the robot did not know its place.", "d", True),
-    Metric("odometry_only", "odometry alone", "", "scans", "Matched scans that said nothing to be trusted.", "d", True),
-    Metric("odometry_only_share", "odometry alone", "share", "", "The same as a share of the matched.", ".3f", True),
-    Metric("wrong_scans", "sure but wrong", "", "scans", "Scans in which it was sure of a wrong place.", "d", True),
+    Metric(
+        "sure_after_s",
+        "sure after",
+        "",
+        "s",
+        "Time until the robot was sure of its pose in the saved map.",
+        ".1f",
+        True,
+    ),
+    Metric("right_after_s", "right after", "", "s", "Time until the robot was sure, and right.", ".1f", True),
+    Metric("lost_scans", "lost", "", "scans", "Scans in which the robot was not sure of its pose.", "d", True),
+    Metric("odometry_only", "odometry alone", "", "scans", "Matched scans that were rejected.", "d", True),
+    Metric(
+        "odometry_only_share", "odometry alone", "share", "", "The same as a share of the matched scans.", ".3f", True
+    ),
+    Metric(
+        "wrong_scans", "sure but wrong", "", "scans", "Scans in which the robot was sure of a wrong pose.", "d", True
+    ),
     Metric(
         "wall_precision",
         "walls",
@@ -59,45 +71,47 @@ _METRICS: Final = (
     Metric(
         "wall_recall", "walls", "recall", "", "Share of the walls seen three times that is mapped.", ".3f", False, True
     ),
-    Metric("wall_free_air_m", "walls", "in free air", "m", "Mapped length over 0.1 m from all things.", ".2f", True),
-    Metric("wall_phantom_m", "walls", "longest phantom", "m", "Longest piece of it in one line.", ".2f", True),
-    Metric("wall_doubled_m", "walls", "doubled", "m", "Mapped length beyond the first line on a wall.", ".2f", True),
+    Metric(
+        "wall_free_air_m", "walls", "in free air", "m", "Mapped length more than 0.1 m from any solid.", ".2f", True
+    ),
+    Metric("wall_phantom_m", "walls", "longest phantom", "m", "Longest such piece of one line.", ".2f", True),
+    Metric(
+        "wall_doubled_m", "walls", "doubled", "m", "Mapped length in addition to the first line on a wall.", ".2f", True
+    ),
     Metric("wall_length_error_m", "wall lengths", "median", "m", "Error of the length of a whole wall.", ".3f", True),
-    Metric("wall_end_error_m", "wall ends", "median", "m", "From the end of a wall to the mapped one.", ".3f", True),
-    Metric("wall_end_error_p90_m", "wall ends", "90 %", "m", "Nine of ten ends are no farther off.", ".3f", True),
+    Metric(
+        "wall_end_error_m", "wall ends", "median", "m", "Distance of a wall's end from the mapped end.", ".3f", True
+    ),
+    Metric("wall_end_error_p90_m", "wall ends", "90 %", "m", "The same for nine of ten ends.", ".3f", True),
     Metric("wall_mapped_m", "walls", "mapped", "m", "Length of all lines of the map.", ".1f"),
     Metric("wall_seen_m", "walls", "seen", "m", "Length of the true walls that were seen three times.", ".1f"),
-    Metric("loops", "loops", "found", "", "Times that a stretch of the way was found again in an earlier one.", "d"),
-    Metric("loops_believed", "loops", "believed", "", "Those that the others bear out.", "d"),
-    Metric("closures", "loops", "on the way", "", "Scans at which pose and map were corrected by loops.", "d"),
-    Metric("closing_s", "loops", "at the end", "s", "Wall time in which the whole run was closed.", ".1f", True),
+    Metric("loops", "loops", "found", "", "Submaps that were found again in an earlier one.", "d"),
+    Metric("loops_believed", "loops", "believed", "", "Loops that the graph accepts.", "d"),
+    Metric("closures", "loops", "during the run", "", "Scans at which pose and map were corrected by loops.", "d"),
+    Metric("closing_s", "loops", "at the end", "s", "Wall time of the final loop closing.", ".1f", True),
     Metric("scans", "scans", "", "", "Scans that the robot took.", "d"),
-    Metric("updates", "mapped", "", "scans", "Scans that were matched and put into the map.", "d"),
-    Metric("path_m", "path", "", "m", "Length of the way, true where the truth is known.", ".1f"),
-    Metric("duration_s", "duration", "", "s", "From the first scan to the last, by their stamps.", ".1f"),
-    Metric("iterations_mean", "iterations", "mean", "", "Steps of the matcher until it settled.", ".1f", True),
-    Metric("iterations_max", "iterations", "max", "", "The most it took for one scan.", "d", True),
-    Metric("not_converged", "not settled", "", "scans", "Matches that stopped at the cap of iterations.", "d", True),
-    Metric("slam_ms_median", "SLAM", "median", "ms", "Processing time of a mapped scan, half take less.", ".2f", True),
-    Metric("slam_ms_p99", "SLAM", "99 %", "ms", "Processing time that 99 of 100 scans stay below.", ".2f", True),
-    Metric(
-        "extraction_ms_median", "extraction", "median", "ms", "The share of the line extraction in it.", ".2f", True
-    ),
-    Metric(
-        "real_time_factor", "speed", "", "x", "How much faster than real time the run was, simulator included.", ".1f"
-    ),
+    Metric("updates", "mapped", "", "scans", "Scans that were matched and mapped.", "d"),
+    Metric("path_m", "path", "", "m", "Length of the path, of the true one if it is known.", ".1f"),
+    Metric("duration_s", "duration", "", "s", "Time from the first scan to the last, by their stamps.", ".1f"),
+    Metric("iterations_mean", "iterations", "mean", "", "Iterations of the matcher until it converged.", ".1f", True),
+    Metric("iterations_max", "iterations", "max", "", "Largest number for one scan.", "d", True),
+    Metric("not_converged", "not converged", "", "scans", "Matches that reached the limit of iterations.", "d", True),
+    Metric("slam_ms_median", "SLAM", "median", "ms", "Processing time of a mapped scan, median.", ".2f", True),
+    Metric("slam_ms_p99", "SLAM", "99 %", "ms", "The same, 99th percentile.", ".2f", True),
+    Metric("extraction_ms_median", "extraction", "median", "ms", "Time of the line extraction in it.", ".2f", True),
+    Metric("real_time_factor", "speed", "", "x", "Speed relative to real time, including the simulator.", ".1f"),
     Metric(
         "range_noise_m", "range noise", "near", "m", "Standard deviation of near ranges, learnt from the scans.", ".4f"
     ),
-    Metric("range_noise_share", "range noise", "far", "", "The same as a share of far ranges.", ".4f"),
-    Metric("named_range_noise_m", "range noise", "as named", "m", "That of near ranges by the sensor's name.", ".4f"),
+    Metric("range_noise_share", "range noise", "far", "", "The same for far ranges, relative to the range.", ".4f"),
+    Metric("named_range_noise_m", "range noise", "as named", "m", "Noise of near ranges of the named sensor.", ".4f"),
     Metric("map_points", "map", "", "points", "Points or surfels in the map at the end.", "d"),
     Metric("stalled_scans", "stalled", "", "scans", "Scans at which a wheel could not turn.", "d", True),
     Metric("fault_scans", "faults", "", "scans", "Scans at which the base reported a fault.", "d", True),
     Metric("battery_start_v", "battery", "start", "V", "Voltage at the first scan.", ".1f"),
     Metric("battery_end_v", "battery", "end", "V", "Voltage at the last scan.", ".1f"),
     Metric("sonar_nearest_m", "sonar", "nearest", "m", "Nearest echo of the sonar rings.", ".2f"),
-    Metric("segments", "segments", "", "", "Line segments seen in all mapped scans.", "d"),
+    Metric("segments", "segments", "", "", "Line segments of all mapped scans.", "d"),
 )
 
 _TEXTS: Final = frozenset(

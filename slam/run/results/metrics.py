@@ -1,4 +1,4 @@
-"""Metrics of a run, and of its localisation in a saved map, from what its folder holds."""
+"""Metrics of a run, and of its localisation in a saved map, from the files in its folder."""
 
 from pathlib import Path
 from typing import Any, Final

@@ -1,4 +1,4 @@
-"""Writes a run into its folder as it goes, so that whatever ends it, what was done is there."""
+"""Writes a run into its folder scan by scan, so that the results survive any end of the program."""
 
 from contextlib import ExitStack
 from math import inf

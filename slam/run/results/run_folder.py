@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from slam.errors import InputError
+from slam.files.links import is_folder_link, link_folder
 
 _LONGEST: Final = 200
 """Bytes of a scenario's name in the name of a folder; systems allow 255, and the time is added."""
@@ -33,13 +34,10 @@ def _given(out: Path) -> Path:
 def _stamped(name: str, runs: Path) -> Path:
     runs.mkdir(parents=True, exist_ok=True)
     latest = runs / "latest"
-    if latest.exists() and not latest.is_symlink():
+    if latest.exists() and not is_folder_link(latest):
         raise InputError(f"{latest}: is no link that could point at the new run; move it away, or give --out")
     folder = _first_free(runs / f"{shortened(name)}-{datetime.now():%Y%m%d-%H%M%S}")
-    draft = runs / f".latest-{os.getpid()}"
-    draft.unlink(missing_ok=True)
-    draft.symlink_to(folder.name)
-    draft.replace(latest)
+    link_folder(latest, folder)
     return folder
 
 

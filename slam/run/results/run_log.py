@@ -1,4 +1,4 @@
-"""``log.mcap``: the raw record of a run, written scan by scan, and read back as far as it was written."""
+"""``log.mcap``: the raw record of a run, written scan by scan, and readable up to any interruption."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress

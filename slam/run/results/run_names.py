@@ -1,4 +1,4 @@
-"""Names that tell runs apart, by what differs between them."""
+"""Names that distinguish runs, by the differences between them."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime

@@ -1,4 +1,4 @@
-"""The folder of a run, read back: of one that ended, or of one that was cut off."""
+"""Reads the folder of a run, finished or interrupted."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field

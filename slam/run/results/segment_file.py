@@ -1,4 +1,4 @@
-"""``lines.geojson`` of a run read back, up to where it is cut or damaged."""
+"""Reads ``lines.geojson`` of a run, up to the first damage."""
 
 from collections.abc import Iterator
 from math import isfinite

@@ -1,4 +1,4 @@
-"""Messages of a step, which the log keeps and topics carry."""
+"""Messages of a step, for the log and for topics."""
 
 from collections.abc import Iterator
 

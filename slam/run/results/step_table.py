@@ -1,4 +1,4 @@
-"""``steps.csv`` of a run read back, up to the first line that is cut or damaged."""
+"""Reads ``steps.csv`` of a run, up to the first damaged line."""
 
 from array import array
 from contextlib import closing
@@ -48,7 +48,7 @@ def _names(head: bytes, path: Path) -> list[str]:
     missing = [name for name in _NEEDED if name not in names]
     if missing or len(set(names)) < len(names) or "" in names:
         fault = f"has no column {missing[0]}" if missing else "has a column twice, or one without a name"
-        raise InputError(f"{path}: line 1 {fault}; make it anew with hopslam replay of the run's folder")
+        raise InputError(f"{path}: line 1 {fault}; make it again with hopslam replay of the run's folder")
     return names
 
 

@@ -1,4 +1,4 @@
-"""Trajectories and step table of a run, read back from its folder."""
+"""Reads trajectories and step table of a run from its folder."""
 
 from dataclasses import dataclass
 from pathlib import Path

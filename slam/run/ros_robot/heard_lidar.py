@@ -1,4 +1,4 @@
-"""The lidar of a robot, as its first scan and its transforms tell it."""
+"""The lidar of a robot, from its first scan and its transforms."""
 
 import logging
 import time

@@ -1,4 +1,4 @@
-"""The odometry that a robot tells, at the time of a scan."""
+"""The odometry of a robot, interpolated at the time of a scan."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""The last messages of a robot's topics, kept until they are asked for."""
+"""The last messages of a robot's topics, kept until they are used."""
 
 import logging
 import threading

@@ -62,4 +62,4 @@ def reference_of(source: Source, given: Source | None) -> Trajectory:
     folder = getattr(source, "folder", source)
     if isinstance(folder, str | Path) and (truth := Path(folder) / "groundtruth.tum").is_file():
         return read_trajectory(truth)
-    raise InputError(f"{folder}: knows no truth; give --reference FILE.tum or --relations FILE")
+    raise InputError(f"{folder}: has no true trajectory; give --reference FILE.tum or --relations FILE")

@@ -1,4 +1,4 @@
-"""The true walls of a world as the lidar could see them: the free faces of its solids, cut at the lidar's height."""
+"""The true walls of a world that the lidar could see: the free faces of its solids, cut at the lidar's height."""
 
 from collections.abc import Sequence
 from typing import Final, NamedTuple
@@ -83,7 +83,7 @@ def _near(edges: FloatArray, outlines: Sequence[FloatArray]) -> tuple[IntArray, 
 def _parts_within(edges: FloatArray, solid: IntArray, outlines: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
     """Return the shares of each edge (P, 2, 2) between which it is in its convex solid, (P,) each.
 
-    Begin >= end for never.
+    If an edge is never inside, its begin is not below its end.
     """
     begin, end = np.zeros(len(edges)), np.ones(len(edges))
     start, vectors = edges[:, 0], edges[:, 1] - edges[:, 0]

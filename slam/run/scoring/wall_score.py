@@ -1,7 +1,7 @@
-"""Score of a line map against the true walls of the world: what of it is wall, and what of the wall it has.
+"""Score of a line map against the true walls of the world: precision and recall by length.
 
-A piece of a mapped line **is wall** where a true face that faces the same way is nearer than NEAR, and **hangs in free
-air** where no face at all is. Nothing is aligned: the map frame begins at the true start.
+A piece of a mapped line **is wall** if a true face that faces the same way is nearer than NEAR, and is **in free
+space** if no face at all is that near. Nothing is aligned: the map frame begins at the true start.
 """
 
 from typing import Any, Final, NamedTuple

@@ -1,4 +1,4 @@
-"""The occupancy grid of a run while it goes on, which moves with the map where a loop is closed."""
+"""The occupancy grid of a run in progress, which is rebuilt when a loop is closed."""
 
 from array import array
 from typing import Final, NamedTuple

@@ -1,4 +1,4 @@
-"""``/map`` and ``/lines``, published by a thread of their own, so that no scan waits for them."""
+"""``/map`` and ``/lines``, published by a separate thread, so that no scan is delayed."""
 
 import logging
 from time import monotonic

@@ -1,4 +1,4 @@
-"""A robot in real time that could be faster: a simulated one, or a recorded log."""
+"""A robot slowed down to real time: a simulated one, or a recorded log."""
 
 from collections.abc import Callable
 from time import monotonic, sleep

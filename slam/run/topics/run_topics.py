@@ -1,4 +1,4 @@
-"""A run on topics: every step turned into messages, as REP 103 and REP 105 have them."""
+"""Topics of a run: messages of every step, following REP 103 and REP 105."""
 
 from collections.abc import Mapping
 from math import inf

@@ -1,4 +1,4 @@
-"""The knowledge of SLAM on topics: the pose of the robot, the map and its lines."""
+"""Topics of SLAM: the pose of the robot, the map and its lines."""
 
 from abc import abstractmethod
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""A simulated robot whose time passes when it is told where to drive, scan by scan."""
+"""A simulated robot whose time passes only with commands, scan by scan."""
 
 from typing import Final
 

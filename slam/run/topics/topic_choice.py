@@ -1,4 +1,4 @@
-"""``--ros``, ``--foxglove`` and ``--pace``: the buses that a run is published on, and how fast it goes then."""
+"""``--ros``, ``--foxglove`` and ``--pace``: the buses on which a run is published, and its pace."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

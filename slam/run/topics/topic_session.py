@@ -1,4 +1,4 @@
-"""The buses of one run, and what is heard on them."""
+"""The buses of one run, and the commands received on them."""
 
 from collections.abc import Sequence
 from typing import Self

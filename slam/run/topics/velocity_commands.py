@@ -1,4 +1,4 @@
-"""Velocities told from outside, and a pilot that drives by them."""
+"""Velocity commands from outside, and a pilot that obeys them."""
 
 import logging
 from threading import Condition

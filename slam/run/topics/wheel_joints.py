@@ -1,4 +1,4 @@
-"""Angles of the wheels, told from the odometry that was made of them."""
+"""Angles of the wheels, computed back from the odometry."""
 
 from typing import Final
 

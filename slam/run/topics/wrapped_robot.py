@@ -1,4 +1,4 @@
-"""A robot behind another one, which changes when it acts."""
+"""Base class of a robot that changes the behaviour of another one."""
 
 from typing import Self
 

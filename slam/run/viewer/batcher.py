@@ -1,4 +1,4 @@
-"""Frames and events gathered, and sent as chunks in batches; with the map as it grows."""
+"""Collects frames and events, and sends them as chunks in batches, with the growing map."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor

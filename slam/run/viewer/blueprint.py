@@ -1,4 +1,4 @@
-"""Layout with which the viewer opens: the map from above, y up, beside the curves and the events."""
+"""Initial layout of the viewer: the map from above, y up, beside the curves and the events."""
 
 from collections.abc import Sequence
 from typing import Final

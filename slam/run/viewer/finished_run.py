@@ -1,4 +1,4 @@
-"""A run that is over, shown as it was: from what its folder holds, without estimating anything again."""
+"""Shows a finished run from its folder, without estimating anything again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run shown as it goes: steps turned into frames and events."""
+"""Shows a run in progress: turns steps into frames and events."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ if TYPE_CHECKING:  # it imports rerun
 EventText = tuple[Level, str]
 LOST: Final[tuple[EventText, EventText]] = (
     ("WARN", "lost: the scans do not fit the map"),
-    ("INFO", "sure of its place again"),
+    ("INFO", "sure of its pose again"),
 )
 """Texts for the begin and the end of a state."""
 ODOMETRY_ONLY: Final[tuple[EventText, EventText]] = (
-    ("WARN", "odometry alone: the scan says nothing that can be trusted"),
-    ("INFO", "the scans say where it is again"),
+    ("WARN", "odometry alone: the scan was rejected"),
+    ("INFO", "the scans fit the map again"),
 )
 _NO_ENDS: Final = np.empty((0, 2, 2))
 

@@ -1,4 +1,4 @@
-"""Closed loops as a viewer shows them: where they lie, what they moved, and what is told of them."""
+"""Closed loops in a viewer: their lines, the corrected path, and their texts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

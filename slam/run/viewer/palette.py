@@ -1,4 +1,4 @@
-"""Colours, as 0xRRGGBBAA, on a dark ground; those of lines are told apart by the colour-blind too."""
+"""Colours, as 0xRRGGBBAA, on a dark background; the colours of lines are safe for the colour-blind."""
 
 from colorsys import hsv_to_rgb
 from typing import Final

@@ -1,4 +1,4 @@
-"""The rerun program: a viewer's window, or a server of the viewer's web page; and who listens at an address."""
+"""The rerun program: a viewer's window, or a server of the viewer's web page; and checks of addresses."""
 
 import os
 import socket
@@ -92,9 +92,11 @@ def _start_bound(command: Sequence[str]) -> subprocess.Popen[bytes]:
 def _start(command: Sequence[str], stdin: int) -> subprocess.Popen[bytes]:
     """Start the program in its own session, so that Ctrl-C does not reach it, and without its telemetry."""
     silent = subprocess.DEVNULL
+    group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)  # Windows has no sessions
     return subprocess.Popen(
-        command, stdin=stdin, stdout=silent, stderr=silent, start_new_session=True, env=_without_telemetry()
-    )
+        command, stdin=stdin, stdout=silent, stderr=silent, start_new_session=True, creationflags=group,
+        env=_without_telemetry(),
+    )  # fmt: skip
 
 
 def _without_telemetry() -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""``--rerun``: where a run is shown, and all viewers of it; without any, nothing of rerun is even imported."""
+"""``--rerun``: the places where a run is shown, and their viewers; without any, rerun is not imported."""
 
 from __future__ import annotations
 

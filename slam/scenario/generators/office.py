@@ -1,4 +1,4 @@
-"""An office: rooms on both sides of a corridor, some of which are visited."""
+"""An office: rooms on both sides of a corridor, some of them on the route."""
 
 from dataclasses import dataclass
 from functools import reduce

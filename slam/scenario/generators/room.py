@@ -1,4 +1,4 @@
-"""A room of a generated office, and what stands and walks in it."""
+"""A room of a generated office, with its furniture and people."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""The rows of a sweep, put together by case: name, mode and the settings of the grid."""
+"""The rows of a sweep, grouped by case: name, mode and the settings of the grid."""
 
 from dataclasses import dataclass, field
 from typing import Any, Final

@@ -1,4 +1,4 @@
-"""Report of a sweep: ``report.html``, its tables and pictures, and the runs to look at first."""
+"""Report of a sweep: ``report.html``, its tables and pictures, and a list of runs to examine."""
 
 import base64
 from contextlib import suppress

@@ -6,23 +6,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.firmware import MOTOR_TORQUE, RECOVERY_TIME, STALL_TIME, WATCHDOG
-from sim.wheels import WHEEL_RADIUS, TractionModel
+from sim.wheels import TRACK, WHEEL_RADIUS
 from slam.scenario.robot_config import RobotConfig
 
 AXLE_LOAD: Final = 67.0
 """N on both wheels: 9 kg less the 24 % that the caster carries, by the centre of mass of p3dx.urdf."""
 BASE: Final = np.dtype(
     [
-        ("x", "f8"), ("y", "f8"), ("theta", "f8"),  # T_map_base
         ("v", "f8"), ("omega", "f8"), ("target_v", "f8"), ("target_omega", "f8"),  # the setpoint and where it ramps to
         ("awake", "i8"),  # control steps until the watchdog stops the robot
-        ("left", "f8"), ("right", "f8"),  # angles that the wheels without error have turned
-        ("rim_left", "f8"), ("rim_right", "f8"),  # m/s over the floor
+        ("left", "f8"), ("right", "f8"),  # angles that the simulated wheels have turned
+        ("rim_left", "f8"), ("rim_right", "f8"),  # their speeds, m/s over the floor
         ("ticks_left", "i8"), ("ticks_right", "i8"),  # at the last reading
         ("odom_x", "f8"), ("odom_y", "f8"), ("odom_theta", "f8"),  # T_odom_base
         ("way_left", "f8"), ("way_right", "f8"),  # metres rolled, as the odometry believes, since the last report
-        ("in_vain", "i4"), ("in_order", "i4"), ("cut_for", "i4"),  # control steps: see sim/firmware.py, StallGuard
-        ("stalled", "i4"), ("collided", "i4"), ("pressed", "i4"),  # since the last report; a bit for each segment
+        ("in_vain", "i4"), ("in_order", "i4"), ("cut_for", "i4"), ("stalled", "i4"),  # control steps: firmware.watch
+        # The rest is of the kinematic model alone: PyBullet keeps the truth itself.
+        ("x", "f8"), ("y", "f8"), ("theta", "f8"),  # T_map_base
+        ("collided", "i4"), ("pressed", "i4"),  # since the last report; a bit for each segment
         ("stream", "u8"),  # of random numbers
     ],
     align=True,
@@ -32,7 +33,8 @@ BASE: Final = np.dtype(
 MODEL: Final = np.dtype(
     [
         ("linear", "f8"), ("angular", "f8"), ("rise", "f8"), ("fall", "f8"), ("turn", "f8"),  # limits; a control step's
-        ("left_radius", "f8"), ("right_radius", "f8"), ("track", "f8"), ("same", "f8"), ("other", "f8"),
+        ("left_radius", "f8"), ("right_radius", "f8"), ("track", "f8"),  # as the firmware believes
+        ("same", "f8"), ("other", "f8"), ("same_back", "f8"), ("other_back", "f8"),  # slip, scrub
         ("travel_noise", "f8"), ("encoder_noise", "f8"), ("spins", "i4"), ("firmware_units", "i4"),
         ("watchdog", "i4"), ("patience", "i4"), ("rest", "i4"), ("substeps", "i4"), ("substep", "f8"),
     ],
@@ -40,17 +42,27 @@ MODEL: Final = np.dtype(
 )  # fmt: skip
 """Settings of a scenario's robot; accelerations and times are per control step."""
 
+ROBOT: Final = np.dtype([("base", BASE), ("model", MODEL), ("noise", "f8", 4), ("motors", "f8", 3)], align=True)
+"""All that ``Controller`` works with, in one record: Python passes one faster than four."""
+
 
 def model_of(config: RobotConfig, physics_rate: int) -> NDArray[Any]:
-    """Make the record, (1,), of this robot; the motors are simulated ``physics_rate`` times a second."""
-    limits, believed, rate = config.limits, config.odometry, config.control_rate
-    traction = TractionModel(config.traction)
-    spins = config.traction.friction * AXLE_LOAD < 2.0 * MOTOR_TORQUE / WHEEL_RADIUS
+    """Make the record, (1,), of this robot; the motors are simulated ``physics_rate`` times a second.
+
+    The motors turn the robot's wheels, and the encoders count them. Slip and scrub scale their motion before it reaches
+    the simulated wheels, which have no error. With slip s and scrub k = TRACK / effective_track, both the mean of the
+    two simulated wheels is (1 - s) and their difference (1 - s) k times that of the robot's: a simulated wheel turns by
+    ``same`` times its own and ``other`` times the other's motion. ``same_back`` and ``other_back`` are the inverse.
+    """
+    limits, believed, traction, rate = config.limits, config.odometry, config.traction, config.control_rate
+    kept, scrub = 1.0 - traction.slip, TRACK / traction.effective_track
+    same, other, det = kept * (1.0 + scrub) / 2.0, kept * (1.0 - scrub) / 2.0, kept * kept * scrub
+    spins = traction.friction * AXLE_LOAD < 2.0 * MOTOR_TORQUE / WHEEL_RADIUS
     return np.array(
         [(
             limits.linear, limits.angular, limits.acceleration / rate, limits.deceleration / rate,
             limits.angular_acceleration / rate, believed.left_radius, believed.right_radius, believed.track,
-            traction.same, traction.other, believed.travel_noise, believed.encoder_noise, spins,
+            same, other, same / det, other / det, believed.travel_noise, believed.encoder_noise, spins,
             believed.firmware_units,
             round(WATCHDOG * rate), round(STALL_TIME * rate), round(RECOVERY_TIME * rate), physics_rate // rate,
             1.0 / physics_rate,

@@ -24,7 +24,7 @@ CROSS: Final = MASS / 4.0 - INERTIA / TRACK**2
 """... and for that of the other rim."""
 
 GIVE: Final = 2.64e-4
-"""Speed that PyBullet's solver leaves missing at a rim, m/s for each N s with which its motor pushes; measured, as is ..."""
+"""Speed that PyBullet's solver leaves missing at a rim, m/s for each N s of its motor's push; measured, as is ..."""
 LOAD: Final = 0.5
 """... the push, N, that each motor makes besides."""
 

@@ -15,6 +15,7 @@ from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined
 from numba.core.event import trigger_event
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
+from numba.core.types import unliteral
 
 from slam.kept_code import KeptCode
 from slam.machine_code import makes_code, making_code
@@ -88,6 +89,10 @@ class _HotLoop(CPUDispatcher):
                 return self._part(sig).entry_point
             with making_code(self.targetctx):
                 return super().compile(sig)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Resolve a call from compiled code; a literal is a number as any other, not one to compile once more for."""
+        return super().get_call_template([unliteral(arg) for arg in args], {name: unliteral(kws[name]) for name in kws})
 
     def get_overload(self, sig: Any) -> Any:
         """Return the entry that was compiled for this signature; numba calls this where compiled code calls it."""

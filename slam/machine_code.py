@@ -11,27 +11,63 @@ from typing import Any
 
 from llvmlite.binding import Linkage  # type: ignore[import-untyped]
 from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
+from numba.core.targetconfig import TargetConfig
 
 
 @contextmanager
 def making_code(target_context: Any) -> Iterator[None]:
-    """Let numba compile this module; the caller holds numba's lock.
+    """Let numba compile with this module; the caller holds numba's lock.
 
-    Garbage collection is off meanwhile: with numba's many objects it would take a twelfth of the time.
+    Meanwhile numba makes no entries for C, which nobody calls, and compares its flags quickly. Garbage collection is
+    off: with numba's many objects it would take a twelfth of the time.
     """
     from numba.np import arrayobj  # 0.03 s, not spent if slam is only imported
 
     collects = gc.isenabled()
     gc.disable()
-    usual, target_context._internal_codegen = target_context.codegen(), _code_generator()
-    shapes_differ, arrayobj.raise_with_shape_context = arrayobj.raise_with_shape_context, _shape_error()
+    try:
+        with (
+            _instead(target_context, _internal_codegen=_code_generator(), create_cfunc_wrapper=_nothing),
+            _instead(arrayobj, raise_with_shape_context=_shape_error()),
+            _instead(TargetConfig, __hash__=_flags_hash, __eq__=_same_flags),
+        ):
+            yield
+    finally:
+        if collects:
+            gc.enable()
+
+
+@contextmanager
+def _instead(owner: Any, **attributes: Any) -> Iterator[None]:
+    """Set these attributes of an object or class of numba's while the block runs."""
+    usual = {name: getattr(owner, name) for name in attributes}
+    for name, value in attributes.items():
+        setattr(owner, name, value)
     try:
         yield
     finally:
-        target_context._internal_codegen = usual
-        arrayobj.raise_with_shape_context = shapes_differ
-        if collects:
-            gc.enable()
+        for name, value in usual.items():
+            setattr(owner, name, value)
+
+
+def _nothing(*_: Any) -> None: ...
+
+
+def _flags_hash(flags: TargetConfig) -> int:
+    return _hash_of_names(type(flags))
+
+
+@cache
+def _hash_of_names(flags: type[TargetConfig]) -> int:
+    return hash(tuple(sorted(flags.options)))
+
+
+def _same_flags(flags: TargetConfig, other: object) -> Any:
+    """Compare the options that are set in either; the others have their default in both."""
+    if type(flags) is not type(other):
+        return NotImplemented
+    one, two = flags._values, other._values
+    return one == two or all(getattr(flags, name) == getattr(other, name) for name in one.keys() | two.keys())
 
 
 def makes_code(target_context: Any) -> bool:

@@ -37,12 +37,12 @@ def propagate(covariance: FloatArray, start: Pose2D, end: Pose2D) -> FloatArray:
 
     An error of the heading becomes one of the position.
     """
-    return _carried(np.ascontiguousarray(covariance), start.y - end.y, end.x - start.x)
+    return carried(np.ascontiguousarray(covariance), start.y - end.y, end.x - start.x)
 
 
 @compiled
-def _carried(covariance: FloatArray, x_by_turn: float, y_by_turn: float) -> FloatArray:
-    """Return F C F^T for F = [[1, 0, x_by_turn], [0, 1, y_by_turn], [0, 0, 1]]."""
+def carried(covariance: FloatArray, x_by_turn: float, y_by_turn: float) -> FloatArray:
+    """Return F C F^T (3, 3) for F = [[1, 0, x_by_turn], [0, 1, y_by_turn], [0, 0, 1]]."""
     C = covariance.copy()
     for j in range(3):
         C[0, j] += x_by_turn * C[2, j]

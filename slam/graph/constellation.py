@@ -5,7 +5,7 @@ from typing import Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.mapping.surfel_grid import HITS
 from slam.mapping.wall_evidence import evidence_of_hits
 from slam.mapping.wall_segments import wall_segments
@@ -73,7 +73,7 @@ def _free_floor(walls: FloatArray) -> Floor:
     return free
 
 
-@compiled
+@compiled_on_views
 def _free_reach(walls: FloatArray, c: float, s: float) -> float:
     """Return the free distance along a ray, metres; 0 if no wall ends it, or if it meets the back of a wall."""
     nearest, reach = np.inf, 0.0
@@ -89,7 +89,7 @@ def _free_reach(walls: FloatArray, c: float, s: float) -> float:
     return reach
 
 
-@compiled
+@compiled_on_views
 def cell_of(x: float, y: float, cells: int) -> tuple[int, int]:
     """Return row and column at a point, of a grid of ``cells`` cells to each side of the origin; -1 and -1 outside."""
     row, column = int(np.floor(y / CELL)) + cells, int(np.floor(x / CELL)) + cells

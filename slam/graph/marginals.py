@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.graph.pose_graph import Edges, linear_system
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
+from slam.small_matrices import add, inverse, product, subtract_product, write
 
 if TYPE_CHECKING:  # here, as it takes long to load
     from scipy.sparse import csc_matrix
@@ -76,11 +77,22 @@ def _pattern(begins: IntArray, rows: IntArray, place: IntArray) -> tuple[IntArra
                 size = _note(members[i], j, mark, members, size)
             child = next_child[child]
         columns[j + 1] = size
-        members[columns[j] : size].sort()
+        _sort(members, columns[j], size)
         if size > columns[j]:
             parent = members[columns[j]]
             next_child[j], first_child[parent] = first_child[parent], j
     return columns, members[:size].copy()
+
+
+@compiled
+def _sort(numbers: IntArray, begin: int, end: int) -> None:
+    """Sort a few of these numbers in place, most of which ascend already."""
+    for k in range(begin + 1, end):
+        number, at = numbers[k], k
+        while at > begin and numbers[at - 1] > number:
+            numbers[at] = numbers[at - 1]
+            at -= 1
+        numbers[at] = number
 
 
 @compiled
@@ -92,7 +104,7 @@ def _node_at(place: IntArray) -> IntArray:
     return node
 
 
-@compiled
+@compiled_on_views
 def _note(i: int, j: int, mark: IntArray, members: IntArray, size: int) -> int:
     """Write row ``i`` of column ``j``, if it is below the diagonal and new; return the new size."""
     if i > j and mark[i] != j:
@@ -115,28 +127,28 @@ def _factors(
         for b in range(begins[node[j]], begins[node[j] + 1]):
             i = place[rows[b]]
             if i == j:
-                D[j] += data[b]
+                add(D[j], data[b])
             elif i > j:  # the blocks of a row are those of the column, transposed
-                L[at[i]] += data[b].T
+                add(L[at[i]], data[b].T)
     for j in range(count):
-        D[j] = np.linalg.inv(D[j])
+        write(D[j], inverse(D[j]))
         for b in range(columns[j], columns[j + 1]):
             k = members[b]
             for i in range(columns[k], columns[k + 1]):
                 at[members[i]] = i
-            update = L[b] @ D[j]
-            D[k] -= update @ L[b].T
+            update = product(L[b], D[j])
+            subtract_product(D[k], update, L[b].T)
             for i in range(b + 1, columns[j + 1]):
-                L[at[members[i]]] -= L[i] @ update.T
+                subtract_product(L[at[members[i]]], L[i], update.T)
         for b in range(columns[j], columns[j + 1]):
-            L[b] = L[b] @ D[j]
+            write(L[b], product(L[b], D[j]))
     return D, L
 
 
 @compiled
 def _inverse_diagonal(D: FloatArray, L: FloatArray, columns: IntArray, members: IntArray) -> FloatArray:
     """Return the blocks Z_jj (N, 3, 3) of the inverse, in the order of elimination; ``D`` (N, 3, 3) is inverted."""
-    diagonal, below = np.empty_like(D), np.zeros_like(L)
+    diagonal, below = np.zeros(D.shape), np.zeros(L.shape)
     at = np.zeros(len(D), np.int64)
     for j in range(len(D) - 1, -1, -1):
         begin, end = columns[j], columns[j + 1]
@@ -144,13 +156,13 @@ def _inverse_diagonal(D: FloatArray, L: FloatArray, columns: IntArray, members: 
             at[members[b]] = b
         for b in range(begin, end):
             k = members[b]
-            below[b] -= diagonal[k] @ L[b]
+            subtract_product(below[b], diagonal[k], L[b])
             for i in range(columns[k], columns[k + 1]):
                 c = at[members[i]]
                 if begin <= c < end and members[c] == members[i]:
-                    below[c] -= below[i] @ L[b]
-                    below[b] -= below[i].T @ L[c]
-        diagonal[j] = D[j]
+                    subtract_product(below[c], below[i], L[b])
+                    subtract_product(below[b], below[i].T, L[c])
+        write(diagonal[j], D[j])
         for b in range(begin, end):
-            diagonal[j] -= L[b].T @ below[b]
+            subtract_product(diagonal[j], L[b].T, below[b])
     return diagonal

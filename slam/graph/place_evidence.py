@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.graph.constellation import (
     ALONG_X,
     ALONG_Y,
@@ -102,7 +102,7 @@ def normal_equations(
     return information, gradient
 
 
-@compiled
+@compiled_on_views
 def _add_pair(
     wall: FloatArray, other: FloatArray, x: float, y: float, kernel: float, information: FloatArray,
     gradient: FloatArray,
@@ -132,7 +132,7 @@ def _add_pair(
     gradient[2] -= weight * lever * offset - turning * sine
 
 
-@compiled
+@compiled_on_views
 def metres_on(walls: FloatArray, free: Floor) -> float:
     """Return the metres of the walls on free floor."""
     metres = 0.0

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.lines.facets import NX, NY, X, Y
 from slam.lines.segments import IntArray
 from slam.mapping.surfel_grid import Grid
@@ -128,13 +128,13 @@ def _bounds(shifts: IntArray, pictures: Pictures, blocks: int) -> NDArray[np.uin
     return bounds
 
 
-@compiled
+@compiled_on_views
 def _add_to(sums: NDArray[np.uint16], line: NDArray[np.uint8]) -> None:
     for k in range(len(sums)):
         sums[k] += line[k]
 
 
-@compiled
+@compiled_on_views
 def _inside(first: int, size: int, blocks: int) -> tuple[int, int]:
     """Return the blocks that begin inside the picture, if the first begins at this pixel.
 
@@ -182,7 +182,7 @@ def _best_of_blocks(
     return places, shares
 
 
-@compiled
+@compiled_on_views
 def _cost(dx: float, dy: float, turn: float, window: Window) -> float:
     """Return half the squared Mahalanobis distance from the prior."""
     L = window.information

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Final, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray, wrap_angles
+from slam.small_matrices import product, times
 
 if TYPE_CHECKING:  # here, as it takes long to load, and only the solver needs it
     from scipy.sparse import csc_matrix
@@ -143,7 +144,7 @@ def squared_errors(poses: FloatArray, edges: Edges) -> FloatArray:
     return _squared_errors(poses, edges.first, edges.second, edges.measured, edges.information)
 
 
-@compiled
+@compiled_on_views
 def _residual(first: FloatArray, second: FloatArray, measured: FloatArray, e: FloatArray) -> tuple[float, float]:
     """Write the residual (3,) of an edge; return the second node's position in the axes of the first."""
     c, s = np.cos(first[2]), np.sin(first[2])
@@ -184,20 +185,19 @@ def _normal_equations(
     for k in range(count):
         x, y = _residual(poses[first[k]], poses[second[k]], measured[k], e)
         _fill_jacobian(poses[first[k], 2], x, y, J)
-        W = weights[k] * information[k]
-        JtW = J.T @ W
-        block, force = JtW @ J, JtW @ e
+        JtW = product(J.T, information[k])
+        block, force = product(JtW, J), times(JtW, e)
         for i in range(3):
             at[i], at[3 + i] = 3 * first[k] + i, 3 * second[k] + i
         for i in range(6):
-            gradient[at[i]] += force[i]
+            gradient[at[i]] += weights[k] * force[i]
             for j in range(6):
                 n = 36 * k + 6 * i + j
-                rows[n], columns[n], values[n] = at[i], at[j], block[i, j]
+                rows[n], columns[n], values[n] = at[i], at[j], weights[k] * block[i, j]
     return rows, columns, values, gradient
 
 
-@compiled
+@compiled_on_views
 def _fill_jacobian(heading: float, x: float, y: float, J: FloatArray) -> None:
     """Return the derivatives (3, 6) of a residual by the poses of its two nodes.
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.graph.main_edges import MainEdges
 from slam.graph.wall_landmarks import LINE_NX, LINE_NY, LINE_X, LINE_Y, FoundWalls, Sights
 from slam.lines.segments import IntArray
@@ -84,7 +84,7 @@ def _slack(main: MainEdges, covariance: FloatArray) -> FloatArray:
     return np.asarray(np.bincount(main.direction[held], left[held]), np.float64)
 
 
-@compiled
+@compiled_on_views
 def _fit_lines(sights: Sights, numbers: IntArray, begins: IntArray, kernel: float, lines: FloatArray) -> None:
     for m in range(len(lines)):
         for _ in range(FIT_ROUNDS):
@@ -105,7 +105,7 @@ def _fit_lines(sights: Sights, numbers: IntArray, begins: IntArray, kernel: floa
             lines[m, LINE_NX], lines[m, LINE_NY] = c * nx - s * ny, s * nx + c * ny
 
 
-@compiled
+@compiled_on_views
 def _weight(r: float, variance: float, kernel: float) -> float:
     t = 1.0 + r * r / (kernel * kernel + variance)
     return 1.0 / (variance * t * t)

@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
@@ -80,7 +80,7 @@ def wall_spans(points: FloatArray, lines: FloatArray, numbers: IntArray, begins:
     """
     spans = np.empty((len(lines), 2))
     for m in range(len(lines)):
-        nx, ny, x, y = lines[m]
+        nx, ny, x, y = lines[m, LINE_NX], lines[m, LINE_NY], lines[m, LINE_X], lines[m, LINE_Y]
         low, high = np.inf, -np.inf
         for f in numbers[begins[m] : begins[m + 1]]:
             along = nx * (points[f, 1] - y) - ny * (points[f, 0] - x)
@@ -114,8 +114,7 @@ def _pieces(
     piece_of, sums, count = np.empty(len(points), np.int64), np.zeros((len(points), 11)), 0
     for i in range(len(order)):
         f, before = order[i], order[i - 1]
-        x, y = points[f]
-        nx, ny = normals[f]
+        x, y, nx, ny = points[f, 0], points[f, 1], normals[f, 0], normals[f, 1]
         apart = abs((x - points[before, 0]) * nx + (y - points[before, 1]) * ny)
         if i == 0 or cell[f] != cell[before] or apart > gap:
             count += 1
@@ -126,7 +125,7 @@ def _pieces(
     return piece_of, sums[:count]
 
 
-@compiled
+@compiled_on_views
 def _fit(sums: FloatArray, seed: FloatArray, line: FloatArray) -> None:
     """Fit a line (4,) to sums (11,), by the scatter of points and normals; it faces the way of the seed's."""
     w, x, y = sums[W], sums[WX] / sums[W], sums[WY] / sums[W]
@@ -169,7 +168,7 @@ def _grow_one(
     wall_of[seed], queue[0] = number, seed
     begin, end = 0, 1
     while begin < end:
-        column, row = columns_rows[queue[begin]]
+        column, row = columns_rows[queue[begin], 0], columns_rows[queue[begin], 1]
         begin += 1
         for i in range(row - NEIGHBOURS, row + NEIGHBOURS + 1):
             for j in range(column - NEIGHBOURS, column + NEIGHBOURS + 1):
@@ -197,7 +196,7 @@ def _let_go(
             sums -= pieces[k]
 
 
-@compiled
+@compiled_on_views
 def _lies_on(piece: FloatArray, line: FloatArray, straight: float) -> bool:
     """Return True if a piece faces the way of a line and is within ``straight``, metres, and its uncertainty of it."""
     nx, ny, w = line[LINE_NX], line[LINE_NY], piece[W]
@@ -219,15 +218,19 @@ def _sort_by_wall(wall_of: IntArray, scans: IntArray, lines: FloatArray) -> tupl
         counts[m] += 1
         if last[m] != scans[f]:
             seen[m], last[m] = seen[m] + 1, scans[f]
-    kept = np.flatnonzero(seen >= MIN_SCANS)
-    begins, at = np.zeros(len(kept) + 1, np.int64), np.full(len(lines), -1, np.int64)
-    for n in range(len(kept)):
-        begins[n + 1] = begins[n] + counts[kept[n]]
-        at[kept[n]] = begins[n]
-    sights = np.empty(begins[-1], np.int64)
+    kept, begins, count = np.empty((len(lines), 4)), np.zeros(len(lines) + 1, np.int64), 0
+    at = np.full(len(lines), -1, np.int64)
+    for m in range(len(lines)):
+        if seen[m] >= MIN_SCANS:
+            for i in range(4):
+                kept[count, i] = lines[m, i]
+            at[m] = begins[count]
+            begins[count + 1] = begins[count] + counts[m]
+            count += 1
+    sights = np.empty(begins[count], np.int64)
     for f in range(len(wall_of)):
         m = wall_of[f]
         if at[m] >= 0:
             sights[at[m]] = f
             at[m] += 1
-    return lines[kept], sights, begins
+    return kept[:count], sights, begins[: count + 1]

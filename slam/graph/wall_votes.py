@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.graph.constellation import ALONG_X, ALONG_Y, CELL, LENGTH, MIDDLE_X, MIDDLE_Y, cell_of
 from slam.lines.segments import IntArray
 from slam.matching.coarse_search import HEADING, PLACE_X, PLACE_Y, SCORE
@@ -80,7 +80,7 @@ def places_voted_for(walls: FloatArray, others: FloatArray) -> FloatArray:
     return places[:count]
 
 
-@compiled
+@compiled_on_views
 def _find_best(scores: FloatArray, best_columns: IntArray, low: int, high: int) -> None:
     """Fill in the column of the best score of each row from ``low`` up to ``high``; the first of equals."""
     for row in range(low, high):
@@ -91,7 +91,7 @@ def _find_best(scores: FloatArray, best_columns: IntArray, low: int, high: int) 
         best_columns[row] = best
 
 
-@compiled
+@compiled_on_views
 def _best_row(scores: FloatArray, best_columns: IntArray) -> int:
     """Return the row of the best score of all; the first of equals."""
     best = 0
@@ -147,7 +147,7 @@ def shift_votes(walls: FloatArray, others: FloatArray) -> FloatArray:
     return votes
 
 
-@compiled
+@compiled_on_views
 def _vote(wall: FloatArray, other: FloatArray, votes: FloatArray) -> None:
     """Add the strip of one pair: at each of its shifts the metres of overlap."""
     ux, uy = other[ALONG_X], other[ALONG_Y]
@@ -176,7 +176,7 @@ def _scores(votes: FloatArray) -> FloatArray:
     return scores
 
 
-@compiled
+@compiled_on_views
 def fixedness(xx: float, xy: float, yy: float) -> float:
     """Return how well walls fix a position in every direction, metres of wall.
 
@@ -185,7 +185,7 @@ def fixedness(xx: float, xy: float, yy: float) -> float:
     return float(np.sqrt((xx + CHANCE) * (yy + CHANCE) - xy * xy) - CHANCE)
 
 
-@compiled
+@compiled_on_views
 def _turn(wall: FloatArray, other: FloatArray) -> tuple[float, float]:
     """Return cosine and sine of the rotation from one wall to the other."""
     ax, ay, bx, by = wall[ALONG_X], wall[ALONG_Y], other[ALONG_X], other[ALONG_Y]

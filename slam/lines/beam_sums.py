@@ -8,7 +8,7 @@ q = r^2 / sigma_r^2, and six prefix sums of q give it for any run: q, q x, q y, 
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 from slam.lines.range_noise import RangeNoise, range_variance
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
@@ -22,7 +22,7 @@ GAP_SPACINGS = 6.0
 GAP_SIGMAS = 3.0
 
 
-@compiled
+@compiled_on_views
 def prefix_sums(
     ranges: FloatArray, fan: FloatArray, reach: tuple[float, float], noise: RangeNoise,
     sums: FloatArray, beam: IntArray, after_gap: NDArray[np.bool_],
@@ -55,7 +55,7 @@ def prefix_sums(
     return n
 
 
-@compiled
+@compiled_on_views
 def chi_square(sums: FloatArray, i: int, j: int) -> float:
     """Return chi-square of the points i to j (exclusive) about their best line; infinite if they lie in one bearing."""
     q, x, y = sums[j, Q] - sums[i, Q], sums[j, X] - sums[i, X], sums[j, Y] - sums[i, Y]

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.learnt_noise import LearntNoise
 from slam.lines.range_noise import RangeNoise, range_variance
 from slam.lines.segments import IntArray, Segments
@@ -65,7 +65,7 @@ def _drop_truncated(facets: FloatArray, count: int, range_max: float, noise: Ran
     return kept
 
 
-@compiled
+@compiled_on_views
 def _cut(
     points: FloatArray, begin: int, stop: int, theta: float, noise: RangeNoise, length: float,
     facets: FloatArray, count: int,
@@ -77,7 +77,7 @@ def _cut(
     pieces = max(1, int(np.ceil(abs(whole) / length)))
     at, start = -1, count
     for i in range(begin, stop):
-        x, y = points[i]
+        x, y = points[i, 0], points[i, 1]
         piece = min(max(int((nx * y - ny * x - s0) / whole * pieces), 0), pieces - 1) if whole != 0.0 else 0
         if piece != at:
             at = piece
@@ -98,14 +98,14 @@ def _cut(
     return count
 
 
-@compiled
+@compiled_on_views
 def _clusters(points: FloatArray, begin: int, stop: int, noise: RangeNoise, facets: FloatArray, count: int) -> int:
     """Write a facet without normal for each group of at least two neighbouring points off the segments."""
     i = begin
     while i < stop:
         j, x, y, v = i, 0.0, 0.0, 0.0
         while j < stop:
-            px, py = points[j]
+            px, py = points[j, 0], points[j, 1]
             if j > i and np.hypot(px - points[j - 1, 0], py - points[j - 1, 1]) > CLUSTER_GAP:
                 break
             if np.hypot(px - points[i, 0], py - points[i, 1]) > CLUSTER_SIZE:

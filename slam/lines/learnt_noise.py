@@ -13,7 +13,7 @@ from typing import Final, Self
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.config import ChiSquareConfig, LineConfig
 from slam.lines.range_noise import ROUGHNESS, RangeNoise, noise_of_sensor
 from slam.pose import FloatArray
@@ -146,7 +146,7 @@ def _count_differences(counts: FloatArray, ranges: FloatArray, fan: FloatArray, 
                 counts[band, size] *= MEMORY / total
 
 
-@compiled
+@compiled_on_views
 def _quarter_octaves(x: float) -> int:
     """Return the whole quarters of an octave from 1 to ``x``: a faster logarithm."""
     mantissa, exponent = frexp(x)
@@ -159,9 +159,12 @@ def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
 
     The larger of the two applies. ``scores_on_grounds`` (BANDS, GROUNDS x EDGES) is the log likelihood of each band.
     """
-    scores = scores_on_grounds[:, :EDGES].copy()
-    for begin in range(EDGES, len(GROUNDS) * EDGES, EDGES):
-        scores = np.maximum(scores, scores_on_grounds[:, begin : begin + EDGES])
+    scores = np.zeros((BANDS, EDGES))
+    for band in range(BANDS):
+        for i in range(EDGES):
+            scores[band, i] = scores_on_grounds[band, i]
+            for k in range(EDGES + i, len(GROUNDS) * EDGES, EDGES):
+                scores[band, i] = max(scores[band, i], scores_on_grounds[band, k])
     near, far = np.zeros((BANDS + 1, EDGES)), np.zeros((BANDS + 1, EDGES))
     for band in range(BANDS):  # of the bands before this one, where the noise near by is larger
         beyond = BAND * max(band - BAND_OF_1_M, 0)
@@ -181,7 +184,7 @@ def _most_likely(scores_on_grounds: FloatArray) -> tuple[float, float]:
     return best_i + _peak(total[:, best_j].copy(), best_i), best_j + _peak(total[best_i], best_j)
 
 
-@compiled
+@compiled_on_views
 def _peak(values: FloatArray, k: int) -> float:
     """Return the offset from a greatest value to the peak of the parabola through it and its neighbours."""
     if k == 0 or k == len(values) - 1:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.beam_sums import chi_square
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
@@ -30,7 +30,7 @@ class Partition(NamedTuple):
     """Chi-square of each run about its best line."""
 
 
-@compiled
+@compiled_on_views
 def cut_blocks(sums: FloatArray, new: NDArray[np.bool_], n: int, partition: Partition) -> int:
     """Cut the points into runs of eight or four if these lie well on a line, else of two.
 
@@ -101,7 +101,7 @@ def reduced_chi_square(m: int, partition: Partition) -> float:
     return total / max(expected, 1.0)
 
 
-@compiled
+@compiled_on_views
 def _cheapest_cut(sums: FloatArray, begin: int, stop: int, low: int, high: int) -> tuple[float, int]:
     """Return the best place, from ``low`` to ``high``, to cut the points ``begin`` to ``stop`` in two.
 
@@ -115,7 +115,7 @@ def _cheapest_cut(sums: FloatArray, begin: int, stop: int, low: int, high: int) 
     return least, at
 
 
-@compiled
+@compiled_on_views
 def drop_small(sums: FloatArray, m: int, partition: Partition, limit: float) -> int:
     """Split a small run between its two neighbours if that costs less than the limit."""
     start, after_gap, cost = partition
@@ -134,7 +134,7 @@ def drop_small(sums: FloatArray, m: int, partition: Partition, limit: float) -> 
     return out
 
 
-@compiled
+@compiled_on_views
 def move_cuts(sums: FloatArray, m: int, partition: Partition) -> None:
     """Move the boundary of every two neighbours to where it costs least."""
     start, after_gap, cost = partition
@@ -145,7 +145,7 @@ def move_cuts(sums: FloatArray, m: int, partition: Partition) -> None:
         cost[k] = chi_square(sums, start[k], start[k + 1]) if start[k + 1] - start[k] > 2 else 0.0
 
 
-@compiled
+@compiled_on_views
 def merge_three(sums: FloatArray, m: int, partition: Partition, limit: float) -> int:
     """Merge three neighbouring runs into one if that costs less than the limit."""
     start, after_gap, cost = partition

@@ -6,7 +6,7 @@ of prefix sums over the scan: a test costs the same however many points it spans
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.segments import IntArray
 from slam.pose import FloatArray
 
@@ -50,7 +50,7 @@ def _prefix_sums(points: FloatArray) -> FloatArray:
     return sums
 
 
-@compiled
+@compiled_on_views
 def _fits_line(sums: FloatArray, i: int, l: int, sigma_Th: float) -> bool:
     """Test sigma_3 < sigma_Th for the l points from i, given their prefix sums.
 
@@ -64,7 +64,7 @@ def _fits_line(sums: FloatArray, i: int, l: int, sigma_Th: float) -> bool:
     return bool((xx <= 0.0) | (minor <= 0.0) | (n * minor <= x * x * yy - 2.0 * x * y * xy + y * y * xx))
 
 
-@compiled
+@compiled_on_views
 def _hop(sums: FloatArray, begin: int, stop: int, sigma_Th: float, J: int, runs: IntArray) -> int:
     """Write the runs among the points ``begin`` to ``stop`` (exclusive) to rows of ``runs``; return their number."""
     M = 0
@@ -83,7 +83,7 @@ def _hop(sums: FloatArray, begin: int, stop: int, sigma_Th: float, J: int, runs:
     return M
 
 
-@compiled
+@compiled_on_views
 def _line_of_sums(sums: FloatArray, first: int, last: int) -> tuple[float, float]:
     """Fit (rho, theta) to the points ``first`` to ``last``: v_3 is the eigenvector of A^T A's smallest eigenvalue."""
     n, x, y = last - first + 1.0, sums[last + 1, X] - sums[first, X], sums[last + 1, Y] - sums[first, Y]
@@ -104,7 +104,7 @@ def _line_of_sums(sums: FloatArray, first: int, last: int) -> tuple[float, float
     return alpha * v2, np.arctan2(alpha * v1, alpha * v0)  # eq. (11)
 
 
-@compiled
+@compiled_on_views
 def _smallest_eigenvalue(xx: float, xy: float, yy: float, x: float, y: float, n: float) -> float:
     """Find the smallest eigenvalue of A^T A = [[xx, xy, -x], [xy, yy, -y], [-x, -y, n]] by Newton's method from 0.
 

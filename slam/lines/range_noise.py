@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled_on_views
 from slam.lidars import LIDARS, LidarName
 from slam.pose import FloatArray
 
@@ -40,7 +40,7 @@ def noise_of_sensor(name: LidarName, bound_sigmas: float) -> RangeNoise:
     )
 
 
-@compiled
+@compiled_on_views
 def range_variance(r: float, noise: RangeNoise) -> float:
     """Return the square of ``RangeNoise.sigma`` at one range, m^2, for compiled code."""
     near, near_range, far, floor = noise

@@ -71,6 +71,7 @@ def _kept(
             run = runs[M]
             run[FIRST_POINT], run[LAST_POINT], run[FIRST_BEAM], run[LAST_BEAM] = first, last, beam[first], beam[last]
             run[MEETS_NEXT] = not after_gap[k + 1] and start[k + 2] - start[k + 1] >= min_points
-            totals[M] = sums[last + 1] - sums[first]
+            for i in range(SUMS):
+                totals[M, i] = sums[last + 1, i] - sums[first, i]
             M += 1
     return runs[:M], totals[:M]

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.pose import FloatArray
 
 QUARTER: Final = 0.5 * np.pi
@@ -50,27 +50,29 @@ class Directions:
         self.main = _main(self._clusters, self.total)
 
 
-@compiled
+@compiled_on_views
 def _gather(clusters: FloatArray, walls: FloatArray) -> float:
     """Add every wall to the nearest cluster, or begin one in place of the lightest; return the metres."""
     metres = 0.0
     for m in range(len(walls)):
         theta, variance, length = walls[m]
         metres += length
-        at, nearest = -1, JOIN_ANGLE
+        at, lightest, nearest = -1, 0, JOIN_ANGLE
         for k in range(len(clusters)):
             off = abs(quarter_turn_difference(clusters[k, DIRECTION], theta))
             if clusters[k, METRES] > 0.0 and off < nearest:
                 at, nearest = k, off
+            if clusters[k, METRES] < clusters[lightest, METRES]:
+                lightest = k
         if at < 0:
-            at = int(np.argmin(clusters[:, METRES]))
+            at = lightest
             clusters[at] = 0.0
         _join(clusters[at], theta, length, -length * variance)
         _merge(clusters, at)
     return metres
 
 
-@compiled
+@compiled_on_views
 def _join(cluster: FloatArray, theta: float, metres: float, squares: float) -> None:
     """Add ``metres`` of wall in this direction, with their squared deviations from each other."""
     off = quarter_turn_difference(cluster[DIRECTION], theta)
@@ -84,7 +86,7 @@ def _join(cluster: FloatArray, theta: float, metres: float, squares: float) -> N
     cluster[METRES] += metres
 
 
-@compiled
+@compiled_on_views
 def _merge(clusters: FloatArray, grown: int) -> None:
     """Merge clusters whose means came near that of this one, the lighter into the heavier."""
     for k in range(len(clusters)):
@@ -109,7 +111,7 @@ def _main(clusters: FloatArray, total: float) -> FloatArray:
     return main[: count if metres >= MIN_SUPPORT * total else 0]
 
 
-@compiled
+@compiled_on_views
 def quarter_turn_difference(a: float, b: float) -> float:
     """Return the turn from direction ``a`` to ``b`` modulo a quarter turn, in [-pi / 4, pi / 4)."""
     quarters = (b - a) / QUARTER

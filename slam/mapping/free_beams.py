@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.pose import FloatArray
 from slam.scan import BEARING, COS, SIN, LaserScan
 
@@ -63,7 +63,7 @@ def _farthest(ranges: FloatArray, fan: FloatArray) -> FloatArray:
     return farthest
 
 
-@compiled
+@compiled_on_views
 def _sector(x: float, y: float, sectors: int) -> int:
     """Return the sector of a direction, without trigonometry: a quarter turn is a quarter of them, unevenly divided."""
     part = y / (abs(x) + abs(y))
@@ -71,13 +71,13 @@ def _sector(x: float, y: float, sectors: int) -> int:
     return int((turn + 1.0) * 0.25 * sectors) % sectors
 
 
-@compiled
+@compiled_on_views
 def is_hidden(farthest: FloatArray, x: float, y: float, distance: float) -> bool:
     """Return True if no beam towards (x, y), sensor frame, was free for this distance; a fast first check."""
     return bool(farthest[_sector(x, y, len(farthest))] <= distance)
 
 
-@compiled
+@compiled_on_views
 def beam_towards(beams: FreeBeams, pose: FloatArray, dx: float, dy: float) -> int:
     """Return the beam from ``pose`` (3,) nearest to (dx, dy), map frame; below 0, or N and more, for none.
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.mapping.free_beams import FreeBeams, beam_towards, is_hidden
 from slam.mapping.surfel_grid import ALIVE, FREE, HITS, MISSES, NX, NY, Grid, X, Y
 from slam.pose import FloatArray
@@ -45,7 +45,7 @@ def carve(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: 
                 k = after
 
 
-@compiled
+@compiled_on_views
 def count_seen_through(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> int:
     """Count the surfels, seen at least twice, that the beams passed, as in ``carve``, without counting misses."""
     count = 0
@@ -60,7 +60,7 @@ def count_seen_through(grid: Grid, beams: FreeBeams, pose: FloatArray, reach: fl
     return count
 
 
-@compiled
+@compiled_on_views
 def cells_around(grid: Grid, pose: FloatArray, reach: float) -> tuple[int, int, int, int]:
     """Return the first row of the cells within ``reach``, the one after the last, and the same for the columns."""
     rows, columns = grid.head.shape
@@ -71,7 +71,7 @@ def cells_around(grid: Grid, pose: FloatArray, reach: float) -> tuple[int, int, 
     return max(low_row, 0), min(high_row, rows), max(low_column, 0), min(high_column, columns)
 
 
-@compiled
+@compiled_on_views
 def _seen_through(surfels: FloatArray, k: int, beams: FreeBeams, pose: FloatArray, reach: float, margin: float) -> bool:
     """Return True if the beam towards the surfel ``k`` and both its neighbours went farther."""
     ranges = beams.ranges

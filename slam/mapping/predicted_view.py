@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.mapping.free_beams import FreeBeams
 from slam.mapping.free_space import cells_around
 from slam.mapping.surfel_grid import NX, NY, Grid, X, Y
@@ -81,7 +81,7 @@ def compare_view(grid: Grid, beams: FreeBeams, echoes: NDArray[np.bool_], pose: 
     return View(agreeing / max(readings, 1), through / max(readings, 1), hidden / max(readings, 1))
 
 
-@compiled
+@compiled_on_views
 def _predict(
     s: FloatArray, beams: FreeBeams, pose: FloatArray, reach: float, half: float, nearest: FloatArray,
     across: FloatArray, surely: NDArray[np.bool_],

@@ -93,14 +93,17 @@ def room_needed(facets: FloatArray, pose: FloatArray, cell: float) -> tuple[IntA
     The third value is an upper bound of the number of surfels for them and the walls between them.
     """
     c, s = np.cos(pose[2]), np.sin(pose[2])
-    low, high = np.full(2, np.inf), np.full(2, -np.inf)
+    low_x = low_y = np.inf
+    high_x = high_y = -np.inf
     path = last_x = last_y = 0.0
     for f in range(len(facets)):
         x, y = pose[0] + c * facets[f, X] - s * facets[f, Y], pose[1] + s * facets[f, X] + c * facets[f, Y]
-        low[0], low[1] = min(low[0], y), min(low[1], x)
-        high[0], high[1] = max(high[0], y), max(high[1], x)
+        low_x, low_y, high_x, high_y = min(low_x, x), min(low_y, y), max(high_x, x), max(high_y, y)
         if f > 0:
             path += abs(x - last_x) + abs(y - last_y)
         last_x, last_y = x, y
     most = int(path * 2.0 / cell) + 2 * len(facets)
-    return np.floor(low / cell).astype(np.int64), np.floor(high / cell).astype(np.int64), most
+    low, high = np.empty(2, np.int64), np.empty(2, np.int64)
+    low[0], low[1] = int(np.floor(low_y / cell)), int(np.floor(low_x / cell))
+    high[0], high[1] = int(np.floor(high_y / cell)), int(np.floor(high_x / cell))
+    return low, high, most

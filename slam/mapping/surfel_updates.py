@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.facets import LINKED, VARIANCE
 from slam.mapping.surfel_grid import ALIVE, AXIS, BORN, FREE, HITS, INFORMATION, MISSES, NX, NY, TAKEN, Grid, X, Y
 from slam.pose import FloatArray
@@ -55,7 +55,7 @@ def _put_one(
     grid.head[row, column] = k
 
 
-@compiled
+@compiled_on_views
 def _nearest(grid: Grid, first: int, x: float, y: float, nx: float, ny: float, gate: float) -> int:
     """Return the nearest surfel of a cell's list, nearer than ``gate`` and facing this way, -1 for none."""
     wall = nx != 0.0 or ny != 0.0
@@ -85,7 +85,7 @@ def _take_row(grid: Grid) -> int:
     return int(k)
 
 
-@compiled
+@compiled_on_views
 def _count_noise(grid: Grid, first: int, seen: int, nx: float, ny: float, max_hits: float) -> None:
     """Count misses of uncertain surfels of a cell that should have been seen with ``seen``.
 
@@ -99,7 +99,7 @@ def _count_noise(grid: Grid, first: int, seen: int, nx: float, ny: float, max_hi
         k = grid.next[k]
 
 
-@compiled
+@compiled_on_views
 def _merge(
     s: FloatArray, k: int, x: float, y: float, nx: float, ny: float, information: float, max_hits: float
 ) -> None:

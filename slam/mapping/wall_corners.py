@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.mapping.wall_doubles import boxes_of
 from slam.pose import FloatArray
 
@@ -29,7 +29,7 @@ def meet_at_corners(ends: FloatArray) -> FloatArray:
     return met
 
 
-@compiled
+@compiled_on_views
 def _meet(wall: FloatArray, other: FloatArray, is_better: bool, side: int, nearest: float, place: FloatArray) -> float:
     """Set the position to the intersection with the other wall, if it is nearer to its end; return the distance."""
     wx, wy = wall[1, 0] - wall[0, 0], wall[1, 1] - wall[0, 1]

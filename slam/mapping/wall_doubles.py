@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.pose import FloatArray
 
 BESIDE = 0.30  # metres: of two walls this near that face the same way, one hides the other, or its beams pass the other
@@ -58,14 +58,14 @@ def _without_doubles(ends: FloatArray, support: FloatArray, shortest: float) -> 
     return kept[:count]
 
 
-@compiled
+@compiled_on_views
 def _overlap(boxes: FloatArray, m: int, k: int) -> bool:
     if boxes[m, 1] < boxes[k, 0] or boxes[k, 1] < boxes[m, 0]:
         return False
     return bool(boxes[m, 2] <= boxes[k, 3] and boxes[k, 2] <= boxes[m, 3])
 
 
-@compiled
+@compiled_on_views
 def _shown_twice(wall: FloatArray, better: FloatArray, hardly_seen: bool) -> tuple[float, float]:
     """Return begin and end, metres along a wall (2, 2), of the part that a better one shows; begin >= end for none."""
     ux, uy = wall[1, 0] - wall[0, 0], wall[1, 1] - wall[0, 1]
@@ -84,12 +84,12 @@ def _shown_twice(wall: FloatArray, better: FloatArray, hardly_seen: bool) -> tup
     return (begin, end) if abs(across) <= most else (0.0, 0.0)
 
 
-@compiled
+@compiled_on_views
 def _take_away(parts: FloatArray, left: int, begin: float, end: float) -> int:
     """Remove the part from ``begin`` to ``end`` from the first ``left`` parts (P, 2); return the number left."""
     p = 0
     while p < left and begin < end:
-        a, b = parts[p]
+        a, b = parts[p, 0], parts[p, 1]
         if b <= begin or a >= end:
             p += 1
         elif a < begin and b > end:
@@ -102,5 +102,5 @@ def _take_away(parts: FloatArray, left: int, begin: float, end: float) -> int:
             parts[p, 0] = end
         else:
             left -= 1
-            parts[p, 0], parts[p, 1] = parts[left]
+            parts[p, 0], parts[p, 1] = parts[left, 0], parts[left, 1]
     return left

@@ -9,7 +9,7 @@ not every cell that a wall crosses has a surfel. The counts are bounded, so that
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.segments import IntArray
 from slam.mapping.free_beams import FreeBeams, beam_towards, is_hidden
 from slam.mapping.free_space import cells_around
@@ -91,7 +91,7 @@ def _count_echoes(grid: Grid, beams: FreeBeams, directions: FloatArray, pose: Fl
         last_surfel, last_piece = surfel, piece
 
 
-@compiled
+@compiled_on_views
 def _surfels_beside(
     grid: Grid, x: float, y: float, way_x: float, way_y: float, gate: float, beside: IntArray, offsets: FloatArray
 ) -> int:
@@ -120,7 +120,7 @@ def _surfels_beside(
     return count
 
 
-@compiled
+@compiled_on_views
 def _least(offsets: FloatArray, count: int) -> int:
     """Return the index of the least of the first ``count`` offsets."""
     least = 0
@@ -130,7 +130,7 @@ def _least(offsets: FloatArray, count: int) -> int:
     return least
 
 
-@compiled
+@compiled_on_views
 def _count_one(grid: Grid, beside: IntArray, offsets: FloatArray, count: int, nearest: int) -> None:
     """Increase the count of the nearest of ``count`` surfels for an echo, and decrease clearly farther ones.
 
@@ -146,7 +146,7 @@ def _count_one(grid: Grid, beside: IntArray, offsets: FloatArray, count: int, ne
             grid.evidence[k, other] = max(grid.evidence[k, other] - 1, LEAST)
 
 
-@compiled
+@compiled_on_views
 def _count_passes(
     grid: Grid, k: int, beams: FreeBeams, directions: FloatArray, pose: FloatArray, reach: float, gate: float
 ) -> None:
@@ -175,7 +175,7 @@ def _count_passes(
             before = piece
 
 
-@compiled
+@compiled_on_views
 def piece_at(grid: Grid, k: int, x: float, y: float) -> int:
     """Return the piece of the surfel ``k`` beside a point, -1 for none."""
     along_y = grid.evidence[k, AXIS] > 0

@@ -5,7 +5,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.segments import IntArray
 from slam.mapping.surfel_grid import AXIS, INFORMATION, NX, NY, PIECES, PIECES_PER_CELL, X, Y
 from slam.mapping.wall_corners import meet_at_corners
@@ -96,7 +96,7 @@ def _along(members: FloatArray, evidence: Evidence, line: FloatArray, cell: floa
     return low, counts
 
 
-@compiled
+@compiled_on_views
 def _write_spans(
     low: float, counts: IntArray, line: FloatArray, ends: FloatArray, support: FloatArray, count: int
 ) -> int:
@@ -129,7 +129,7 @@ def _wall_numbers(surfels: FloatArray, columns_rows: IntArray, head: IntArray, c
     """Return the wall of each surfel, (S,); ``head`` has a -1 for every cell, and becomes the first surfel of each."""
     following, wall_of = np.empty(len(surfels), np.int64), np.full(len(surfels), -1, np.int64)
     for k in range(len(surfels)):
-        column, row = columns_rows[k]
+        column, row = columns_rows[k, 0], columns_rows[k, 1]
         following[k] = head[row, column]
         head[row, column] = k
     queue = np.empty(len(surfels), np.int64)
@@ -154,7 +154,7 @@ def _grow_one(
     while begin < end:
         at = queue[begin]
         begin += 1
-        column, row = columns_rows[at]
+        column, row = columns_rows[at, 0], columns_rows[at, 1]
         for i in range(row - NEIGHBOURS, row + NEIGHBOURS + 1):
             for j in range(column - NEIGHBOURS, column + NEIGHBOURS + 1):
                 k = head[i, j]
@@ -166,7 +166,7 @@ def _grow_one(
                     k = following[k]
 
 
-@compiled
+@compiled_on_views
 def _include(sums: FloatArray, s: FloatArray, x0: float, y0: float) -> None:
     """Add a surfel to the sums about (x0, y0)."""
     w = 1.0 / (1.0 / s[INFORMATION] + SIGMA_FLOOR * SIGMA_FLOOR)
@@ -179,7 +179,7 @@ def _include(sums: FloatArray, s: FloatArray, x0: float, y0: float) -> None:
     sums[WYY] += w * y * y
 
 
-@compiled
+@compiled_on_views
 def _line(sums: FloatArray, nx: float, ny: float) -> tuple[float, float, float, float]:
     """Return normal and mean of the best line, the normal to the side of (nx, ny), which it is for a single point."""
     mx, my = sums[WX] / sums[W], sums[WY] / sums[W]
@@ -192,7 +192,7 @@ def _line(sums: FloatArray, nx: float, ny: float) -> tuple[float, float, float, 
     return side * lx, side * ly, mx, my
 
 
-@compiled
+@compiled_on_views
 def _continues(sums: FloatArray, seed: FloatArray, at: FloatArray, s: FloatArray, cell: float) -> bool:
     """Return True if the surfel ``s`` continues the wall at its surfel ``at``."""
     nx, ny, mx, my = _line(sums, seed[NX], seed[NY])

@@ -8,7 +8,7 @@ facet, are added up over the whole window at once. After Olson, "Real-time corre
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.facets import NX, NY, X, Y
 from slam.mapping.surfel_grid import Grid
 from slam.pose import FloatArray
@@ -72,7 +72,7 @@ def draw(grid: Grid, x0: float, y0: float, size: int) -> NDArray[np.uint8]:
     return pictures
 
 
-@compiled
+@compiled_on_views
 def _draw_one(pictures: NDArray[np.uint8], s: FloatArray, x0: float, y0: float, half: float) -> None:
     """Draw a surfel into the pictures of the two sides next to its normal."""
     size = pictures.shape[1]
@@ -92,7 +92,7 @@ def _draw_one(pictures: NDArray[np.uint8], s: FloatArray, x0: float, y0: float, 
                 pictures[second, i, j] = max(pictures[second, i, j], grey)
 
 
-@compiled
+@compiled_on_views
 def layer_of(nx: float, ny: float, c: float, s: float) -> int:
     """Return the picture for a facet with this normal in the sensor frame.
 
@@ -104,7 +104,7 @@ def layer_of(nx: float, ny: float, c: float, s: float) -> int:
     return int(np.floor(bearing * SIDES / (2.0 * np.pi) + 0.5)) % SIDES
 
 
-@compiled
+@compiled_on_views
 def _add_up(
     facets: FloatArray, x: float, y: float, theta: float, reach: float, pictures: NDArray[np.uint8],
     scores: NDArray[np.uint16],

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.config import ForceFieldConfig
 from slam.lines.segments import Segments
 from slam.matching.match import NO_MATCH, Match
@@ -121,7 +121,7 @@ def _sum_forces(
     return fx, fy, M
 
 
-@compiled
+@compiled_on_views
 def _pull(wx: FloatArray, wy: FloatArray, line: Line, kappa: float, epsilon: float) -> tuple[float, float, float]:
     """Sum the force of one segment along e_n, over gamma_f, over the points; and the same times x and times y."""
     pull = pull_x = pull_y = 0.0
@@ -157,7 +157,7 @@ def _weighted_correction(
     return (fx / weight, fy / weight, constants.gamma_M * M / inertia) if inertia > 0.0 else (0.0, 0.0, 0.0)
 
 
-@compiled
+@compiled_on_views
 def _sum_weights(
     wx: FloatArray, wy: FloatArray, line: Line, gx: float, gy: float, kappa: float, epsilon: float
 ) -> tuple[float, float]:

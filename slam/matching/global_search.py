@@ -11,7 +11,7 @@ from typing import Final, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from slam.compiled import compiled, wrapped
+from slam.compiled import compiled, compiled_on_views, wrapped
 from slam.lines.facets import NX, NY, X, Y
 from slam.lines.segments import IntArray
 from slam.mapping.surfel_grid import Grid
@@ -82,7 +82,7 @@ def _pooled(pictures: Pictures) -> Pictures:
     return pooled
 
 
-@compiled
+@compiled_on_views
 def _shift(facet: FloatArray, theta: float) -> tuple[int, int, int]:
     """Return picture, rows and columns from the laser, of a facet for this heading of the laser."""
     c, s = np.cos(theta), np.sin(theta)

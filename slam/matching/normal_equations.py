@@ -6,7 +6,7 @@ along it. Such facets have a say as if all had moved by one unknown shift since 
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.facets import LINKED, NX, NY, VARIANCE, X, Y
 from slam.mapping.surfel_grid import BORN, INFORMATION, Grid
 from slam.pose import FloatArray
@@ -59,13 +59,13 @@ def fill_normal_equations(
     return inliers
 
 
-@compiled
+@compiled_on_views
 def _is_alone(facets: FloatArray, f: int) -> bool:
     """Return True for a cluster, and for a segment of one facet: as small as a leg."""
     return bool(facets[f, LINKED] == 0.0 and (f + 1 == len(facets) or facets[f + 1, LINKED] == 0.0))
 
 
-@compiled
+@compiled_on_views
 def _mirror(H: FloatArray) -> None:
     """Fill the lower triangle of a symmetric (3, 3) from the upper."""
     H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]
@@ -83,7 +83,7 @@ def _free_shift(H: FloatArray, g: FloatArray) -> None:
     p, q, r = H[0, 0] + SHIFT_SIGMA**-2, H[0, 1], H[1, 1] + SHIFT_SIGMA**-2
     determinant = p * r - q * q
     sxx, sxy, syy = r / determinant, -q / determinant, p / determinant
-    u, gx, gy = H[:, :2].copy(), g[0], g[1]
+    u, gx, gy = H.copy(), g[0], g[1]
     for i in range(3):
         x, y = u[i, 0] * sxx + u[i, 1] * sxy, u[i, 0] * sxy + u[i, 1] * syy
         g[i] -= x * gx + y * gy
@@ -91,7 +91,7 @@ def _free_shift(H: FloatArray, g: FloatArray) -> None:
             H[i, j] -= x * u[j, 0] + y * u[j, 1]
 
 
-@compiled
+@compiled_on_views
 def _add_residual(
     nx: float, ny: float, dx: float, dy: float, lx: float, ly: float, v: float, kernel: float, H: FloatArray,
     g: FloatArray,
@@ -112,7 +112,7 @@ def _add_residual(
     return robust
 
 
-@compiled
+@compiled_on_views
 def _nearest(x: float, y: float, nx: float, ny: float, grid: Grid, gate: float, wide: bool) -> int:
     """Return the surfel for a facet, -1 for none, from the four nearest cells, or from nine if ``wide``."""
     u, v = x / grid.cell, y / grid.cell

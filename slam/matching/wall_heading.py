@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from slam.compiled import compiled
+from slam.compiled import compiled, compiled_on_views
 from slam.lines.segments import Segments
 from slam.mapping.directions import LENGTH, THETA, VARIANCE, Directions, quarter_turn_difference
 from slam.pose import FloatArray, wrap_angle
@@ -88,7 +88,7 @@ def turn_to_main(walls: FloatArray, main: FloatArray, heading: float, widest: fl
     return _mean(walls, main, heading, turn)
 
 
-@compiled
+@compiled_on_views
 def _has_rival(walls: FloatArray, main: FloatArray, heading: float, widest: float, turn: float, enough: float) -> bool:
     """Return True if another heading of the window has enough metres of agreeing wall."""
     for m in range(len(walls)):
@@ -100,7 +100,7 @@ def _has_rival(walls: FloatArray, main: FloatArray, heading: float, widest: floa
     return False
 
 
-@compiled
+@compiled_on_views
 def _agreeing(walls: FloatArray, main: FloatArray, heading: float) -> float:
     """Return the metres of wall in main directions at this heading, each weighted by its fit."""
     metres = 0.0
@@ -110,7 +110,7 @@ def _agreeing(walls: FloatArray, main: FloatArray, heading: float) -> float:
     return metres
 
 
-@compiled
+@compiled_on_views
 def _mean(walls: FloatArray, main: FloatArray, heading: float, turn: float) -> tuple[float, float]:
     """Return the robust mean (Tukey) of the turns that align the walls, and its variance.
 
@@ -131,7 +131,7 @@ def _mean(walls: FloatArray, main: FloatArray, heading: float, turn: float) -> t
     return turn, variance
 
 
-@compiled
+@compiled_on_views
 def _nearest(direction: float, main: FloatArray) -> tuple[float, float]:
     """Return the turn from a direction to the nearest main one, and its variance."""
     least, variance = np.inf, 0.0

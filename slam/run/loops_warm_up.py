@@ -1,5 +1,6 @@
 """The hot loops of the back end, compiled before a run needs them: the first time in a process of their own."""
 
+import gc
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -77,4 +78,6 @@ def _key_scan() -> KeyScan:
 
 
 if __name__ == "__main__":
+    gc.disable()  # the process ends before its garbage matters
     close_loops(SlamConfig())
+    gc.freeze()
